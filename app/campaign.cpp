@@ -21,17 +21,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// --- Which part of a campaign is this process's ---
+// --- The part of a campaign that this process computes ---
 
 // Part `number`, counted from 0, of `count`.
 struct JobShard {
   std::uint64_t number = 0, count = 1;
-  bool by_slurm = false;  // as the environment says
+  bool by_slurm = false;  // from the environment variables of SLURM
 
   bool is_part() const { return count > 1; }
-  // "3/8": as --shard takes it, counted from 1.
+  // "3/8": the form that --shard accepts, counted from 1.
   std::string text() const { return fmt::format("{}/{}", number + 1, count); }
-  // The name of its lock: "task-3-of-8".
+  // The name of its lock file: "task-3-of-8".
   std::string writer() const { return fmt::format("task-{}-of-{}", number + 1, count); }
 };
 
@@ -51,7 +51,7 @@ JobShard stated(const std::string& argument) {
   const auto n = slash == std::string::npos ? std::nullopt : number_in(std::string_view(argument).substr(slash + 1));
   if (!i || !n || *i < 1 || *i > *n)
     throw std::invalid_argument(
-        fmt::format("--shard: '{}' is neither i/N with i from 1 to N, as in 3/8, nor 'slurm'", argument));
+        fmt::format("--shard: '{}' must be i/N with i from 1 to N, as in 3/8, or 'slurm'", argument));
   return {*i - 1, *n, false};
 }
 
@@ -59,7 +59,7 @@ std::uint64_t variable(const char* name, const Environment& environment) {
   const char* text = environment(name);
   const auto number = text == nullptr ? std::nullopt : number_in(text);
   if (!number)
-    throw std::invalid_argument(fmt::format("{} is {}, expected a number; say --shard i/N instead", name,
+    throw std::invalid_argument(fmt::format("{} is {}, expected a number; use --shard i/N instead", name,
                                             text == nullptr ? "not set" : "'" + std::string(text) + "'"));
   return *number;
 }
@@ -71,21 +71,22 @@ JobShard by_slurm(const Environment& environment) {
   const std::uint64_t step =
       environment("SLURM_ARRAY_TASK_STEP") == nullptr ? 1 : variable("SLURM_ARRAY_TASK_STEP", environment);
   if (step == 0 || id < first || id > last || (id - first) % step != 0)
-    throw std::invalid_argument(fmt::format(
-        "task {} is not one of {} to {} by {}, as SLURM_ARRAY_TASK_MIN, _MAX and _STEP say; say --shard i/N "
-        "instead",
-        id, first, last, step));
+    throw std::invalid_argument(
+        fmt::format("task {} is not one of {} to {} by {}, from SLURM_ARRAY_TASK_MIN, _MAX and _STEP; use --shard i/N "
+                    "instead",
+                    id, first, last, step));
   const std::uint64_t count = (last - first) / step + 1;
-  // Of --array=1,3,7 nobody could do the parts of tasks that do not exist.
+  // With --array=1,3,7 no task would compute the parts of the missing numbers.
   if (environment("SLURM_ARRAY_TASK_COUNT") != nullptr && variable("SLURM_ARRAY_TASK_COUNT", environment) != count)
     throw std::invalid_argument(fmt::format(
-        "the array has {} tasks where {} to {} by {} would be {}: number them without gaps, or say --shard i/N",
+        "the array has {} tasks where {} to {} by {} would be {}: number them without gaps, or use --shard i/N",
         variable("SLURM_ARRAY_TASK_COUNT", environment), first, last, step, count));
   return {(id - first) / step, count, true};
 }
 
-// "i/N" with 1 <= i <= N; "slurm": SLURM_ARRAY_TASK_ID among SLURM_ARRAY_TASK_MIN, _MAX, _STEP; empty: the same where
-// they are set, else the whole. @throws std::invalid_argument saying what is wrong
+// "i/N" with 1 <= i <= N; "slurm": SLURM_ARRAY_TASK_ID among SLURM_ARRAY_TASK_MIN, _MAX, _STEP; empty: as "slurm" if
+// these variables are set, otherwise the whole campaign. @throws std::invalid_argument with the error and the expected
+// form
 JobShard job_shard(const std::string& argument, const Environment& environment) {
   if (argument == "slurm") return by_slurm(environment);
   if (!argument.empty()) return stated(argument);
@@ -94,18 +95,19 @@ JobShard job_shard(const std::string& argument, const Environment& environment) 
 
 // --- The command ---
 
-// One task of a job array is done: the last one of all writes the results.
+// Ends one task of a job array; the last task writes the results.
 int part_is_done(const JobShard& shard, const StoreCounts& all, const CaseProgress& own,
                  const CampaignRunOptions& options) {
   if (!options.quiet)
     to_stdout(
-        "part {} is done; {} of {} blocks are there\nWhen all are, the last part writes the results; if one is "
-        "lost, run it again, or the rest of the campaign by this command without its --shard: {}\n",
+        "part {} is complete; {} of {} blocks are complete\nThe last part writes the results. If a part is "
+        "lost, rerun it, or compute all remaining cases by the command without --shard: {}\n",
         shard.text(), all.complete, all.blocks, options.resume);
   return own.not_ok > 0 ? kSomeFailed : kDone;
 }
 
-// A long campaign says so before it begins, and what in it takes the time. The cases computed for that are not kept.
+// Prints the expected duration of a long campaign before it begins, and which computations dominate it. The cases
+// computed for the estimate are discarded.
 void say_how_long(const Campaign& campaign, const ShardStore& store, const JobShard& shard, int threads,
                   StopSignal& stop) {
   constexpr double kLong = 20;  // [s]
@@ -117,7 +119,7 @@ void say_how_long(const Campaign& campaign, const ShardStore& store, const JobSh
   if (!estimate || estimate->seconds < kLong) return;
   to_stderr("grapnel: {}\n", estimate_text(*estimate));
   for (const std::string& line : slow_settings(campaign, missing.front().block.begin, stop.token()))
-    to_stderr("grapnel: what takes time: {}\n", line);
+    to_stderr("grapnel: most of the time is spent on: {}\n", line);
 }
 
 CaseProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
@@ -177,9 +179,9 @@ int campaign(const CampaignRunOptions& options) {
   if (!folder) return kBadInput;
   say_campaign(*loaded, options);
   if (shard.by_slurm && !options.quiet)
-    to_stdout("part {} as SLURM_ARRAY_TASK_ID={} says\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
+    to_stdout("part {} from SLURM_ARRAY_TASK_ID={}\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
   StopSignal stop(options.stop);
-  std::string command = options.command;  // that goes on
+  std::string command = options.command;  // resumes the campaign
   return with_store_errors(*folder, command,
                            [&] { return run_and_write(*loaded, *folder, shard, options, stop, command); });
 }

@@ -65,13 +65,13 @@ void print_start(const ShardStore& store, const std::string& part) {
   } else {
     StoreCounts there;
     store.missing(0, 1, &there);
-    to_stdout("{} cases, {} of them are there{}{}\n", store.total(), there.rows, part.empty() ? "" : ", ", part);
+    to_stdout("{} cases, {} of them complete{}{}\n", store.total(), there.rows, part.empty() ? "" : ", ", part);
   }
   flush_stdout();
 }
 
 void say_stopped(const fs::path& folder, std::uint64_t done, std::uint64_t total, const std::string& command) {
-  to_stderr("grapnel: stopped: {} of {} cases are kept in {}; to go on: {}\n", done, total, folder.string(), command);
+  to_stderr("grapnel: stopped: {} of {} cases are kept in {}; to resume: {}\n", done, total, folder.string(), command);
 }
 
 void take_total(Campaign& campaign, const ShardStore& store) {
@@ -92,14 +92,14 @@ int with_store_errors(const fs::path& folder, const std::string& command, const 
     return kSimulationFailed;
   } catch (const std::exception& error) {
     say_lines(error_text(error));
-    to_stderr("grapnel: what is in {} stays valid; to go on: {}\n", folder.string(), command);
+    to_stderr("grapnel: the files in {} remain valid; to resume: {}\n", folder.string(), command);
     return kSimulationFailed;
   }
 }
 
 namespace {
 
-// The numbers of a column or an input; empty if there is none of the name.
+// The values of the column or input with this name; empty if there is none.
 std::vector<double> numbers_named(const CampaignTable& table, const std::string& name) {
   for (const auto* heads : {&table.columns(), &table.inputs()})
     for (const CampaignTable::Head& head : *heads)
@@ -107,7 +107,7 @@ std::vector<double> numbers_named(const CampaignTable& table, const std::string&
   return {};
 }
 
-// Rows with the largest numbers, of equal ones the first.
+// The rows with the largest values; the first of equal ones.
 std::vector<std::size_t> largest(const std::vector<double>& numbers, std::size_t count) {
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < numbers.size(); ++row)
@@ -120,7 +120,7 @@ std::vector<std::size_t> largest(const std::vector<double>& numbers, std::size_t
   return rows;
 }
 
-// Cases of which a complete run is kept: a function of the rows alone.
+// The cases whose complete runs are kept: a function of the rows alone.
 std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTable& table) {
   const SeriesToKeep& keep = campaign.series;
   const std::vector<std::uint64_t> index = table.indices();
@@ -135,7 +135,7 @@ std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTa
     };
     std::uint64_t left = keep.failures;
     for (std::size_t row = 0; row < success.size() && left > 0; ++row) {
-      // What takes too long would take too long once more, with nothing to end it.
+      // A case that exceeded its time limit would exceed it again, without a limit here.
       if (success[row] != 0 || took_too_long(row)) continue;
       cases.insert(index[row]);
       --left;
@@ -148,7 +148,7 @@ std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTa
 
 std::string folder_of(std::uint64_t k) { return fmt::format("case-{}", k); }
 
-// Runs of cases that are no longer among those to keep. Only what Grapnel made.
+// Removes runs of cases that are not kept any more. Removes only files that Grapnel wrote.
 void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases) {
   std::set<std::string> wanted;
   for (const std::uint64_t k : cases) wanted.insert(folder_of(k));
@@ -164,8 +164,8 @@ void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases)
 
 enum class KeptRun { there, impossible, not_written };
 
-// A case's complete run. Failures are what some of these are for: their runs say why, unless there is no capture to
-// run.
+// Writes the complete run of a case. Failed cases are kept too: their runs give the reason, unless no capture could be
+// simulated.
 KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
                  const StopSignal& stop) {
   const fs::path summary = place / "summary.json";
@@ -175,7 +175,7 @@ KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& plac
     const int code = run_case_completely(campaign, k, place,
                                          {.quiet = true, .no_report = no_report, .mute = true, .stop = stop.token()});
     std::error_code none;
-    if (stop.poll()) fs::remove(summary, none);  // the same command makes it again
+    if (stop.poll()) fs::remove(summary, none);  // the same command writes it again
     if (fs::is_regular_file(summary, none)) return KeptRun::there;
     if (code == kBadInput) return KeptRun::impossible;
   } catch (const std::exception& error) {
@@ -186,11 +186,11 @@ KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& plac
 
 struct KeptSeries {
   std::size_t kept = 0;
-  bool complete = true;  // all that should be there are
+  bool complete = true;  // all expected runs exist
   bool stopped = false;
 };
 
-// Complete runs of cases, each in series/case-K.
+// Writes the complete runs of the cases, each into series/case-K.
 KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
                        const CampaignResults& what, StopSignal& stop) {
   KeptSeries result;
@@ -199,7 +199,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
   refuse_link(series);
   remove_others(series, cases);
   if (!cases.empty() && !campaign.scenario_text) {
-    to_stderr("grapnel: warning: time series of {} cases are kept by grapnel campaign {} -o {}\n", cases.size(),
+    to_stderr("grapnel: warning: time series of {} cases are written by grapnel campaign {} -o {}\n", cases.size(),
               campaign.file, folder.string());
     return result;
   }
@@ -229,7 +229,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
 int write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignResults& what,
                            StopSignal& stop) {
   if (what.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
-  // A quarter of what is to be done after the last case is to write numbers as text.
+  // Formatting numbers as text takes a quarter of the time after the last case, so a thread does it.
   std::future<void> csv;
   if (!what.no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
   write_campaign_table(folder, campaign, GRAPNEL_VERSION);
@@ -286,12 +286,12 @@ int end_of_parsing(const CLI::App& app, const CLI::ParseError& error) {
 
 namespace {
 
-// The text as it is. Before the option's own checks, which NaN passes.
+// Passes the text unchanged. Runs before the option's own checks, which NaN passes.
 std::string finite(std::string text) {
   double value = 0;
   if (CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
-    throw CLI::ValidationError(fmt::format("'{}' is no finite number", text));
-  return text;  // what is no number is reported elsewhere
+    throw CLI::ValidationError(fmt::format("'{}' is not a finite number", text));
+  return text;  // CLI11 reports text that is not a number
 }
 
 }  // namespace
@@ -317,9 +317,9 @@ bool say_plugin_faults() {
 
 namespace {
 
-// An unset variable in a script must not mean something else than was meant.
+// Rejects the empty value of an unset shell variable, which would select a default.
 std::string not_empty(const std::string& text) {
-  return text.empty() ? "its value is empty, as of a variable that is not set" : "";
+  return text.empty() ? "its value is empty, as with an unset variable" : "";
 }
 
 }  // namespace
@@ -329,10 +329,10 @@ void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {
   command
       .add_option(
           "-o,--output", options.output,
-          "Result folder (default: out/ and the study file's name without .yaml; with --only NAME-case-N); what "
-          "is there already of this campaign is kept")
+          "Result folder (default: out/ and the study file's name without .yaml; with --only NAME-case-N); completed "
+          "cases of this campaign in it are kept")
       ->check(not_empty);
-  command.add_option("--extend", options.extend, "Add so many cases to the campaign in the folder")
+  command.add_option("--extend", options.extend, "Number of cases to add to the campaign in the folder")
       ->check(CLI::Range(std::uint64_t{1}, kMostCases));
   command.add_flag("--no-report", options.no_report, "Write no report.html");
   command.add_flag("--no-csv", options.no_csv, "Write no table.csv");
@@ -343,12 +343,12 @@ void add_machine_arguments(CLI::App& command, CampaignRunOptions& options) {
   command.add_option("-j,--jobs", options.threads, "Threads (default: one per processor)")->check(CLI::Range(1, 4096));
   auto* only = command
                    .add_option("--only", options.only,
-                               "Simulate this case alone, as a complete run with time series and report.html")
+                               "Simulate only this case, as a complete run with time series and report.html")
                    ->check(CLI::Range(std::uint64_t{0}, kMostCases - 1))
                    ->excludes("--extend");
   command
       .add_option("--shard", options.shard,
-                  "Only part i of N, as in 3/8; 'slurm' takes both from the job array (default where there is one)")
+                  "Compute only part i of N, as in 3/8; 'slurm' reads both from the job array (default in a job array)")
       ->check(not_empty)
       ->excludes(only);
 }

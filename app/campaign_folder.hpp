@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A campaign and its folder: how computing begins, and what is made of the rows at the end.
+/// A campaign and its result folder: the start of the computation, and the results written from its rows.
 
 #include <CLI/CLI.hpp>
 
@@ -18,24 +18,24 @@
 
 namespace grapnel::app {
 
-/// The campaign of the file; empty if there is none, which is said on stderr if `say`.
+/// Reads a campaign file. Empty if it has errors, which are printed on stderr if `say`.
 std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say = true);
 
-/// Program, file and its digest, on stdout unless quiet.
+/// Prints the program version, the file and its digest on stdout unless quiet.
 void say_campaign(const Campaign& campaign, const CampaignRunOptions& options);
 
-/// What of the campaign is there already. `part`: of it, if not all.
+/// Prints how many cases are complete. `part`: the part of the campaign; empty: all.
 void print_start(const ShardStore& store, const std::string& part);
 
-/// That it was stopped, and how it goes on, on stderr.
+/// Prints on stderr that the campaign was stopped, and the command that resumes it.
 void say_stopped(const std::filesystem::path& folder, std::uint64_t done, std::uint64_t total,
                  const std::string& command);
 
-/// The campaign has the cases that the store has.
+/// Sets the number of cases of the campaign to that of the store.
 void take_total(Campaign& campaign, const ShardStore& store);
 
-/// The exit code of `work`, or that of what it throws, which is said on stderr: a folder in use and disks are 1,
-/// another campaign's folder and one with a damaged manifest are 2. `command` goes on.
+/// Returns the exit code of `work`, or that of its exception, which is printed on stderr: 1 for a folder in use and for
+/// disk errors, 2 for the folder of another campaign or with a damaged manifest. `command` resumes the campaign.
 int with_store_errors(const std::filesystem::path& folder, const std::string& command,
                       const std::function<int()>& work);
 
@@ -46,32 +46,31 @@ struct CampaignResults {
   int threads = 1;
 };
 
-/// Writes table.h5, table.csv, campaign.json, the complete runs of the cases that are to be kept so (series/case-K) and
-/// report.html, and prints what came out. Returns the exit code. @throws std::exception (disk)
+/// Writes table.h5, table.csv, campaign.json, the complete runs to be kept (series/case-K) and report.html, and prints
+/// a summary. Returns the exit code. @throws std::exception (disk)
 int write_campaign_results(const Campaign& campaign, const std::filesystem::path& folder, const CampaignResults& what,
                            StopSignal& stop);
 
-/// What the program was called with, so that a shell takes it again.
+/// The command line of this call, quoted for a shell.
 std::string command_line(const char* program, int argc, char** argv);
-/// The same without an option `left_out` and its value.
+/// The same without the option `left_out` and its value.
 std::string command_line_without(const char* program, int argc, char** argv, std::string_view left_out);
 
-/// Help, version or what is wrong with the arguments, and the exit code.
+/// Prints help, the version or the error in the arguments. Returns the exit code.
 int end_of_parsing(const CLI::App& app, const CLI::ParseError& error);
 
-/// Every option that takes numbers with fractions refuses what is no finite number: nan, inf, 1e999. Called once all
-/// options are there.
+/// Makes all options with fractional numbers reject nan, inf and 1e999. Call after the last option has been added.
 void require_finite_numbers(CLI::App& app);
 
-/// An exception that no command expects, on stderr as a sentence. Returns the exit code.
+/// Prints an exception that no command handles on stderr. Returns the exit code.
 int unexpected_error(const std::exception& error);
 
-/// Says what went wrong when controllers were destroyed. Whether anything did.
+/// Prints the errors that occurred while controllers were destroyed. Returns whether there were any.
 bool say_plugin_faults();
 
-/// Adds those that every way to run a campaign has.
+/// Adds the options shared by all commands that run campaigns.
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options);
-/// Adds those of one machine and of job arrays: -j, --only, --shard.
+/// Adds the options for one machine and for job arrays: -j, --only, --shard.
 void add_machine_arguments(CLI::App& command, CampaignRunOptions& options);
 
 }  // namespace grapnel::app

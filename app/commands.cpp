@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Reports all faults on stderr, one a line.
+// Prints all errors of the input file on stderr, one per line.
 int bad_input(const InputError& error) {
   say_faults(error.faults());
   return kBadInput;
@@ -87,7 +87,7 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
     std::vector<Fault> warnings;
     const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides), &warnings);
     say_faults(warnings);
-    to_stdout("{}: no faults{} ({}, sha256 {})\n", scenario.string(),
+    to_stdout("{}: no errors{} ({}, sha256 {})\n", scenario.string(),
               warnings.empty() ? "" : fmt::format(", {} warning{}", warnings.size(), warnings.size() == 1 ? "" : "s"),
               problem.name, problem.sha256.substr(0, 12));
     return kDone;
@@ -134,7 +134,7 @@ int print_schema(const SchemaOptions& options) {
                  : kind == "campaign"     ? campaign_schema()
                                           : scenario_schema());
     return kDone;
-  } catch (const std::runtime_error& error) {  // of the page
+  } catch (const std::runtime_error& error) {  // reading the page failed
     to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
@@ -154,7 +154,7 @@ int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
   } catch (const CannotWrite& error) {
     to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
-  } catch (const std::exception& error) {  // of what is read
+  } catch (const std::exception& error) {  // reading the scenario failed
     to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
@@ -162,7 +162,7 @@ int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
 
 namespace {
 
-// A body's mass properties summed over the whole robot at zero joint angles, about its centre of mass, in base axes.
+// Mass properties of the whole robot at zero joint positions, about its centre of mass, in base axes.
 RigidBodyInertiad composite(const Model& model, const Kinematics& k) {
   RigidBodyInertiad total = RigidBodyInertiad::zero();
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -171,7 +171,7 @@ RigidBodyInertiad composite(const Model& model, const Kinematics& k) {
   return total;
 }
 
-// Farthest an end-effector can get from the point where its arm leaves the base: the sum of the distances between
+// Upper bound of the distance of an end-effector from the root of its arm on the base: the sum of the distances between
 // joints.
 double reach(const Model& model, const Frame& frame) {
   double length = norm(frame.X_BE.p);
@@ -184,7 +184,7 @@ double reach(const Model& model, const Frame& frame) {
   return length;
 }
 
-// Characters of a column for these names: at least 22, and two more than the longest.
+// Column width for these names: at least 22 characters, and two more than the longest name.
 int column_width(const std::vector<std::string>& names) {
   std::size_t longest = 20;
   for (const std::string& name : names) {
@@ -211,7 +211,7 @@ void print_bodies(const Model& model) {
   }
 }
 
-// Frequencies of what bends, with all joints at zero.
+// Frequencies of flexible links, with all joints at zero.
 void print_elastic(const CaptureProblem& problem) {
   const CaptureSystem system = make_moving_servicer(problem);
   State state = zero_state(system.model);
@@ -256,7 +256,7 @@ void print_gyros(const RobotSetup& robot) {
 
 void print_thrusters(const RobotSetup& robot) {
   if (robot.thrusters.empty()) return;
-  to_stdout("\n{:<22}{:>12}{:>12}{:>20}   {:<28}{}\n", "thruster", "force [N]", "I_sp [s]", "least time on [s]",
+  to_stdout("\n{:<22}{:>12}{:>12}{:>20}   {:<28}{}\n", "thruster", "force [N]", "I_sp [s]", "min time on [s]",
             "position [m]", "direction of its force");
   for (const ThrusterSetup& t : robot.thrusters)
     to_stdout("{:<22}{:>12.6g}{:>12.6g}{:>20.6g}   {:<28}{}\n", t.name, t.force, t.specific_impulse, t.min_on_time,
@@ -265,7 +265,7 @@ void print_thrusters(const RobotSetup& robot) {
             robot.propellant ? fmt::format("{:.6g} kg", *robot.propellant) : "not stated");
 }
 
-// A target by itself, read as that of a scenario in which it rests.
+// Prints a target, read like that of a scenario in which it is at rest.
 int print_target(const ReadyMade& ready_made) {
   const TargetSetup target = load_ready_made_target(ready_made.name);
   const Vector3d& c = target.com;
@@ -333,7 +333,7 @@ int info(const std::filesystem::path& file) {
       to_stdout("{:<{}}{:<{}}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name, of_name,
                 model.bodies()[frame.body].description.name, of_link, reach(model, frame), p[0], p[1], p[2]);
     }
-    to_stdout("reach: longest possible distance from the arm's first joint\n");
+    to_stdout("reach: maximum distance from the arm's first joint\n");
     print_wheels(problem.robot);
     print_gyros(problem.robot);
     print_thrusters(problem.robot);

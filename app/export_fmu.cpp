@@ -34,27 +34,27 @@ pugixml (MIT) and yaml-cpp (MIT). Their texts are in /usr/share/doc/*/copyright 
 
 // ---- The binary ----
 
-// Beside the program, as built and as installed.
+// In the program's folder, both in the build tree and when installed.
 fs::path plant_library() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path library = program.parent_path().parent_path() / "lib" / "grapnel" / "grapnel-fmu.so";
   if (!fs::exists(library, error))
     throw PlantError(
-        fmt::format("the binary of FMUs, {}, is not there. The target grapnel_fmu builds it: cmake --build "
-                    "--preset release --target grapnel_fmu; a full build and the packages have it",
+        fmt::format("the binary of FMUs, {}, does not exist. Build it with: cmake --build "
+                    "--preset release --target grapnel_fmu; a full build and the packages contain it",
                     library.string()));
   return library;
 }
 
-// What every system has that runs C++ programs.
+// Libraries that are installed on every system that runs C++ programs.
 bool is_ordinary(const std::string& name) {
   constexpr std::array kOrdinary = {"libc.so",  "libm.so",       "libdl.so",    "libpthread.so",
                                     "librt.so", "libstdc++.so.", "libgcc_s.so", "ld-linux"};
   return std::any_of(kOrdinary.begin(), kOrdinary.end(), [&](const char* one) { return name.starts_with(one); });
 }
 
-// Names of the libraries that a loaded one asks for.
+// Names of the libraries that a loaded library requires (DT_NEEDED).
 std::vector<std::string> needed_by(const link_map& library) {
   const char* names = nullptr;
   for (const ElfW(Dyn)* d = library.l_ld; d->d_tag != DT_NULL; ++d) {
@@ -67,8 +67,8 @@ std::vector<std::string> needed_by(const link_map& library) {
   return needed;
 }
 
-// Shared libraries that the binary needs beside those of every system: name, and where it is here. They are found as
-// the system's loader finds them.
+// Shared libraries that the binary requires beyond those of every system: the name and the path on this machine, as the
+// system's loader resolves it.
 std::vector<std::pair<std::string, fs::path>> libraries_of(const fs::path& binary) {
   struct Library {
     void* handle;
@@ -156,10 +156,10 @@ int export_fmu(const ExportFmuOptions& options) {
     if (!may_write({output})) return kBadInput;
     say_faults(warnings);
     if (!gathered.assumed.empty())
-      to_stdout("The scenario has no control.period: {} is taken; --set states another one.\n", gathered.assumed);
+      to_stdout("The scenario has no control.period: {} is used; change it with --set.\n", gathered.assumed);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);
-    // Of all that belongs to it, so that a binary refuses resources of another one.
+    // Computed over the whole package, so that a binary rejects the resources of another one.
     description.token = gathered.package.token =
         "{" +
         sha256(model_description_text(description, variables) + plant_json(gathered.package) + gathered.plant.sha256) +
@@ -173,8 +173,9 @@ int export_fmu(const ExportFmuOptions& options) {
               counted(variables.parameters, "parameter"), description.period);
 #ifdef GRAPNEL_NATIVE
     to_stdout(
-        "Its binary is tuned to this machine's processor, as this program is; FMUs for any x86-64 come from a program "
-        "that is built with -DGRAPNEL_NATIVE=OFF.\n");
+        "Its binary is tuned to this machine's processor, like this program; for FMUs that run on any x86-64, use a "
+        "program "
+        "built with -DGRAPNEL_NATIVE=OFF.\n");
 #endif
     return kDone;
   } catch (const InputError& error) {

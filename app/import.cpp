@@ -1,4 +1,4 @@
-// grapnel import: a model in URDF or MJCF becomes a robot file.
+// grapnel import: converts a model in URDF or MJCF to a robot file.
 #include <fmt/format.h>
 
 #include "commands.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The arguments as the mapping that scenarios have at `import`, so that both mean the same.
+// The arguments as the mapping that scenarios have at `import`, so that both have the same meaning.
 class SettingsOfArguments {
  public:
   explicit SettingsOfArguments(FaultList& faults) : faults_(faults) {}
@@ -108,7 +108,7 @@ int import_robot_file(const ImportCommandOptions& options) {
       faults.add({std::make_shared<const std::string>(options.model.string()), 0, 0},
                  "a model to be imported ends in .urdf or .xml");
     std::error_code error;
-    // Meshes are named as seen from there.
+    // Paths of meshes are relative to this folder.
     const fs::path folder = options.output.parent_path();
     if (!folder.empty() && !fs::is_directory(folder, error))
       faults.add({std::make_shared<const std::string>(options.output.string()), 0, 0},
@@ -123,7 +123,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     if (!may_write({options.output})) return kBadInput;
     say(imported->decisions);
     say_faults(warnings);
-    std::string comment = fmt::format("Made by grapnel import from {}. What was decided for a part stands beside it.",
+    std::string comment = fmt::format("Made by grapnel import from {}. Decisions of the import are in comments.",
                                       printable_line(options.model.filename().string()));
     if (!imported->comment.empty()) comment += "\n" + imported->comment;
     write_file_atomically(options.output, yaml_text(imported->tree, comment));

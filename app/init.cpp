@@ -19,15 +19,16 @@ namespace fs = std::filesystem;
 void print_list(ReadyMade::Kind kind, const char* head) {
   to_stdout("{}\n", head);
   for (const ReadyMade& one : ready_made(kind)) {
-    if (one.name == "campaign-scenario") continue;  // comes with the campaign
+    if (one.name == "campaign-scenario") continue;  // written together with the campaign
     to_stdout("  {:<32}{}\n", one.name, one.description());
   }
 }
 
 int print_ready_made() {
-  print_list(ReadyMade::Kind::templates, "To begin with, written by: grapnel init NAME");
-  print_list(ReadyMade::Kind::robots, "\nRobots, in a scenario as robot: NAME, and for: grapnel info NAME");
-  print_list(ReadyMade::Kind::targets, "\nTargets, in a scenario as ready_made: NAME, and for: grapnel info NAME");
+  print_list(ReadyMade::Kind::templates, "Templates, written by: grapnel init NAME");
+  print_list(ReadyMade::Kind::robots, "\nRobots, used in a scenario as robot: NAME, described by: grapnel info NAME");
+  print_list(ReadyMade::Kind::targets,
+             "\nTargets, used in a scenario as ready_made: NAME, described by: grapnel info NAME");
   return kDone;
 }
 
@@ -42,7 +43,7 @@ struct NewFile {
   std::string text;
 };
 
-// The files of a template, which name each other as they are called.
+// The files of a template; references between them use the names under which they are written.
 std::vector<NewFile> files_of(const ReadyMade& one, const fs::path& path) {
   const std::string name(one.name), stem = path.stem().string();
   std::string text(one.text);
@@ -60,12 +61,12 @@ std::vector<NewFile> files_of(const ReadyMade& one, const fs::path& path) {
   return files;
 }
 
-// A file that is there stays as it is: false, with a sentence.
+// Writes a new file. An existing file remains unchanged: prints an error and returns false.
 bool write_new(const NewFile& file) {
   const std::string path = file.path.string();
   std::FILE* const stream = std::fopen(path.c_str(), "wx");
   if (!stream) {
-    const std::string why = errno == EEXIST ? " is there already; name another file with -o, or remove it"
+    const std::string why = errno == EEXIST ? " already exists; name another file with -o, or remove it"
                                             : fmt::format(" cannot be written: {}", std::strerror(errno));
     to_stderr("grapnel: error: {}{}\n", printable_line(path), why);
     return false;
@@ -90,7 +91,7 @@ int init(const InitOptions& options) {
   for (const NewFile& file : files) {
     std::error_code error;
     if (!fs::exists(fs::symlink_status(file.path, error))) continue;
-    to_stderr("grapnel: error: {} is there already; name another file with -o, or remove it\n",
+    to_stderr("grapnel: error: {} already exists; name another file with -o, or remove it\n",
               printable_line(file.path.string()));
     return kBadInput;
   }

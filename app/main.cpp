@@ -15,10 +15,10 @@ namespace {
 
 using namespace grapnel::app;
 
-// Argument parsing only; what the subcommands do is in commands.hpp.
+// Parses the arguments; commands.hpp declares the subcommands.
 int program(int argc, char** argv) {
   const grapnel::InputFiles inputs;
-  CLI::App app{"Grapnel: what happens when a space robot catches a tumbling object"};
+  CLI::App app{"Grapnel: simulates the capture of a tumbling object by a space robot"};
   app.name("grapnel");
   app.require_subcommand(1);
   app.set_version_flag("--version", "grapnel " GRAPNEL_VERSION);
@@ -39,7 +39,7 @@ int program(int argc, char** argv) {
 
   StudyOptions sweep_options;
   CLI::App* sweep_command = app.add_subcommand(
-      "sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
+      "sweep", "Simulate a capture at every point of a grid; writes table.csv, table.h5, study.json and report.html");
   sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
   sweep_command->add_option("-o,--output", sweep_options.output,
                             "Result folder (default: out/ and the study file's name without .yaml; with "
@@ -47,7 +47,7 @@ int program(int argc, char** argv) {
   sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
       ->check(CLI::Range(1, 4096));
   sweep_command->add_option("--only", sweep_options.only,
-                            "Simulate this point alone, as a complete run with report.html");
+                            "Simulate only this point, as a complete run with report.html");
   sweep_command->add_flag("--no-report", sweep_options.no_report, "Write no report.html");
   sweep_command->add_flag("--quiet", sweep_options.quiet, "Print errors and warnings only");
   sweep_command->callback([&] { code = sweep(sweep_options); });
@@ -56,14 +56,14 @@ int program(int argc, char** argv) {
   campaign_options.command = command_line("grapnel", argc, argv);
   campaign_options.resume = command_line_without("grapnel", argc, argv, "--extend");
   CLI::App* campaign_command = app.add_subcommand(
-      "campaign", "Simulate captures with uncertain values; the same command again goes on where it was stopped");
+      "campaign", "Simulate captures with uncertain values; rerun the command to resume a stopped campaign");
   add_campaign_arguments(*campaign_command, campaign_options);
   add_machine_arguments(*campaign_command, campaign_options);
   campaign_command->callback([&] { code = campaign(campaign_options); });
 
-  CLI::App* map_command =
-      app.add_subcommand("map", "Probability of success over two design values: a campaign at each of their pairs");
-  map_command->alias("envelope");  // as it was called
+  CLI::App* map_command = app.add_subcommand(
+      "map", "Map the probability of success over two design parameters: one campaign per pair of values");
+  map_command->alias("envelope");  // former name
   add_campaign_arguments(*map_command, campaign_options);
   add_machine_arguments(*map_command, campaign_options);
   map_command->callback([&] {
@@ -73,9 +73,10 @@ int program(int argc, char** argv) {
 
   MergeOptions merge_options;
   CLI::App* merge_command =
-      app.add_subcommand("merge", "Put the parts of a campaign from several folders together, and write its results");
+      app.add_subcommand("merge", "Merge the parts of a campaign from several folders, and write its results");
   merge_command->add_option("folders", merge_options.folders, "Folders of one campaign")->required();
-  merge_command->add_option("-o,--output", merge_options.output, "Folder for all of it; may be one of them")
+  merge_command
+      ->add_option("-o,--output", merge_options.output, "Folder for the merged campaign; may be one of the folders")
       ->required();
   merge_command->add_flag("--no-report", merge_options.no_report, "Write no report.html");
   merge_command->add_flag("--no-csv", merge_options.no_csv, "Write no table.csv");
@@ -84,8 +85,7 @@ int program(int argc, char** argv) {
 
   StudyOptions optimize_options;
   CLI::App* optimize_command = app.add_subcommand(
-      "optimize",
-      "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");
+      "optimize", "Optimize a scenario's parameters; writes best.yaml, comparison.json, evaluations.csv, report.html");
   optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
   optimize_command->add_option("-o,--output", optimize_options.output,
                                "Result folder (default: out/ and the study file's name without .yaml)");
@@ -96,12 +96,12 @@ int program(int argc, char** argv) {
   optimize_command->callback([&] { code = optimize(optimize_options); });
 
   ReportOptions report_options;
-  CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; of two runs a comparison");
+  CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; for two runs a comparison");
   report_command->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or map")
       ->required();
   report_command->add_option("second", report_options.second, "Result folder of a run to compare with (default: none)");
   report_command->add_option("-o,--output", report_options.output,
-                             "File (default: report.html in the folder; of a comparison report-vs-SECOND.html)");
+                             "File (default: report.html in the folder; for a comparison report-vs-SECOND.html)");
   report_command->callback([&] { code = report(report_options); });
 
   FigureOptions figure_options;
@@ -114,21 +114,23 @@ int program(int argc, char** argv) {
   figure_command->add_option("-o,--output", figure_options.output,
                              "File: .pdf, .svg or .png (default: figures/WHAT.pdf in the folder)");
   figure_command
-      ->add_option("--width", figure_options.width, "Width [cm] (default: 8.8, with panels side by side 17.8)")
+      ->add_option("--width", figure_options.width, "Width [cm] (default: 8.8; 17.8 with panels side by side)")
       ->check(CLI::Range(3.0, 100.0));
-  figure_command->add_option("--height", figure_options.height, "Height [cm] (default: by the figure)")
+  figure_command->add_option("--height", figure_options.height, "Height [cm] (default: chosen for the figure)")
       ->check(CLI::Range(2.0, 100.0));
   figure_command->add_option("--phase", figure_options.phases, "Only this phase; may be repeated (default: all)")
       ->allow_extra_args(false);
-  figure_command->add_option("--from", figure_options.from, "Only from this time on [s] (default: the start)");
-  figure_command->add_option("--to", figure_options.to, "Only up to this time [s] (default: the end)");
-  figure_command->add_option("--instants", figure_options.instants, "strobe: how many per panel (default: 6)")
+  figure_command->add_option("--from", figure_options.from,
+                             "Start of the time range [s] (default: the start of the run)");
+  figure_command->add_option("--to", figure_options.to, "End of the time range [s] (default: the end of the run)");
+  figure_command->add_option("--instants", figure_options.instants, "strobe: number of instants per panel (default: 6)")
       ->check(CLI::Range(1, 100));
   figure_command
-      ->add_option("--times", figure_options.times, "strobe: which instants, e.g. 0,10,20 [s] (default: evenly spread)")
+      ->add_option("--times", figure_options.times,
+                   "strobe: list of instants, e.g. 0,10,20 [s] (default: evenly spaced)")
       ->delimiter(',')
       ->allow_extra_args(false);
-  figure_command->add_option("--view", figure_options.view, "strobe: direction in space (default: iso)")
+  figure_command->add_option("--view", figure_options.view, "strobe: viewing direction (default: iso)")
       ->check(CLI::IsMember({"x", "y", "z", "iso"}));
   figure_command
       ->add_option(
@@ -136,13 +138,12 @@ int program(int argc, char** argv) {
           "impulse-map, distribution: column of the table; may be repeated (default: the impulses of the grasps; the "
           "numbers that criteria limit)")
       ->allow_extra_args(false);
-  figure_command->add_option(
-      "--x", figure_options.x_axis,
-      "impulse-map, success-map: axis that goes to the right (default: the one with the most values)");
+  figure_command->add_option("--x", figure_options.x_axis,
+                             "impulse-map, success-map: horizontal axis (default: the axis with the most values)");
   figure_command->add_option("--lines", figure_options.lines_axis,
-                             "impulse-map, success-map: axis with a line per value (default: the first other one)");
+                             "impulse-map, success-map: axis with one line per value (default: the first other axis)");
   figure_command->add_flag("--heat-map", figure_options.heat_map,
-                           "impulse-map, success-map: two axes and colours instead of lines");
+                           "impulse-map, success-map: draw a colour map over two axes instead of lines");
   figure_command->callback([&] {
     figure_options.command = command_line("grapnel", argc, argv);
     code = figure(figure_options);
@@ -150,20 +151,20 @@ int program(int argc, char** argv) {
 
   std::string scenario;
   std::vector<std::string> overrides;
-  CLI::App* check_command = app.add_subcommand("check", "Report every fault of a scenario at once");
+  CLI::App* check_command = app.add_subcommand("check", "Check a scenario and report all errors");
   check_command->add_option("scenario", scenario, "Scenario file (YAML)")->required();
   check_command->add_option("--set", overrides, "Replace a value: path=value")->allow_extra_args(false);
   check_command->callback([&] { code = check(scenario, overrides); });
 
   SchemaOptions schema_options;
-  CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
+  CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a file format");
   schema_command
       ->add_option("kind", schema_options.kind, fmt::format("{} (default: scenario)", fmt::join(schema_kinds(), ", ")))
       ->check(CLI::IsMember(schema_kinds()));
   auto* typescript =
       schema_command->add_flag("--typescript", schema_options.typescript, "Print TypeScript types of a result instead");
   schema_command
-      ->add_option("--page", schema_options.page, "Print this page of docs/formats with its tables remade instead")
+      ->add_option("--page", schema_options.page, "Print this page of docs/formats with regenerated tables instead")
       ->excludes(typescript);
   schema_command->callback([&] { code = print_schema(schema_options); });
 
@@ -180,34 +181,35 @@ int program(int argc, char** argv) {
 
   ExportFmuOptions fmu_options;
   CLI::App* fmu_command = app.add_subcommand(
-      "export-fmu", "Write a scenario as an FMU: its capture as a plant whose actuators another tool commands");
+      "export-fmu", "Export a scenario's capture as an FMU: a plant whose actuators another tool commands");
   fmu_command->add_option("scenario", fmu_options.scenario, "Scenario file (YAML)")->required();
   fmu_command->add_option("-o,--output", fmu_options.output,
-                          "File (default: the scenario file's name with .fmu, here)");
+                          "File (default: the scenario file's name with .fmu, in the current folder)");
   fmu_command->add_option("--fmi", fmu_options.version, "Version of the Functional Mock-up Interface (default: 2)")
       ->check(CLI::IsMember({2, 3}));
   fmu_command
       ->add_option("--parameter", fmu_options.parameters,
-                   "A number of the scenario that becomes a parameter, by its path; may be repeated (default: those at "
+                   "Path of a number of the scenario that becomes a parameter; may be repeated (default: those at "
                    "initial, targets, contact, impact and loads)")
       ->allow_extra_args(false);
   fmu_command->add_flag("--base-torque", fmu_options.base_torque,
-                        "The torque on the base is an input, in place of its wheels and thrusters one by one");
+                        "Make the torque on the base an input, instead of its wheels and thrusters");
   fmu_command->add_option("--set", fmu_options.overrides, "Replace a value: path=value")->allow_extra_args(false);
   fmu_command->callback([&] { code = export_fmu(fmu_options); });
 
   InitOptions init_options;
   CLI::App* init_command =
-      app.add_subcommand("init", "Write a commented scenario to begin with, or list what is ready-made");
+      app.add_subcommand("init", "Write a commented template, or list ready-made robots and targets");
   auto* template_name = init_command->add_option(
       "name", init_options.name, "single-arm, dual-arm, closed-loop, campaign or robot (default: single-arm)");
   init_command->add_option("-o,--output", init_options.output, "File (default: NAME.yaml)");
-  init_command->add_flag("--list", init_options.list, "Print ready-made robots and targets, and what can be written")
+  init_command->add_flag("--list", init_options.list, "Print the ready-made robots, targets and templates")
       ->excludes(template_name);
   init_command->callback([&] { code = init(init_options); });
 
   std::string robot;
-  CLI::App* info_command = app.add_subcommand("info", "Mass, centre of mass, composite inertia and reach of a robot");
+  CLI::App* info_command =
+      app.add_subcommand("info", "Print mass, centre of mass, composite inertia and reach of a robot");
   info_command
       ->add_option("robot", robot,
                    "Robot file (YAML), a model in URDF or MJCF, or the name of a ready-made robot or target")
@@ -215,7 +217,7 @@ int program(int argc, char** argv) {
   info_command->callback([&] { code = info(robot); });
 
   ImportCommandOptions import_options;
-  CLI::App* import_command = app.add_subcommand("import", "Make a robot file from a model in URDF or MJCF");
+  CLI::App* import_command = app.add_subcommand("import", "Convert a model in URDF or MJCF to a robot file");
   import_command->add_option("model", import_options.model, "Model file (.urdf, .xml)")->required();
   import_command->add_option("-o,--output", import_options.output, "Robot file (YAML) to write")->required();
   import_command->add_option("--base", import_options.base, "Link that becomes the base (default: the root)");
@@ -224,77 +226,81 @@ int program(int argc, char** argv) {
       "Satellite on which the model is mounted as an arm: a robot file (YAML), or the name of a ready-made "
       "robot");
   import_command->add_option("--mount", import_options.mount,
-                             "Where on the bus, e.g. '{link: panel, position: [1, 0, 0], rpy: [0, 0, 1.57]}' (default: "
+                             "Place on the bus, e.g. '{link: panel, position: [1, 0, 0], rpy: [0, 0, 1.57]}' (default: "
                              "the origin of its base)");
-  import_command->add_option("--prefix", import_options.prefix, "With --bus: stands before all names of the arm");
+  import_command->add_option("--prefix", import_options.prefix, "With --bus: prefix of all names of the arm");
   import_command
-      ->add_option("--package", import_options.packages,
-                   "NAME=FOLDER: where a ROS package is; may be repeated (default: beside the model or above it)")
+      ->add_option(
+          "--package", import_options.packages,
+          "NAME=FOLDER: location of a ROS package; may be repeated (default: searched beside and above the model)")
       ->allow_extra_args(false);
   import_command
       ->add_option("--lock", import_options.locked,
-                   "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
+                   "JOINT=VALUE: lock a joint at this position [rad or m]; may be repeated")
       ->allow_extra_args(false);
   import_command
-      ->add_option("--wheel", import_options.wheels,
-                   "Joint on the base that becomes a reaction wheel of it; may be repeated")
+      ->add_option("--wheel", import_options.wheels, "Joint on the base that becomes a reaction wheel; may be repeated")
       ->allow_extra_args(false);
   import_command
       ->add_option("--end-effector", import_options.end_effectors,
                    "Link or frame that becomes an end-effector; may be repeated (default: the outermost ones)")
       ->allow_extra_args(false);
   import_command->add_flag("--repair-inertia", import_options.repair_inertia,
-                           "Replace inertias that no body can have by the nearest possible ones");
+                           "Replace physically impossible inertias by the nearest possible ones");
   import_command->callback([&] { code = import_robot_file(import_options); });
 
   ModesOptions modes_options;
   CLI::App* modes_command = app.add_subcommand(
-      "modes", "Modes of vibration of a link or panel, from mass and stiffness matrices of a finite-element model");
+      "modes",
+      "Compute modes of vibration of a link or panel from mass and stiffness matrices of a finite-element model");
   modes_command
       ->add_option("--mass", modes_options.mass,
                    "File of the mass matrix: .mtx (Matrix Market, Abaqus), .csv, CalculiX's .mas, Nastran's DMIG "
                    "(.pch, .bdf) or "
                    ".op4")
       ->required();
-  modes_command->add_option("--stiffness", modes_options.stiffness, "File of the stiffness matrix; may be the same")
+  modes_command
+      ->add_option("--stiffness", modes_options.stiffness, "File of the stiffness matrix; may be the same file")
       ->required();
   modes_command
       ->add_option("--units", modes_options.units,
                    "Units of the model, LENGTH-MASS-s: m-kg-s, mm-t-s, in-slinch-s, ...")
       ->required();
   modes_command->add_option("--interface", modes_options.interface_node,
-                            "Node with six degrees of freedom where the body is attached; the origin of its frame");
-  modes_command->add_option("--interface-nodes", modes_options.interface_nodes,
-                            "File of nodes that are tied together where the body is attached: lines NODE, X, Y, Z");
+                            "Node with six degrees of freedom where the body is attached; origin of the body's frame");
+  modes_command->add_option(
+      "--interface-nodes", modes_options.interface_nodes,
+      "File of nodes that form the rigid interface where the body is attached: lines NODE, X, Y, Z");
   modes_command
       ->add_option("--origin", modes_options.origin,
                    "X Y Z of the frame's origin, with --interface-nodes, in the model's units (default: 0 0 0)")
       ->expected(3);
   modes_command
       ->add_option("--interface-rows", modes_options.interface_rows,
-                   "Of matrices whose rows have no names: the six rows of the interface's translations and rotations "
+                   "For matrices without row names: the six rows of the interface's translations and rotations "
                    "(default: 1 2 3 4 5 6)")
       ->expected(6);
   modes_command->add_option("--row-names", modes_options.row_names,
-                            "File with the names of the rows, a line NODE.COMPONENT for each (default: the matrix's "
-                            "file with the ending .dof, where there is one)");
-  modes_command->add_option(
-      "--node-places", modes_options.node_places,
-      "File of more nodes, as --interface-nodes, which are not tied: they locate shells and beams "
-      "that CalculiX expanded to solids");
-  modes_command->add_option("--mass-name", modes_options.mass_name, "Of several matrices in a file: its name");
+                            "File with the names of the rows, one line NODE.COMPONENT per row (default: the matrix's "
+                            "file name with the ending .dof, if it exists)");
+  modes_command->add_option("--node-places", modes_options.node_places,
+                            "File of more nodes, in the format of --interface-nodes; they locate shells and beams "
+                            "that CalculiX expanded to solids, and are not part of the interface");
+  modes_command->add_option("--mass-name", modes_options.mass_name,
+                            "Name of the mass matrix in a file with several matrices");
   modes_command->add_option("--stiffness-name", modes_options.stiffness_name, "Likewise");
   modes_command
-      ->add_option("--modes", modes_options.modes, "At most so many modes (default: 20, or all of a smaller model)")
+      ->add_option("--modes", modes_options.modes,
+                   "Maximum number of modes (default: 20, or all modes of a smaller model)")
       ->check(CLI::Range(1, 50));
   modes_command->add_option("--below", modes_options.below, "Modes below this frequency [Hz] (default: 100)")
       ->check(CLI::PositiveNumber);
   modes_command->add_option("--damping", modes_options.damping, "Damping ratio of all modes (default: 0)")
       ->check(CLI::Range(0.0, 1.0));
   modes_command->add_option("--expect", modes_options.expected,
-                            "Frequencies [Hz] of the first modes; more than 1 % off is an error");
+                            "Expected frequencies [Hz] of the first modes; a difference of more than 1 % is an error");
   modes_command->add_option("-o,--output", modes_options.output,
-                            "File (YAML) for mass, com, inertia and modes (default: print the table alone)");
+                            "File (YAML) for mass, com, inertia and modes (default: print the table only)");
   modes_command->callback([&] { code = modes_of_matrices(modes_options); });
 
   bool as_markdown = false;
@@ -312,13 +318,13 @@ int program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // Help and version are successes; everything else is bad input.
+    // Help and version are successes; other parse results are bad input.
     return end_of_parsing(app, error);
   } catch (const std::exception& error) {
     return unexpected_error(error);
   }
   if (say_plugin_faults() && code == kDone) code = kSimulationFailed;
-  // A full disk or a closed pipe behind stdout is no success.
+  // A full disk or a closed pipe behind stdout is an error.
   if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == kDone) {
     to_stderr("grapnel: error: cannot write to standard output\n");
     return kSimulationFailed;

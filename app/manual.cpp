@@ -11,12 +11,12 @@
 namespace grapnel::app {
 namespace {
 
-// What follows a word of a command line.
+// What bash completes after a word of the command line.
 enum class Completion { files, yaml_files, folders, choices, nothing };
 
 struct Argument {
-  std::vector<std::string> names;  // "-o", "--output"; of a positional one: "scenario"
-  std::string value;               // what an option or argument is: "TEXT", "INT"; empty: nothing follows
+  std::vector<std::string> names;  // "-o", "--output"; for a positional argument: "scenario"
+  std::string value;               // type of the value: "TEXT", "INT"; empty: takes no value
   std::vector<std::string> choices;
   std::string description;
   bool positional = false, required = false, many = false;
@@ -38,7 +38,7 @@ struct Command {
   std::vector<Argument> arguments;
 };
 
-// The values of an option that takes one of a list: CLI11 keeps them in the name of its type alone, "TEXT:{x,y,z}".
+// The choices of an option: CLI11 stores them only in the name of its type, "TEXT:{x,y,z}".
 std::vector<std::string> choices_of(const std::string& type) {
   const std::size_t open = type.find('{'), close = type.rfind('}');
   std::vector<std::string> choices;
@@ -69,7 +69,7 @@ Argument argument_of(const CLI::Option& option) {
   return a;
 }
 
-// Options of the command itself and of its groups, which CLI11 keeps as subcommands without a name.
+// Options of the command itself and of its groups, which CLI11 stores as subcommands without a name.
 void add_arguments(const CLI::App& app, std::vector<Argument>& arguments) {
   for (const CLI::Option* option : app.get_options()) arguments.push_back(argument_of(*option));
   for (const CLI::App* group : app.get_subcommands(nullptr)) {
@@ -91,7 +91,7 @@ std::vector<Command> commands_of(const CLI::App& app) {
   return commands;
 }
 
-// "grapnel run [OPTIONS] scenario"; `markup` is put around the names of arguments.
+// "grapnel run [OPTIONS] scenario"; `markup` surrounds the names of arguments.
 std::string synopsis(const std::string& program, const Command& command, std::string_view before,
                      std::string_view after) {
   std::string text = fmt::format("{} {} [OPTIONS]", program, command.name);
@@ -103,7 +103,7 @@ std::string synopsis(const std::string& program, const Command& command, std::st
   return text;
 }
 
-// Text as roff takes it literally: a hyphen is a minus that can be searched and copied, and no line begins with a
+// Escapes text for roff: hyphens become minus signs, which can be searched and copied, and no line begins with a
 // request.
 std::string roff(std::string_view text) {
   std::string out;
@@ -155,7 +155,7 @@ Instruction set of the lanes in which campaigns, impacts and plans are computed:
 \fBone_lane\fR or \fBoff\fR (none). Default: the widest that the processor has.
 )";
 
-// Characters that Markdown would take for its own.
+// Escapes characters that have a meaning in Markdown.
 std::string markdown(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -168,16 +168,17 @@ std::string markdown(std::string_view text) {
 }  // namespace
 
 std::string_view exit_codes() {
-  return "Exit codes: 0 done; 1 the simulation failed, its conservation checks did, or a result could not be written "
-         "(what was\n"
-         "computed is kept); 2 bad input; 3 some points of a study or cases of a campaign failed; 130 stopped by\n"
-         "Ctrl-C (everything that is complete is kept).";
+  return "Exit codes: 0 done; 1 the simulation or its conservation checks failed, or a result could not be written "
+         "(the results\n"
+         "computed so far are kept); 2 bad input; 3 some points of a study or cases of a campaign failed; 130 stopped "
+         "by\n"
+         "Ctrl-C (completed results are kept).";
 }
 
 std::string manual_page(const CLI::App& app) {
   const std::string program = app.get_name();
   const std::vector<Command> commands = commands_of(app);
-  const std::string description = app.get_description();  // "Grapnel: what happens when ..."
+  const std::string description = app.get_description();  // "Grapnel: simulates ..."
   const std::size_t colon = description.find(": ");
   std::string text = ".\\\" Made by `grapnel manual` from the program's arguments.\n";
   text += fmt::format(".TH GRAPNEL 1 \"\" \"grapnel {}\" \"User Commands\"\n", GRAPNEL_VERSION);
@@ -187,9 +188,11 @@ std::string manual_page(const CLI::App& app) {
     text += fmt::format(".B {}\n.br\n", roff(synopsis(program, command, "", "")));
   }
   text += ".SH DESCRIPTION\n" + roff(description) +
-          ".\nApproach, impact and the motion afterwards are simulated; momentum, energy and loop closure are checked "
-          "in every result.\n"
-          "Errors are reported all at once on stderr, as\n.IR file:line:column :\n.BR error: \" ...\"\n.SH COMMANDS\n";
+          ".\nGrapnel simulates the approach, the impact and the motion afterwards. It checks momentum, energy and "
+          "loop closure "
+          "in each result.\n"
+          "All errors of an input file are reported together on stderr, as\n.IR file:line:column :\n.BR error: \" "
+          "...\"\n.SH COMMANDS\n";
   for (const Command& command : commands) {
     text += fmt::format(".SS {} {}\n{}.\n", roff(program), roff(command.name), roff(command.description));
     if (!command.aliases.empty())
@@ -199,14 +202,14 @@ std::string manual_page(const CLI::App& app) {
   text += ".SH OPTIONS\n" + roff_arguments(command_of(app).arguments);
   text += ".SH \"EXIT STATUS\"\n" + roff(exit_codes()) + "\n";
   text += kFiles;
-  text += ".SH \"SEE ALSO\"\n.BR gnuplot (1),\nwhich\n.B grapnel figure\ndraws with.\n";
+  text += ".SH \"SEE ALSO\"\n.BR gnuplot (1),\nused by\n.B grapnel figure\n";
   return text;
 }
 
 std::string manual_markdown(const CLI::App& app) {
   const std::string program = app.get_name();
   std::string text =
-      fmt::format("# Commands\n\nEvery command of the program with its options, as `{} --help` and `man {}` say it.\n",
+      fmt::format("# Commands\n\nEvery command of the program with its options, as in `{} --help` and `man {}`.\n",
                   program, program);
   for (const Command& command : commands_of(app)) {
     text += fmt::format("\n## {} {}\n\n{}.\n\n```text\n{}\n```\n\n| Argument | Meaning |\n|---|---|\n", program,

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What cannot be merged.
+// Folders that cannot be merged.
 struct Disagreement : ForeignFolder {
   using ForeignFolder::ForeignFolder;
 };
@@ -29,7 +29,7 @@ struct Source {
   Manifest manifest;
 };
 
-// The folders' manifests, all of one campaign. Empty if not, which was said on stderr.
+// The folders' manifests, all of one campaign. Empty if they differ or cannot be read; the errors are on stderr.
 std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
   std::vector<Source> sources;
   bool sound = true;
@@ -37,7 +37,7 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
     std::optional<Manifest> manifest;
     try {
       manifest = read_manifest(folder);
-      if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
+      if (!manifest) throw std::runtime_error(folder.string() + ": contains no campaign (manifest.json is missing)");
     } catch (const std::exception& error) {
       to_stderr("grapnel: error: {}\n", error_text(error));
       sound = false;
@@ -52,7 +52,7 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
             fmt::format("its shards have {} cases, not {}", manifest->block_size, first.manifest.block_size));
       if (!lines.empty()) {
         sound = false;
-        to_stderr("grapnel: error: {} and {} hold different campaigns; of the former:\n", folder.string(),
+        to_stderr("grapnel: error: {} and {} hold different campaigns. Differences of the former:\n", folder.string(),
                   first.folder.string());
         for (const std::string& line : lines) to_stderr("  {}\n", line);
       }
@@ -63,7 +63,8 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
   return sources;
 }
 
-// The file's campaign, which can run cases; if the file is gone or has changed, what the manifest says of it.
+// The campaign of the file, which can run cases. If the file is missing or has changed, the manifest's description of
+// the campaign.
 Campaign campaign_of(const Source& source) {
   try {
     Campaign campaign =
@@ -84,26 +85,26 @@ bool same(const CaseRow& a, const CaseRow& b) {
          same_bits(a.inputs, b.inputs) && same_bits(a.values, b.values);
 }
 
-// Rows of a block that were found, and where.
+// Rows of a block, and their folder.
 struct Found {
   std::vector<CaseRow> rows;
   fs::path folder;
 };
 
-// Takes the rows of another folder too: the longer list counts. @throws Disagreement if rows of one case differ
+// Adds the rows of another folder; the longer list is kept. @throws Disagreement if rows of one case differ
 void take_rows(Found& found, std::vector<CaseRow> rows, const fs::path& folder) {
   for (std::size_t i = 0; i < std::min(rows.size(), found.rows.size()); ++i) {
     if (same(rows[i], found.rows[i])) continue;
     throw Disagreement(
-        fmt::format("case {} is not the same in {} and in {}: they were not made by the same program on machines that "
-                    "compute alike; "
-                    "one of them has to be left out",
+        fmt::format("case {} differs between {} and {}: the folders come from different programs or from machines with "
+                    "different arithmetic; "
+                    "leave one of them out",
                     rows[i].index, found.folder.string(), folder.string()));
   }
   if (rows.size() > found.rows.size()) found = {std::move(rows), folder};
 }
 
-// What folder `source` has of a block of the whole.
+// The rows of one block of the merged campaign that folder `source` holds.
 std::vector<CaseRow> rows_in(const Source& source, const Campaign& campaign, std::uint64_t number) {
   const std::uint64_t size = source.manifest.block_size;
   if (number >= block_count(size, source.manifest.total)) return {};
@@ -111,12 +112,12 @@ std::vector<CaseRow> rows_in(const Source& source, const Campaign& campaign, std
   auto rows = read_shard(source.folder, campaign, block, source.manifest.arithmetic);
   std::error_code none;
   if (!rows && fs::exists(shard_path(source.folder, number), none))
-    to_stderr("grapnel: warning: {} is damaged, or of another arithmetic than its manifest says, and left out\n",
+    to_stderr("grapnel: warning: {} is left out: it is damaged, or its arithmetic differs from its manifest\n",
               shard_path(source.folder, number).string());
   return rows ? std::move(*rows) : std::vector<CaseRow>{};
 }
 
-// All blocks of all sources into the store.
+// Collects all blocks of all sources in the store.
 void gather(const std::vector<Source>& sources, const Campaign& campaign, ShardStore& store, StopSignal& stop) {
   const std::uint64_t blocks = block_count(store.block_size(), store.total());
   for (std::uint64_t number = 0; number < blocks && !stop.poll(); ++number) {
@@ -158,8 +159,8 @@ int merge_into(const std::vector<Source>& sources, Campaign campaign, const Merg
   }
   if (all.complete < all.blocks) {
     to_stderr(
-        "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, and no results can be written yet; grapnel "
-        "campaign {} -o {} computes the others{}\n",
+        "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, so no results can be written yet; grapnel "
+        "campaign {} -o {} computes the missing cases{}\n",
         all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
         store.folder().string(),
         store.arithmetic() == arithmetic_here()

@@ -1,4 +1,4 @@
-// grapnel modes: matrices of a finite-element model become the modes of vibration of a link or a panel.
+// grapnel modes: converts matrices of a finite-element model to the modes of vibration of a link or a panel.
 #include <fmt/format.h>
 
 #include <array>
@@ -19,14 +19,14 @@
 namespace grapnel::app {
 namespace {
 
-// A mode that is this far from where it was expected is another one, or the units are.
+// Relative error of a frequency beyond which a mode is not the expected one, or the units are wrong.
 constexpr double kExpected = 0.01;
-// At most so many modes where the command names no number; a smaller model gives all that it has.
+// Maximum number of modes if the command states none; a smaller model yields all its modes.
 constexpr int kUsualModes = 20;
 
 Mark option_mark(const std::string& argument) { return {std::make_shared<const std::string>(argument), 0, 0}; }
 
-// LENGTH-MASS-s.
+// Parses LENGTH-MASS-s.
 std::optional<ElementUnits> units_of(const std::string& text, FaultList& faults) {
   struct Unit {
     std::string_view name;
@@ -34,7 +34,7 @@ std::optional<ElementUnits> units_of(const std::string& text, FaultList& faults)
   };
   static constexpr std::array kLengths{Unit{"m", 1}, Unit{"cm", 0.01}, Unit{"mm", 0.001}, Unit{"in", 0.0254},
                                        Unit{"ft", 0.3048}};
-  // Where forces are in pounds: 1 lbf s^2/in, and 1 lbf s^2/ft.
+  // Mass units of the pound-force systems: 1 lbf s^2/in, and 1 lbf s^2/ft.
   static constexpr std::array kMasses{Unit{"kg", 1}, Unit{"g", 0.001}, Unit{"t", 1000},
                                       Unit{"slinch", 0.45359237 * 9.80665 / 0.0254},
                                       Unit{"slug", 0.45359237 * 9.80665 / 0.3048}};
@@ -58,7 +58,7 @@ std::optional<ElementInterface> interface_of(const ModesOptions& options, FaultL
   ElementInterface interface;
   const bool by_rows = !options.interface_rows.empty();
   if (int(options.interface_node.has_value()) + int(!options.interface_nodes.empty()) + int(by_rows) > 1) {
-    faults.add(option_mark("--interface"), "the interface is a node, a list of nodes or rows, one of them");
+    faults.add(option_mark("--interface"), "must be one of: a node, a list of nodes, rows");
     return std::nullopt;
   }
   interface.node = options.interface_node;
@@ -108,7 +108,7 @@ void print(const ComponentModes& r, const ModesOptions& options) {
             r.com[1], r.com[2]);
   const RigidBodyInertiad I = RigidBodyInertiad::about_com(r.mass, r.com, r.inertia);
   const std::array whole{r.mass, r.mass, r.mass, I.rotational.xx, I.rotational.yy, I.rotational.zz};
-  to_stdout("\nmodes, clamped at the interface: percent of mass along x, y, z and of inertia about them that moves\n");
+  to_stdout("\nmodes, clamped at the interface: effective mass along x, y, z and inertia about them, percent\n");
   to_stdout("  {:>4} {:>14} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "mode", "frequency", "x", "y", "z", "about x",
             "about y", "about z");
   std::array<double, 6> sum{};
@@ -130,30 +130,29 @@ void print(const ComponentModes& r, const ModesOptions& options) {
   }
   row("all", "", sum);
   if (r.without_participation > 0)
-    to_stdout("{} that nothing excites through the interface left out\n",
+    to_stdout("{} left out that cannot be excited through the interface\n",
               counted(static_cast<std::size_t>(r.without_participation), "mode"));
   if (r.next)
-    to_stdout("left out from {:.6g} Hz on by {}: what they would move is rigid\n", *r.next,
+    to_stdout("modes from {:.6g} Hz on left out by {}: their mass moves rigidly with the interface\n", *r.next,
               *r.next > options.below ? fmt::format("--below {:g}", options.below)
                                       : fmt::format("--modes {}", options.modes.value_or(kUsualModes)));
 }
 
-// Whether the modes are where they were expected, in order.
+// Compares the modes with the expected frequencies, in order.
 void compare(const ComponentModes& r, const ModesOptions& options, FaultList& faults) {
   for (std::size_t k = 0; k < options.expected.size(); ++k) {
     const double expected = options.expected[k];
     if (k >= r.modes.size()) {
       faults.add(option_mark("--expect"),
-                 fmt::format("mode {} is expected at {:g} Hz, and the matrices give {} in the range", k + 1, expected,
-                             counted(r.modes.size(), "mode")));
+                 fmt::format("mode {} is expected at {:g} Hz, but the matrices give only {} in the range", k + 1,
+                             expected, counted(r.modes.size(), "mode")));
       return;
     }
     if (std::abs(r.modes[k].frequency / expected - 1) > kExpected)
-      faults.add(
-          option_mark("--expect"),
-          fmt::format("mode {} is at {:.6g} Hz by the matrices, {:g} Hz is expected: check the interface, and whether "
-                      "both matrices are in the same units",
-                      k + 1, r.modes[k].frequency, expected));
+      faults.add(option_mark("--expect"),
+                 fmt::format("mode {} is at {:.6g} Hz, expected {:g} Hz: check the interface, and whether "
+                             "both matrices are in the same units",
+                             k + 1, r.modes[k].frequency, expected));
   }
 }
 
@@ -172,7 +171,7 @@ int modes_of_matrices(const ModesOptions& options) {
       interface->rows = {0, 1, 2, 3, 4, 5};
     if (options.modes && *options.modes > mass->size())
       faults.add(option_mark(fmt::format("--modes {}", *options.modes)),
-                 fmt::format("the matrices have {} only", counted(static_cast<std::size_t>(mass->size()), "row")));
+                 fmt::format("the matrices have only {}", counted(static_cast<std::size_t>(mass->size()), "row")));
     const auto result = component_modes(std::move(*mass), std::move(*stiffness), *interface, *units,
                                         {options.modes.value_or(kUsualModes), options.below, options.damping}, faults);
     faults.throw_if_any();
@@ -186,8 +185,8 @@ int modes_of_matrices(const ModesOptions& options) {
     if (options.output.empty()) return kDone;
     const Mark mark = option_mark("grapnel modes");
     const std::string comment = fmt::format(
-        "Made by grapnel modes from {} and {}: for a link of a robot or a panel of a target whose frame\n"
-        "is the model's, with its origin at the interface. SI.",
+        "Made by grapnel modes from {} and {}: for a link of a robot or a panel of a target whose\n"
+        "frame has the model's axes and its origin at the interface. SI units.",
         printable_line(options.mass.filename().string()), printable_line(options.stiffness.filename().string()));
     write_file_atomically(options.output, yaml_text(node_of(*result, mark), comment));
     to_stdout("{}: mass, com, inertia and {}\n", options.output.string(), counted(result->modes.size(), "mode"));

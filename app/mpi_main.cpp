@@ -1,4 +1,4 @@
-// grapnel-mpi: a campaign on the ranks of an MPI job.
+// grapnel-mpi: runs a campaign on the ranks of an MPI job.
 
 #include <fmt/format.h>
 #include <mpi.h>
@@ -26,12 +26,12 @@
 
 namespace grapnel {
 
-// Plain messages between ranks: the only part that knows MPI. Nothing but init and finalize is collective, so that no
-// rank waits for all others.
+// Point-to-point messages between ranks: the only part that calls MPI. Only init and finalize are collective, so that
+// no rank waits for all others.
 
 namespace app {
 
-/// What ranks tell each other.
+/// Kinds of messages between ranks.
 enum class MessageKind : int {
   // from rank 0
   open,    // numbers: cases of the campaign (the folder is there)
@@ -39,19 +39,19 @@ enum class MessageKind : int {
   finish,  // no more work
   // to rank 0
   ready,   // numbers: block done or kNoBlock, rows done, successes, not ok
-  failed,  // text: why this rank cannot go on
+  failed,  // text: why this rank cannot continue
 };
 
 struct Message {
   MessageKind kind = MessageKind::finish;
   std::array<std::uint64_t, 4> numbers{};
-  std::string text;  // at most kLongest bytes go over
+  std::string text;  // at most kLongest bytes are sent
   int from = 0;
 
   static constexpr std::size_t kLongest = 1000;
 };
 
-/// MPI from its beginning to its end.
+/// MPI from init to finalize.
 class World {
  public:
   World(int& argc, char**& argv);
@@ -63,11 +63,11 @@ class World {
   int size() const { return size_; }
 
   void send(int to, const Message& message) const;
-  /// Waits for a message of that rank.
+  /// Waits for a message from that rank.
   Message receive(int from) const;
-  /// A message of any rank, if one is there.
+  /// A message of any rank, if one has arrived.
   std::optional<Message> try_receive() const;
-  /// Ends all ranks at once.
+  /// Ends all ranks immediately.
   [[noreturn]] void abort(int code) const;
 
  private:
@@ -78,8 +78,8 @@ class World {
 
 namespace app {
 
-/// `grapnel campaign` by all ranks: rank 0 hands out blocks, the others compute and write them, rank 0 writes the
-/// results. A job of one rank does it all by itself. Returns the exit code of this rank.
+/// Runs `grapnel campaign` on all ranks: rank 0 assigns blocks, the others compute and write them, rank 0 writes the
+/// results. In a job with one rank, rank 0 computes the blocks itself. Returns the exit code of this rank.
 int mpi_campaign(const CampaignRunOptions& options, const World& world);
 
 }  // namespace app
@@ -94,7 +94,7 @@ namespace {
 
 constexpr int kTag = 7;
 
-// A message's bytes: kind, numbers, text. Ranks run the same program on machines of one kind.
+// A message's bytes: kind, numbers, text. All ranks run the same program on the same kind of machine.
 struct Wire {
   std::int64_t kind;
   std::array<std::uint64_t, 4> numbers;
@@ -130,7 +130,7 @@ Message take(int from) {
 }  // namespace
 
 World::World(int& argc, char**& argv) {
-  // The heartbeat of a folder's lock is a thread of its own, which sends nothing.
+  // The heartbeat of a folder's lock runs in a separate thread, which makes no MPI calls.
   int provided = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   MPI_Comm_rank(world(), &rank_);
@@ -171,7 +171,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kNoBlock = ~std::uint64_t{0};
-constexpr std::chrono::milliseconds kNap{1};  // of rank 0 between looks for messages
+constexpr std::chrono::milliseconds kNap{1};  // interval at which rank 0 polls for messages
 
 std::string writer(int rank) { return fmt::format("rank-{}", rank); }
 
@@ -179,7 +179,7 @@ Message message(MessageKind kind, std::array<std::uint64_t, 4> numbers = {}) { r
 
 // --- Rank 0 ---
 
-// Hands out the blocks that are missing, and counts what comes back.
+// Assigns the missing blocks to ranks, and counts completed ones.
 class Foreman {
  public:
   Foreman(const World& world, std::vector<ShardStore::Missing> missing, const CaseProgress& progress)
@@ -187,7 +187,7 @@ class Foreman {
     for (int rank = 1; rank < world.size(); ++rank) away_.insert(rank);
   }
 
-  /// Until every rank has been sent home.
+  /// Runs until every rank has been dismissed.
   void run(const CampaignRunOptions& options, StopSignal& stop) {
     Progress shown(options.quiet);
     while (!away_.empty()) {
@@ -223,12 +223,12 @@ class Foreman {
 
   const World& world_;
   std::deque<ShardStore::Missing> waiting_;
-  std::set<int> away_;  // ranks that work
+  std::set<int> away_;  // ranks that are computing
   CaseProgress progress_;
   std::string failure_;
 };
 
-// Ranks that wait for the folder go home.
+// Dismisses ranks that wait for the folder.
 void send_home(const World& world) {
   for (int rank = 1; rank < world.size(); ++rank) world.send(rank, message(MessageKind::finish));
 }
@@ -283,7 +283,7 @@ int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& o
 
 // --- The others ---
 
-// Computes and writes the blocks that rank 0 names.
+// Computes and writes the blocks that rank 0 assigns.
 void work(Campaign& campaign, const fs::path& folder, const World& world, StopSignal& stop) {
   ShardStore store(folder, campaign,
                    {.version = GRAPNEL_VERSION, .writer = writer(world.rank()), .extend = 0, .total = 0});
@@ -332,7 +332,7 @@ int follow(Campaign* campaign, const fs::path& folder, const CampaignRunOptions&
 
 int mpi_campaign(const CampaignRunOptions& options, const World& world) {
   const bool leads = world.rank() == 0;
-  // All ranks read the file; one says what is wrong with it. None waits for others but for rank 0.
+  // All ranks read the file; rank 0 prints its errors. A rank waits only for rank 0.
   std::optional<Campaign> campaign = campaign_from_file(options, leads);
   const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
   StopSignal stop;
@@ -342,7 +342,7 @@ int mpi_campaign(const CampaignRunOptions& options, const World& world) {
     return kBadInput;
   }
   say_campaign(*campaign, options);
-  std::string command = options.command;  // that goes on
+  std::string command = options.command;  // resumes the campaign
   return with_store_errors(folder, command, [&] { return lead(*campaign, folder, options, world, stop, command); });
 }
 
@@ -350,7 +350,7 @@ int mpi_campaign(const CampaignRunOptions& options, const World& world) {
 
 }  // namespace grapnel
 
-// Argument parsing only, by every rank; the first one prints.
+// Parses the arguments on every rank; rank 0 prints.
 int main(int argc, char** argv) {
   using namespace grapnel::app;
   prepare_process();
@@ -367,11 +367,11 @@ int main(int argc, char** argv) {
   options.resume =
       fmt::format("mpirun -np {} {}", world.size(), command_line_without("grapnel-mpi", argc, argv, "--extend"));
   CLI::App* campaign_command =
-      app.add_subcommand("campaign", "As grapnel campaign; rank 0 hands out the work, and the others do it");
+      app.add_subcommand("campaign", "As grapnel campaign; rank 0 assigns the work to the other ranks");
   add_campaign_arguments(*campaign_command, options);
   campaign_command->callback([&] { code = mpi_campaign(options, world); });
   CLI::App* map_command = app.add_subcommand("map", "As grapnel map");
-  map_command->alias("envelope");  // as it was called
+  map_command->alias("envelope");  // former name
   add_campaign_arguments(*map_command, options);
   map_command->callback([&] {
     options.map = true;
@@ -385,7 +385,7 @@ int main(int argc, char** argv) {
     if (world.rank() != 0) return error.get_exit_code() == 0 ? kDone : kBadInput;
     return end_of_parsing(app, error);
   } catch (const std::exception& error) {
-    // The other ranks may wait for this one.
+    // The other ranks may be waiting for this one.
     world.abort(unexpected_error(error));
   }
   if (say_plugin_faults() && code == kDone) code = kSimulationFailed;

@@ -19,13 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the objective: what the written file may differ from the point it was made from.
+// Maximum difference of the objective between the written file and the point it was written from.
 constexpr double kSame = 1e-9;
 
 std::string comment_of(const Optimization& optimization, const OptimizationOutcome& outcome) {
   const Evaluation& best = outcome.evaluations[*outcome.best];
   std::string text = fmt::format(
-      "Made by grapnel {} optimize from {} (sha256 {}).\n{}: {:.9g}, in the scenario as it was {:.9g}; point {} of "
+      "Made by grapnel {} optimize from {} (sha256 {}).\n{}: {:.9g}, in the original scenario {:.9g}; point {} of "
       "{}.\n",
       GRAPNEL_VERSION, fs::path(optimization.file).filename().string(), optimization.sha256.substr(0, 12),
       objective_text(optimization), best.score.objective, outcome.before.score.objective, best.row.index,
@@ -37,7 +37,8 @@ std::string comment_of(const Optimization& optimization, const OptimizationOutco
   return text;
 }
 
-// Writes the best as a scenario and simulates what was written: what is reported is what a user will get.
+// Writes the best point as a scenario and simulates that file, so that the reported values are those that the user
+// obtains.
 Evaluation write_best(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& file,
                       const std::stop_token& stop) {
   const Evaluation& best = outcome.evaluations[*outcome.best];
@@ -46,7 +47,7 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
   const Evaluation after = evaluate(optimization, {written, inward_normals(written)}, stop);
   const double difference = std::abs(after.score.objective - best.score.objective);
   if (!(difference <= kSame * std::abs(best.score.objective) || difference <= kSame) || !after.score.acceptable())
-    throw std::runtime_error(fmt::format("{} gives {} where the search found {}", file.string(), after.score.objective,
+    throw std::runtime_error(fmt::format("{} gives {}, but the search found {}", file.string(), after.score.objective,
                                          best.score.objective));
   return after;
 }
@@ -58,7 +59,7 @@ OptimizationOutcome search(const Optimization& optimization, const StudyOptions&
                                  .stop = stop});
 }
 
-// Writes the evaluations of a search that was stopped, and the best of them without simulating it once more.
+// Writes the evaluations of a stopped search, and the best of them without simulating it again.
 int keep_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder) {
   if (outcome.evaluations.empty()) {
     to_stderr("{}: stopped before the first evaluation was complete; nothing is written\n", optimization.file);
@@ -80,7 +81,7 @@ int keep_stopped(const Optimization& optimization, const OptimizationOutcome& ou
   return kInterrupted;
 }
 
-// Searches and writes. The exit code.
+// Searches and writes the results. Returns the exit code.
 int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder,
                      const std::stop_token& stop) {
   const OptimizationOutcome outcome = search(optimization, options, stop);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Makes the folder. Why nothing can be written there, before a long simulation finds out; empty if it can.
+// Makes the folder. Returns why it is not writable, before a long simulation; empty if it is writable.
 std::string cannot_write_to(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -30,7 +30,7 @@ std::string cannot_write_to(const std::filesystem::path& folder) {
   return ::access(folder.c_str(), W_OK | X_OK) == 0 ? std::string() : std::strerror(errno);
 }
 
-// The files of a result folder, by command; temporaries take their names by a rename at the end.
+// The files of a result folder, by command; temporary files are renamed at the end.
 std::vector<fs::path> files_in(const fs::path& folder, Outputs outputs) {
   std::vector<const char*> names;
   switch (outputs) {
@@ -61,7 +61,7 @@ struct NamedScenario {
   std::string name, sha256;
 };
 
-// Whose run left a summary; empty where there is none that can be read: nothing of value is lost.
+// The scenario whose run left a summary; empty if there is no readable summary, so that no results are at risk.
 std::optional<NamedScenario> scenario_of_results(const fs::path& summary) {
   std::error_code error;
   if (!fs::is_regular_file(summary, error)) return std::nullopt;
@@ -88,9 +88,8 @@ std::optional<fs::path> results_folder(const fs::path& asked, const fs::path& fi
     if (outputs != Outputs::campaign) break;
     const fs::path input = input_below(folder / made_anew);
     if (input.empty()) continue;
-    to_stderr(
-        "{}: error: is an input of this command, in a folder whose files it replaces; choose another folder with -o\n",
-        input.string());
+    to_stderr("{}: error: is an input of this command, which would replace it; choose another folder with -o\n",
+              input.string());
     return std::nullopt;
   }
   return folder;
@@ -151,7 +150,7 @@ bool may_replace(const std::filesystem::path& file) {
     return false;
   }
   if (first.starts_with(kMade)) return true;
-  to_stderr("{}: error: is there already, and grapnel did not make it; choose another folder with -o\n", file.string());
+  to_stderr("{}: error: already exists, and grapnel did not make it; choose another folder with -o\n", file.string());
   return false;
 }
 
@@ -164,7 +163,7 @@ std::string why_no_reports() {
 void write_report_file(const ReportData& data, const fs::path& file) {
   const std::size_t bytes = write_report(data, file);
   if (bytes <= kLargeReport) return;
-  to_stderr("{}: warning: the report has {:.0f} MB and will open slowly\n", file.string(),
+  to_stderr("{}: warning: the report has {:.0f} MB and opens slowly\n", file.string(),
             static_cast<double>(bytes) / 1e6);
 }
 

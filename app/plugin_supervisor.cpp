@@ -24,7 +24,7 @@
 namespace grapnel::app {
 namespace {
 
-// What the program tells the process that watches it.
+// Memory shared between the program and the process that watches it.
 struct Shared {
   PluginBlame blame{};
   std::atomic<bool> has_ended = false;
@@ -34,7 +34,7 @@ static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_alw
 
 Shared* shared = nullptr;
 
-// Signals that ask the program to end, and are passed on.
+// Signals that request the end of the program; they are forwarded to the child.
 constexpr std::array kPassedOn{SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2};
 
 bool is_single_thread() {
@@ -48,7 +48,7 @@ bool is_ignored(int signal) {
   return ::sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-// Those of `signals` that this process does not ignore, as after nohup.
+// Those of `signals` that this process does not ignore (nohup ignores SIGHUP).
 sigset_t watched_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -58,7 +58,7 @@ sigset_t watched_signals() {
   return set;
 }
 
-// Until the child has ended: its status, as waitpid() gives it. Sets `asked` where it was asked to end.
+// Waits for the end of the child. Returns its status, as from waitpid(); sets `asked` to a forwarded signal.
 int wait_for(pid_t child, const sigset_t& signals, int& asked) {
   for (;;) {
     int signal = 0;
@@ -83,10 +83,10 @@ std::string end_text(int status) {
   return fmt::format("ended the program ({})", ::strsignal(WTERMSIG(status)));
 }
 
-// Ends this process by the same signal.
+// Ends this process by the same signal as the child.
 [[noreturn]] void die_of(int signal) {
   const rlimit no_core{0, 0};
-  ::setrlimit(RLIMIT_CORE, &no_core);  // the child's is there
+  ::setrlimit(RLIMIT_CORE, &no_core);  // the child's core file exists
   std::signal(signal, SIG_DFL);
   sigset_t all;
   sigfillset(&all);
@@ -129,7 +129,7 @@ void continue_in_child() {
   if (child == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != watcher) ::_exit(kSimulationFailed);
-    // A group of its own: what a terminal sends to the group comes once, through the watcher.
+    // A separate process group: signals from a terminal arrive once, through the watcher.
     ::setpgid(0, 0);
     for (const int signal : {SIGTTOU, SIGTTIN}) std::signal(signal, SIG_IGN);
   }

@@ -1,20 +1,21 @@
 #pragma once
 
 /// @file
-/// The program watched from outside while it runs plugins: one that calls _exit(), kills the process or crashes beyond
-/// what its own handlers see (plugin/plugin_crash.hpp) must not pass for a success.
+/// A second process that watches the program while it runs plugins. A plugin that calls _exit(), kills the process or
+/// crashes beyond the reach of its handlers (plugin/plugin_crash.hpp) must not count as success.
 
 namespace grapnel::app {
 
-/// From the first call into a plugin or an FMU on, the program continues in a child process, and this process waits for
-/// it, passes signals on and ends as it ends, with exit code 1 and a line that names the plugin where a plugin ended
-/// it. Nothing changes for programs that call none, or that have several threads by then. Once, first of all.
+/// Enables supervision. At the first call into a plugin or an FMU the program continues in a child process. This
+/// process waits for the child, forwards signals and ends with the child's status. If a plugin ended the child, it ends
+/// with exit code 1 and a line that names the plugin. Programs that call no plugin, or that already have several
+/// threads, are not affected. Call once, before anything else.
 void supervise_plugins();
 
-/// The program ends by its own decision with this code: called last of all.
+/// Ends the program with this code, as a regular end. The last call of the program.
 int end_of_program(int code);
 
-/// The same from a signal handler.
+/// Records a regular end from a signal handler.
 void note_end(int code);
 
 }  // namespace grapnel::app

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// "out/x/" is out/x.
+// Removes a trailing slash: "out/x/" becomes out/x.
 fs::path trimmed(const fs::path& folder) { return folder.has_filename() ? folder : folder.parent_path(); }
 
 fs::path default_file(const ReportOptions& options) {
@@ -90,7 +90,7 @@ int draw(const FigureOptions& options) {
   FigureFiles files;
   try {
     files = write_figure(figure, image);
-  } catch (const std::invalid_argument&) {  // of the request
+  } catch (const std::invalid_argument&) {  // the request does not match the folder
     throw;
   } catch (const std::exception& error) {
     to_stderr("grapnel: error: {}\n", error_text(error));
@@ -99,7 +99,7 @@ int draw(const FigureOptions& options) {
   if (!files.drawn) {
     to_stdout("{}\n{}\n", files.data.string(), files.script.string());
     to_stderr(
-        "grapnel: error: gnuplot is missing (on Debian the package gnuplot-nox), so that {} is not drawn; its data "
+        "grapnel: error: {} is not drawn: gnuplot is missing (on Debian the package gnuplot-nox); its data "
         "and script are written\n",
         files.image.string());
     return kSimulationFailed;
@@ -114,7 +114,7 @@ int figure(const FigureOptions& options) {
   try {
     if (options.list) return print_offers(options.folder);
     if (options.what.empty()) {
-      to_stderr("grapnel: error: figure needs --what; --list says what the folder offers\n");
+      to_stderr("grapnel: error: figure needs --what; --list prints the figures that the folder offers\n");
       return kBadInput;
     }
     return draw(options);

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Where a computation ended without a result of its own.
+// The result of a computation that ended without one.
 CaptureResult failed(const CaptureProblem& problem, const std::string& why) {
   CaptureResult result;
   result.scenario_name = problem.name, result.scenario_sha256 = problem.sha256;
@@ -39,12 +39,12 @@ CaptureResult failed(const CaptureProblem& problem, const std::string& why) {
   return result;
 }
 
-// A plan that cannot be found has a cause, and what is hardly meant in the input is the likeliest.
+// Adds the warnings about the input to the error of a failed plan: implausible input is the most likely cause.
 void name_suspects(CaptureResult& result, const std::vector<std::string>& warnings) {
   constexpr std::size_t kMost = 3;
   if (result.status != CaptureStatus::failed || !result.failure.starts_with("planning")) return;
   for (std::size_t i = 0; i < std::min(warnings.size(), kMost); ++i)
-    result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + warnings[i];
+    result.failure += (i == 0 ? ". Check first: " : "; and: ") + warnings[i];
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ std::string Written::names() const {
 Written write_results(const CaptureProblem& problem, const CaptureResult& result, bool any_samples,
                       const std::function<void(const fs::path&)>& write_series, const fs::path& folder) {
   Written written;
-  // Of an earlier run: it does not belong to this one.
+  // Removes a file of an earlier run, which does not belong to this one.
   const auto remove = [&](const char* name) {
     std::error_code ignored;
     fs::remove(folder / name, ignored);
@@ -113,10 +113,10 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
 
 namespace {
 
-// Temporaries of killed runs that are older are removed [s].
+// Age from which temporary files of killed runs are removed [s].
 constexpr double kAbandoned = 3600;
 
-// One line of stderr for each line of the message.
+// Prints one line on stderr for each line of the message.
 int bad_input(const fs::path& file, const std::exception& error) {
   std::string text = error_text(error);
   for (std::size_t at = 0; at <= text.size();) {
@@ -127,7 +127,7 @@ int bad_input(const fs::path& file, const std::exception& error) {
   return kBadInput;
 }
 
-// Long series are said before anybody waits for them.
+// Warns of long time series before the simulation begins.
 void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
   constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
   const double duration = (problem.approach ? problem.approach->duration : 0.0) + problem.post_impact.total_duration();
@@ -144,11 +144,11 @@ void announce_series(const CaptureProblem& problem, const fs::path& file, const 
       short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
 }
 
-// The table, which leaves why a simulation failed to stderr: it is said once.
+// The table without the reason of a failure, which is printed once, on stderr.
 std::string table_of(CaptureResult& result) {
   const bool unplanned = result.failure.starts_with("planning");
   const std::string failure =
-      std::exchange(result.failure, unplanned ? "planning the approach; why is said below" : "why is said below");
+      std::exchange(result.failure, unplanned ? "planning the approach (reason below)" : "reason below");
   std::string table = result_table(result);
   result.failure = failure;
   return table;
@@ -158,7 +158,7 @@ void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::
   for (const std::string& slow : slow_phases(problem, result)) to_stderr("{}: warning: {}\n", file.string(), slow);
   for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
   for (const GraspOutcome& grasp : result.grasps) {
-    if (grasp.captured || result.failure.find(grasp.reason) != std::string::npos) continue;  // said once
+    if (grasp.captured || result.failure.find(grasp.reason) != std::string::npos) continue;  // already in the failure
     to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grasp.end_effector, grasp.target,
               grasp.reason);
   }
@@ -170,7 +170,7 @@ void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::
     to_stderr("{}: warning: {}\n", file.string(), ratings);
 }
 
-// A completed run whose conservation checks fail: why, and what helps.
+// Prints why the conservation checks of a completed run failed, and the remedies.
 void refuse_result(const Ledger& ledger, const fs::path& file) {
   for (const LedgerEntry& entry : ledger.entries) {
     if (entry.kind != LedgerEntry::Kind::conservation || entry.pass()) continue;
@@ -184,7 +184,7 @@ void refuse_result(const Ledger& ledger, const fs::path& file) {
 int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
                 const RunSwitches& switches) {
   remove_leftovers(folder, kAbandoned);
-  LatePluginEnds ends;  // what a plugin computed is written before its destroy() can end the program
+  LatePluginEnds ends;  // writes a plugin's results before its destroy() can end the program
   CaptureResult result;
   TimeSeriesFile series(folder / "timeseries.h5", {GRAPNEL_VERSION, problem.name, problem.sha256});
   try {
@@ -208,7 +208,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   const bool any_samples = series.samples() + result.series.time.size() > 0;
   const Written written = write_results(
       problem, result, any_samples, [&](const fs::path&) { series.finish(result.series); }, folder);
-  result.warnings = warnings;  // what is doubtful has been said
+  result.warnings = warnings;  // the warnings about the input have been printed
   const bool complete = written.faults.empty();
   const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete);
   if (!switches.quiet) to_stdout("{}\nresults in {}: {}\n{}", table, folder.string(), written.names(), report.line);
@@ -221,7 +221,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
     return report.failed || !complete || !result.ledger.pass() ? kSimulationFailed : kDone;
   }
   if (switches.stop.stop_requested()) {
-    if (!switches.mute) to_stderr("{}: stopped; what there was by then is in {}\n", file.string(), folder.string());
+    if (!switches.mute) to_stderr("{}: stopped; the results so far are in {}\n", file.string(), folder.string());
     return kInterrupted;
   }
   if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
@@ -230,10 +230,10 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
 
 namespace {
 
-// Beyond this the values drawn are in the file only.
+// With more inputs than this, only the file lists the drawn values.
 constexpr std::size_t kMostListed = 40;
 
-// What the campaign's own files call a case.
+// The campaign files' word for a case.
 const char* word_of(const Campaign& campaign) { return campaign.kind == CampaignKind::sweep ? "point" : "case"; }
 
 std::string comment_of(const Campaign& campaign, std::uint64_t k) {
@@ -290,7 +290,7 @@ int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::pat
 }
 
 int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& asked, const RunSwitches& switches) {
-  // Beyond a campaign's own cases are those of --extend; a design has none.
+  // Cases beyond the campaign's own are those of --extend; a design has none.
   if (!campaign.design.empty() && k >= campaign.total()) {
     to_stderr("{0}: error: there is no {1} {2}: the {3} has {1}s 0 to {4}\n", campaign.file, word_of(campaign), k,
               campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.total() - 1);

@@ -20,12 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rows as they come, for the case that the program is killed before the table is complete.
+// Writes rows as they are computed, in case the program is killed before the table is complete.
 class PartialTable {
  public:
   PartialTable(fs::path path, const Campaign& study) : path_(std::move(path)), study_(study) {
     std::error_code ignored;
-    fs::remove(path_, ignored);  // a new file, not one that a link here leads to
+    fs::remove(path_, ignored);  // creates a new file instead of following a link
     file_.open(path_);
     file_ << csv_head(study_);
   }
@@ -38,7 +38,7 @@ class PartialTable {
   }
   void flush() { file_.flush(); }
   const fs::path& path() const { return path_; }
-  // The complete table is there.
+  // Removes the partial table once the complete one exists.
   void remove() {
     file_.close();
     std::error_code ignored;
@@ -65,13 +65,13 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& op
     for (const CaseRow& row : rows) take(row);
   });
   write_file_atomically(folder / "study.json", sweep_json(study, rows, GRAPNEL_VERSION));
-  // Beside the results, which are the same wherever they are.
+  // In a separate file, so that the results do not depend on the folder.
   write_file_atomically(folder / "source.json", json_text({{"schema", "grapnel-study-source/1"},
                                                            {"file_folder", folder_seen_from(folder, study.file)}}));
   return rows;
 }
 
-// Points that completed may still be bad: columns that judge them, by what.
+// Warns of completed points with bad verdicts: a column for each verdict.
 void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, const fs::path& file) {
   struct Verdict {
     std::string_view column;

@@ -30,10 +30,10 @@ namespace grapnel::app {
 namespace {
 
 std::mutex mutex;
-bool progress_shown = false;      // a line without an end stands on the terminal; guarded by mutex
+bool progress_shown = false;      // the terminal shows a line without an end; guarded by mutex
 std::optional<std::string> kept;  // KeptMessages; guarded by mutex
 
-// Longer lines of stderr are cut: a list in a message may have any length.
+// Longer lines of stderr are truncated: a list in a message may have any length.
 constexpr std::size_t kLongestLine = 16384;  // [bytes]
 
 std::string with_short_lines(std::string text) {
@@ -50,7 +50,7 @@ std::string with_short_lines(std::string text) {
   return text;
 }
 
-// With `mutex` held. What could not be written shows in ferror(stdout); of stderr nobody asks.
+// Call with `mutex` held. Errors of stdout remain in ferror(stdout); errors of stderr are ignored.
 void put(std::FILE* stream, const std::string& text) { (void)!std::fwrite(text.data(), 1, text.size(), stream); }
 
 void erase_line() {
@@ -76,7 +76,7 @@ void write_stderr(std::string_view lines) {
     return;
   }
   erase_line();
-  // The buffer of stdout is written wherever it is full: without this a line of stderr would stand within one of it.
+  // Writes the buffer of stdout first, so that a line of stderr cannot interrupt a line of it.
   std::fflush(stdout);
   put(stderr, with_short_lines(printable_lines(lines)));
   std::fflush(stderr);
@@ -124,7 +124,7 @@ void say_faults(const std::vector<Fault>& faults) {
 }
 
 namespace {
-// Nothing is shown before this, so that quick runs stay quiet.
+// Intervals between lines of progress [s]. Quick runs show none.
 constexpr double kTerminalInterval = 0.2, kPlainInterval = 10;
 }  // namespace
 
@@ -144,7 +144,7 @@ void Progress::report(const std::string& phase, double at, double end) {
   const double elapsed = std::chrono::duration<double>(now - phase_start_).count();
   const double rate = elapsed > 0 ? (at - first_) / elapsed : 0;
   const std::string text = phase == kPlanning
-                               ? fmt::format("planning: {:.3g} evaluations, it gives up at {:.3g}", at, end)
+                               ? fmt::format("planning: {:.3g} of at most {:.3g} evaluations", at, end)
                                : fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left",
                                              phase, at, end, rate, rate > 0 ? (end - at) / rate : 0.0);
   show(text, now);
@@ -200,15 +200,16 @@ void SlowWarning::report(const std::string& phase, double at, double end) {
   }
   if (phase == kPlanning) {
     to_stderr(
-        "{}: warning: slow: planning has made {:.3g} evaluations in {:.0f} s, and gives up at {:.3g}, about {:.0f} s "
-        "from now; fewer starts, knots and constraints of approach.plan make it shorter\n",
+        "{}: warning: slow: planning has made {:.3g} evaluations in {:.0f} s and ends at most at {:.3g}, about {:.0f} "
+        "s "
+        "from now; to shorten it, reduce the starts, knots and constraints of approach.plan\n",
         file_, at, elapsed, end, left);
     return;
   }
-  const std::string time = left < 1e6 ? fmt::format("about {:.0f} s left", left) : "no end in sight";
+  const std::string time = left < 1e6 ? fmt::format("about {:.0f} s left", left) : "no estimate of the end";
   to_stderr(
-      "{}: warning: slow: {} is at t = {:.4g} of {:.4g} s after {:.0f} s, {:.2g} simulated s per s, {}; what "
-      "shortens steps, most likely first: {}\n",
+      "{}: warning: slow: {} is at t = {:.4g} of {:.4g} s after {:.0f} s, {:.2g} simulated s per s, {}; to "
+      "speed it up, most effective first: {}\n",
       file_, phase, at, end, elapsed, rate, time, causes_(phase));
 }
 
@@ -223,7 +224,7 @@ void Progress::show(const std::string& text, Clock::time_point now) {
 
 namespace {
 
-// Of a command that has nothing to keep.
+// For commands that have no results to keep.
 extern "C" void end_at_once(int) {
   note_end(kInterrupted);
   ::_exit(kInterrupted);
@@ -244,7 +245,7 @@ void prepare_process() {
   }
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
-    // The lowest free number is this one. A stdout that cannot be written to stays one: that is no success.
+    // open() returns the lowest free number. A stdout that is not writable remains so and is an error.
     const int flags = descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY;
     [[maybe_unused]] const int opened = ::open("/dev/null", flags);
   }
@@ -257,11 +258,11 @@ int threads_of(int asked) {
 
 namespace {
 
-// What the thread reads.
+// Bytes that the thread reads from the pipe.
 constexpr char kRequest = 'r', kEnd = 'e';
 
 std::atomic<int> handler_end{-1};  // of the pipe
-// When a signal came first since the StopSignal was made [ns of the monotonic clock]; 0: not yet.
+// Time of the first signal of each kind since the StopSignal was made [ns of the monotonic clock]; 0: none.
 std::array<std::atomic<std::int64_t>, 32> came;
 static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 
@@ -272,8 +273,8 @@ std::int64_t monotonic_time() {
 }
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// Nothing but what a handler may call. The second signal of a kind ends the program, but not one of the same moment:
-// timeout(1) sends its signal to the process and to its group.
+// Calls only async-signal-safe functions. The second signal of a kind ends the program, unless it arrives at the same
+// moment: timeout(1) sends its signal both to the process and to its group.
 extern "C" void pass_on(int signal) {
   constexpr std::int64_t kSameMoment = 300'000'000;  // [ns]
   const std::int64_t now = monotonic_time();
@@ -295,7 +296,7 @@ StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
   if (::pipe2(pipe_.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   handler_end = pipe_[1];
   for (std::atomic<std::int64_t>& one : came) one = 0;
-  // The thread is to get none of these signals, so that they end no system call of its own.
+  // Blocks all signals in the thread, so that they do not interrupt its system calls.
   sigset_t mine, all;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &mine);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the program says on stdout and stderr, the progress of long work there, and what it settles with the system:
-/// its files, its threads, and the signal that stops it.
+/// Output on stdout and stderr, progress of long work, and settings of the process: its files, its threads, and the
+/// signals that stop it.
 
 #include <fmt/format.h>
 
@@ -23,34 +23,34 @@
 
 namespace grapnel::app {
 
-/// Whole lines to stdout; kept back until flush_stdout(), the next write_stderr() or the program's end.
+/// Writes whole lines to stdout. They are buffered until flush_stdout(), the next write_stderr() or the end of the
+/// program.
 void write_stdout(std::string_view lines);
-/// Whole lines to stderr, at once, behind what was said on stdout before.
+/// Writes whole lines to stderr immediately, after the earlier output on stdout.
 void write_stderr(std::string_view lines);
 void flush_stdout();
 
-/// A line of progress on stderr: rewritten by the next one and gone before anything else is written where stderr is a
-/// terminal, a line of its own elsewhere.
+/// Shows a line of progress on stderr. On a terminal the next output replaces it; elsewhere it is a separate line.
 void show_progress(std::string_view line);
 void erase_progress();
 bool stderr_is_terminal();
 
-/// Faults of input files on stderr, one a line.
+/// Prints errors of input files on stderr, one per line.
 void say_faults(const std::vector<Fault>& faults);
 
-/// While it lives, what is said on stderr is kept here instead, for who is no terminal's program; of stdout nothing is
-/// written. One at a time.
+/// While an object exists, output for stderr is collected in it and output for stdout is dropped, for callers without a
+/// terminal. At most one object at a time.
 class KeptMessages {
  public:
   KeptMessages();
   ~KeptMessages();
   KeptMessages(const KeptMessages&) = delete;
   KeptMessages& operator=(const KeptMessages&) = delete;
-  /// Whole lines so far.
+  /// The whole lines collected so far.
   std::string lines() const;
 };
 
-/// Formatted text, whole lines.
+/// Writes formatted text, which consists of whole lines.
 template <class... Args>
 void to_stdout(fmt::format_string<Args...> format, Args&&... args) {
   write_stdout(fmt::format(format, std::forward<Args>(args)...));
@@ -64,11 +64,11 @@ class Progress {
  public:
   explicit Progress(bool quiet);
   ~Progress();
-  /// Part of the phase that is done: `at` of `end`.
+  /// Progress of a phase: `at` of `end`.
   void report(const std::string& phase, double at, double end);
-  /// Points of a study that are done, and how many of them are not ok.
+  /// Completed points of a study, and how many of them are not ok.
   void report_points(const CaseProgress& at);
-  /// Cases of a campaign that are done, and what they say so far.
+  /// Completed cases of a campaign, and their results so far.
   void report_campaign(const CaseProgress& at);
 
  private:
@@ -79,17 +79,17 @@ class Progress {
   bool quiet_;
   bool terminal_;
   std::string phase_;
-  double first_ = 0;  // where the phase began
+  double first_ = 0;  // start of the phase
   Clock::time_point phase_start_;
-  Clock::time_point last_;   // when something was shown
-  Clock::time_point begin_;  // of everything
+  Clock::time_point last_;   // last output
+  Clock::time_point begin_;  // start of all work
 };
 
-/// Says once in a while that a long phase is slow and why, on stderr, also where progress is not shown: first after 20
-/// s of a phase that would take as long again, then whenever the time has doubled.
+/// Warns on stderr that a long phase is slow, and why, even without progress output. The first warning comes after 20
+/// s, if the phase takes at least as long again. Further warnings follow whenever the elapsed time has doubled.
 class SlowWarning {
  public:
-  /// `causes` of a phase: what makes it slow.
+  /// `causes`: maps a phase to the reasons why it is slow.
   SlowWarning(std::string file, std::function<std::string(const std::string& phase)> causes);
   void report(const std::string& phase, double at, double end);
 
@@ -103,17 +103,17 @@ class SlowWarning {
   double next_ = 0;  // [s]
 };
 
-/// A file that grows beyond what is allowed (ulimit -f) is an error of writing, not the program's end; and where
-/// stdin, stdout or stderr are closed, something that takes nothing is put in their place, so that no file that is
-/// opened later gets their messages. Once, first of all.
+/// Prepares the process. A file that exceeds its size limit (ulimit -f) becomes a write error instead of ending the
+/// program. Closed stdin, stdout or stderr are replaced, so that no file opened later receives their output. Call once,
+/// before anything else.
 void prepare_process();
 
-/// How many threads work: as many as are asked for; 0: one per processor.
+/// The number of threads: `asked`; 0: one per processor.
 int threads_of(int asked);
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP ask to stop; the second of a kind ends the program at once. Whoever has
-/// the token hears of it at once, however long nobody calls poll(): a thread waits for the signals. One at a time;
-/// poll() by one thread. Who has handlers of its own for signals gives a token to listen to instead.
+/// While an object exists, SIGINT, SIGTERM and SIGHUP request a stop; the second signal of a kind ends the program
+/// immediately. A thread waits for the signals, so that holders of the token are notified without calls of poll(). At
+/// most one object at a time; poll() from one thread. Callers with their own signal handlers pass a token instead.
 class StopSignal {
  public:
   explicit StopSignal(std::stop_token instead = {});
@@ -121,7 +121,7 @@ class StopSignal {
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
 
-  /// Whether a request has come.
+  /// Whether a stop has been requested.
   bool poll() const { return token().stop_requested(); }
   std::stop_token token() const { return instead_.stop_possible() ? instead_ : source_.get_token(); }
 
@@ -130,7 +130,7 @@ class StopSignal {
   std::array<struct sigaction, kSignals.size()> before_{};
   std::stop_token instead_;
   std::stop_source source_;
-  std::array<int, 2> pipe_{-1, -1};  // from the handler to the thread that waits
+  std::array<int, 2> pipe_{-1, -1};  // from the signal handler to the waiting thread
   std::thread waiting_;
 };
 

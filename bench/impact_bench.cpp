@@ -1,7 +1,8 @@
 // The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm grasping a
-// target of its own; and the latter with all arms on one target (arms x joints of each). The same impacts in time, with
-// grasps that yield: an implicit stepper whose stages and Jacobians are evaluated in packs, per instruction set, and in
-// doubles. Contacts with restitution and friction: a path and those by which its spread is found, likewise.
+// separate target; and the latter with all arms on one target (arms x joints of each). The same impacts as compliant
+// impacts, with grasps that yield: an implicit stepper whose stages and Jacobians are evaluated in packs, per
+// instruction set, and in doubles. Contacts with restitution and friction: a path and those by which its spread is
+// found, likewise.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -52,7 +53,7 @@ SharedImpact make_impacts(const std::string& name, int arms, int joints, bool al
       const int target = model.body_index(target_name(own_targets ? arm : 0));
       grasps.push_back({hand, target, GraspModel::rigid, k.X_WB[hand] * Vector3d{1, 0, 0}, {0, 0, 1}});
       if (!own_targets && arm > 0) continue;
-      // The target's surface is at the hand (the first that grasps it): its centre is a metre away.
+      // The target's surface is at the end-effector (the first that grasps it): its centre is a metre away.
       const Vector3d axis{uniform(generator), uniform(generator), uniform(generator)};
       const Rotationd R = rotation_about((1 / norm(axis)) * axis, 3 * uniform(generator));
       set_root_pose(model, target, {R, grasps.back().p_WC + R.column(0)}, state);
@@ -110,7 +111,7 @@ void add_plastic_impact(const SharedImpact& impacts) {
 using Set = std::optional<lanes::InstructionSet>;
 constexpr double kUntil = 0.1;  // [s]
 
-// Velocities after an impact in time of one state.
+// Velocities after a compliant impact from one state.
 std::vector<double> step_through(const ImpactWorkload& impacts, int i, Set set) {
   const Model& model = impacts.base.model;
   const State& state = impacts.base.states[i];

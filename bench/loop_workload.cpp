@@ -21,7 +21,8 @@ LoopWorkload make_loops(const std::string& name, int arms, int joints, bool alte
     closure.X_BD = inverse(kinematics.X_WB[closure.body_b]) * (kinematics.X_WB[closure.body_a] * closure.X_AC);
     loops.closures.push_back(closure);
   }
-  // The first state fits as it is. The others: its joint angles moved a little, then brought back onto the closures.
+  // The first state is consistent. The others: its joint angles are perturbed slightly, then projected onto the
+  // closures.
   LoopSolver solver(model, loops.closures);
   Workspace workspace(model);
   std::mt19937_64 generator(4711);

@@ -111,7 +111,8 @@ class Peer {
     }
   }
 
-  // From rest, because MuJoCo leaves out how the closures' Jacobian changes. Its welds are soft: hence roughly.
+  // From rest, because MuJoCo omits the rate of the closures' Jacobian. Its welds are soft, so the comparison is
+  // approximate.
   void check_closed(const Workload& workload, const std::vector<LoopClosure>& closures) {
     LoopSolver solver(workload.model, closures);
     Workspace workspace(workload.model);

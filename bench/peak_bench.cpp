@@ -1,5 +1,5 @@
 // What this machine can do at most, by instruction set: products and sums in registers, and stores to the first-level
-// cache. The lanes' shares of it say what bounds them.
+// cache. The lanes' shares of it show their bottleneck.
 #include <benchmark/benchmark.h>
 
 #include <string>

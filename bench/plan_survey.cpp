@@ -1,4 +1,4 @@
-/// Plans of many demands on the way to a grasp, one line of CSV each: what is planned, with which objective and how
+/// Plans with many constraints along the approach, one line of CSV each: the problem, the objective and how
 /// long it takes. With the lines of another build as argument, what has changed against them.
 ///
 ///   build/release/bin/plan_survey > now.csv

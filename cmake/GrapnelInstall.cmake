@@ -1,5 +1,6 @@
-# What `cmake --install` puts where. Components, which are also the Debian packages (GrapnelPackages.cmake): program (the program, what
-# it reads, its manual page), development (libraries, headers, find_package), mpi (grapnel-mpi) and, where it is built, python.
+# What `cmake --install` puts where. Components, which are also the Debian packages (GrapnelPackages.cmake): program
+# (the program, what it reads, its manual page), development (libraries, headers, find_package), mpi (grapnel-mpi) and,
+# where it is built, python.
 #
 #   bin/grapnel                         lib/libgrapnel_<module>.a        lib/cmake/Grapnel/
 #   include/grapnel/<module>/           share/grapnel/{scenarios,robots,studies,...,schemas,docs,examples}
@@ -13,10 +14,10 @@ if(GRAPNEL_INSTALL)
   set(GRAPNEL_DATADIR ${CMAKE_INSTALL_DATADIR}/grapnel)
 endif()
 
-# grapnel_find_package(<what find_package takes, but for REQUIRED>)
+# grapnel_find_package(<arguments of find_package, without REQUIRED>)
 #
-# Finds a package that the libraries need, and has those who find Grapnel installed find it too: static libraries carry none
-# of what they call. A macro, since packages set variables.
+# Finds a package that the libraries need, and has those who find Grapnel installed find it too: static libraries carry
+# none of what they call. A macro, since packages set variables.
 macro(grapnel_find_package)
   find_package(${ARGV} REQUIRED)
   string(REPLACE ";" " " grapnel_found "${ARGV}")

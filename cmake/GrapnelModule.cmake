@@ -2,20 +2,24 @@
 set(GRAPNEL_MODULES text ready_made spatial pack describe dense model finite_elements import dynamics clearance integrate constraint impact simulate plugin control identify lanes plan result fmi report
     problem approach impact_report capture study campaign scenario study_files plant)
 
-# Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name from
-# elsewhere, which the compiler would allow for by not inlining it: this is what makes position-independent code cost nothing
+# Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name
+# from elsewhere, which the compiler would allow for by not inlining it: this is what makes position-independent code
+# cost nothing
 # (docs/performance.md).
 function(grapnel_position_independent target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -fno-semantic-interposition)
 endfunction()
 
-# grapnel_module(<name> [TEXT] [LIGHT] [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
+# grapnel_module(<name> [TEXT] [LIGHT] [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES
+# <target>...])
 #
-# Defines grapnel::<name>, and Grapnel::<name> as it is called by those who find Grapnel installed. Its headers are visible as
-# "grapnel/<name>/..." only to targets that link it: each module's include directory holds a link to that module alone, so that an
-# include against the dependency order does not compile. Installed they lie in one directory. TEXT: the module reads and writes text
-# and files, once per command and never per case. LIGHT, which TEXT implies: the module computes little itself. Both are compiled at -O1, in
+# Defines grapnel::<name>, and Grapnel::<name> as for users of an installed Grapnel. Its headers are
+# visible as "grapnel/<name>/..." only to targets that link it: each module's include directory holds a link to that
+# module alone, so that an
+# include against the dependency order does not compile. Installed they lie in one directory. TEXT: the module reads and
+# writes text and files, once per command and never per case. LIGHT, which TEXT implies: the module computes little
+# itself. Both are compiled at -O1, in
 # two thirds of the time, and without optimization under sanitizers, in two fifths.
 function(grapnel_module name)
   cmake_parse_arguments(ARG "TEXT;LIGHT" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
@@ -39,7 +43,7 @@ function(grapnel_module name)
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
     # All files compile as one: headers are read and templates compiled once for all of them. A file with compile
-    # options of its own stays alone.
+    # separate options remains alone.
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 0)
     if(GRAPNEL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       # A class of one file may have members of that file's own types; the warning takes the file for a header.

@@ -1,6 +1,6 @@
 # Debian packages of what GrapnelInstall.cmake installs, one per component; scripts/packages builds and tries them.
-# Depends of programs are what dpkg-shlibdeps finds; those of the library, which is static, are its headers' and its own: the
-# packages that scripts/setup names under `build` but for tools.
+# Depends of programs are what dpkg-shlibdeps finds; those of the library, which is static, are its headers' and its
+# own: the packages that scripts/setup names under `build`, except tools.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME grapnel)
 set(CPACK_PACKAGE_VENDOR Grapnel)
@@ -59,7 +59,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "grapnel, python3-matplotlib")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module for captures by space robots
 ${grapnel_about}\n This package has the Python module.")
 
-# What Debian wants in every package: whose work it is, and what changed. Of the report's viewer its parts' licenses too.
+# What Debian wants in every package: whose work it is, and what changed. Of the report's viewer its parts' licenses
+# too.
 find_program(GRAPNEL_GZIP NAMES gzip REQUIRED DOC "gzip, for the manual page")
 execute_process(COMMAND ${GRAPNEL_GZIP} -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${PROJECT_BINARY_DIR}/changelog.gz)
 set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/CHANGELOG.md)

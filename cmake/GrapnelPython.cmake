@@ -1,8 +1,9 @@
-# Python's module: GRAPNEL_PYTHON says whether. ON must, OFF must not, AUTO does where Python 3.9 or later with its headers,
+# Python's module: GRAPNEL_PYTHON selects it. ON requires it, OFF omits it, AUTO builds it if Python 3.9 or later with
+# its headers,
 # NumPy and pybind11 are found (part of another project: OFF). Sets GRAPNEL_HAS_PYTHON.
 #
-# Debian's NumPy and pybind11 belong to /usr/bin/python3, so where that has NumPy it is the one that is taken; another one is
-# named by -DPython3_EXECUTABLE=.
+# Debian's NumPy and pybind11 belong to /usr/bin/python3, so where that has NumPy it is the one that is taken; another
+# one is named by -DPython3_EXECUTABLE=.
 set(GRAPNEL_PYTHON ${GRAPNEL_PYTHON_DEFAULT} CACHE STRING "Build the Python module (needs pybind11 and NumPy): AUTO, ON, OFF")
 set_property(CACHE GRAPNEL_PYTHON PROPERTY STRINGS AUTO ON OFF)
 

@@ -1,8 +1,9 @@
 # The report's viewer: TypeScript in web/, bundled by esbuild from npm and embedded into the program.
 #
-# GRAPNEL_WEB says whether: ON must, OFF must not, AUTO does where it can (part of another project: OFF). "Can" is settled here, when the build is
-# configured: Node.js 18 or later and npm are there, and `npm ci` could get the packages of web/package-lock.json. They
-# go to the build tree (web/ there); the source tree stays as it is. Without a viewer everything but reports works.
+# GRAPNEL_WEB selects it: ON requires it, OFF omits it, AUTO builds it if possible (as part of another project: OFF).
+# This is determined when the build is configured: Node.js 18 or later and npm are there, and `npm ci` could get the
+# packages of web/package-lock.json. They go to the build tree (web/ there); the source tree is unchanged. Without a
+# viewer only reports are unavailable.
 # What is wrong with web/src itself fails the build in AUTO too.
 set(GRAPNEL_WEB ${GRAPNEL_WEB_DEFAULT} CACHE STRING "Embed the report's viewer (needs Node.js and npm): AUTO, ON, OFF")
 set_property(CACHE GRAPNEL_WEB PROPERTY STRINGS AUTO ON OFF)
@@ -45,7 +46,7 @@ function(grapnel_install_viewer_packages reason)
   if(NOT installed STREQUAL wanted)
     message(STATUS "Report viewer: installing its packages (npm ci)")
     file(REMOVE ${stamp})
-    # No scripts of packages are run: none of them needs one. Tries are few, so that a machine without network goes on.
+    # No scripts of packages are run, because none needs one. Few retries, so that a machine without network continues.
     set(cache)
     foreach(attempt 1 2)
       execute_process(COMMAND ${GRAPNEL_NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline
@@ -78,7 +79,7 @@ if(GRAPNEL_WEB STREQUAL "AUTO" OR GRAPNEL_WEB)
     message(STATUS "Report viewer: bundled with ${GRAPNEL_NODE}")
   elseif(GRAPNEL_WEB STREQUAL "AUTO")
     message(WARNING "Grapnel is built without its report viewer: ${reason}.\n"
-                    "Everything else works. For reports, mend that and configure again; -DGRAPNEL_WEB=OFF does without.")
+                    "Everything else works. For reports, fix this and configure again, or use -DGRAPNEL_WEB=OFF to build without reports.")
   else()
     message(FATAL_ERROR "GRAPNEL_WEB is ${GRAPNEL_WEB}, but: ${reason}")
   endif()
@@ -107,7 +108,8 @@ function(grapnel_embed_viewer target)
   set_source_files_properties(report_html.cpp PROPERTIES COMPILE_DEFINITIONS GRAPNEL_HAS_VIEWER)
 endfunction()
 
-# Sets <out> to the licenses of the packages that are bundled, one paragraph each, as a copyright file of Debian has them.
+# Sets <out> to the licenses of the packages that are bundled, one paragraph each, as a copyright file of Debian has
+# them.
 function(grapnel_viewer_licenses out)
   file(READ ${grapnel_web}/package-lock.json lock)
   string(JSON count LENGTH "${lock}" packages)

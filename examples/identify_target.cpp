@@ -1,6 +1,6 @@
-// The mass properties of a target that an arm has caught, from noisy rates while the arm moves it; nothing is known of
-// the momentum but what the attitude control has added. Fails where an estimate is off by more than three deviations,
-// or more than a millionth without noise.
+// Mass properties of a captured target from noisy rates while the arm moves it; the momentum is unknown except for the
+// impulse of the attitude control. Fails if an estimate deviates by more than three standard deviations, or by more than
+// a millionth without noise.
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -12,7 +12,7 @@
 
 namespace {
 
-// What sensors would read twice a second in a piece of the run.
+// Sensor readings twice per second in one segment of the run.
 std::vector<grapnel::MotionSample> fly(const grapnel::MotionTask& task) {
   std::vector<grapnel::MotionSample> samples;
   grapnel::PhaseDynamics dynamics(*task.model, *task.setup);
@@ -24,7 +24,7 @@ std::vector<grapnel::MotionSample> fly(const grapnel::MotionTask& task) {
   return samples;
 }
 
-// Prints what is found; false: it is not what the target has.
+// Prints the estimate; false: it deviates from the target's properties.
 bool compare(const grapnel::IdentificationTask& task, const grapnel::TargetSetup& target) {
   const grapnel::Symmetric3d& I = target.inertia;
   const grapnel::InertialParameters truth{target.mass, target.com[0], target.com[1], target.com[2], I.xx,
@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return std::cerr << "usage: identify_target SCENARIO.yaml\n", 2;
   try {
     grapnel::CaptureProblem problem = grapnel::load_scenario(argv[1]);
-    // The arm moves after the capture: without it, and with unknown momentum, only ratios would show.
+    // The arm moves after the capture: without motion, and with unknown momentum, only ratios are identifiable.
     if (!problem.post_impact || problem.targets.empty() || problem.joint_position.size() != 7) {
       std::cerr << "a scenario of one seven-joint arm with post_impact is needed\n";
       return 2;

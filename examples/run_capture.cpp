@@ -1,4 +1,5 @@
-// What `grapnel run` does, on the library: a scenario file in, a summary, a time series and a verdict out.
+// Does what `grapnel run` does with the library: reads a scenario file, writes a summary and a time series, and prints
+// the verdict.
 #include <iostream>
 
 #include "grapnel/capture/simulate_capture.hpp"
@@ -12,7 +13,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[2];
   try {
     grapnel::CaptureProblem problem = grapnel::load_scenario(argv[1]);
-    problem.impact->duration = 2e-3;  // everything a file says is plain data that a program may change
+    problem.impact->duration = 2e-3;  // the contents of the file are plain data that a program can change
 
     const grapnel::CaptureResult result = grapnel::simulate_capture(problem);
     for (const grapnel::GraspImpulse& grasp : result.impact->grasps) {

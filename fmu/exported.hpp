@@ -1,6 +1,6 @@
 #pragma once
 
 /// @file
-/// What the library shows: the functions of the standards, and nothing else.
+/// The symbols that the library exports: only the functions of the standards.
 
 #define GRAPNEL_FMI_FUNCTION extern "C" __attribute__((visibility("default")))

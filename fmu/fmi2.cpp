@@ -71,7 +71,7 @@ Status2 set(Component c, const char* name, VariableType type, const Reference* r
 
 constexpr const char* kNoTexts = "the plant has no variables of type String";
 constexpr const char* kNoState = "canGetAndSetFMUstate is false";
-constexpr const char* kNoDerivatives = "the plant gives no derivatives, nor takes those of its inputs";
+constexpr const char* kNoDerivatives = "the plant provides no derivatives of outputs and accepts none of inputs";
 constexpr const char* kSynchronous = "canRunAsynchronuously is false: no step is pending";
 
 }  // namespace
@@ -112,7 +112,7 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2SetupExperiment(Component c, Boolean2, double, 
 }
 GRAPNEL_FMI_FUNCTION Status2 fmi2EnterInitializationMode(Component c) {
   return call(c, "fmi2EnterInitializationMode", {Mode::instantiated}, [](PlantInstance& p) {
-    if (!p.has_start()) throw Refused(Status::error, "fmi2SetupExperiment must be called before");
+    if (!p.has_start()) throw Refused(Status::error, "fmi2SetupExperiment must be called first");
     p.enter_initialization();
   });
 }
@@ -186,7 +186,7 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealOutputDerivatives(Component c, const Ref
 GRAPNEL_FMI_FUNCTION Status2 fmi2DoStep(Component c, double time, double size, Boolean2) {
   if (!plant(c)) return static_cast<Status2>(Status::error);
   const Status2 status = call(c, "fmi2DoStep", {Mode::stepping}, [&](PlantInstance& p) {
-    // In 2.0 discard means that a part of the step was computed, which a master may repeat with shorter steps for ever.
+    // In 2.0 discard means that part of the step was computed; a master may repeat it endlessly with shorter steps.
     p.step(time, size, Status::error);
   });
   at(c)->step_discarded = status == static_cast<Status2>(Status::discard);
@@ -195,16 +195,16 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2DoStep(Component c, double time, double size, B
 GRAPNEL_FMI_FUNCTION Status2 fmi2CancelStep(Component c) { return refuse(c, "fmi2CancelStep", kSynchronous); }
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetStatus(Component c, int, int*) { return refuse(c, "fmi2GetStatus", kSynchronous); }
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetIntegerStatus(Component c, int, int*) {
-  return refuse(c, "fmi2GetIntegerStatus", "there is no such status");
+  return refuse(c, "fmi2GetIntegerStatus", "unknown status kind");
 }
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetStringStatus(Component c, int, const char**) {
   return refuse(c, "fmi2GetStringStatus", kSynchronous);
 }
-// After a step that was discarded: how far it came, and whether the run is over.
+// After a discarded step: the time reached, and whether the run has ended.
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealStatus(Component c, int kind, double* value) {
   constexpr int kLastSuccessfulTime = 2;
   return call(c, "fmi2GetRealStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
-    if (kind != kLastSuccessfulTime) throw Refused(Status::error, "there is no such status");
+    if (kind != kLastSuccessfulTime) throw Refused(Status::error, "unknown status kind");
     check_arrays(value, value, 1);
     *value = p.time();
   });
@@ -212,7 +212,7 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealStatus(Component c, int kind, double* va
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetBooleanStatus(Component c, int kind, Boolean2* value) {
   constexpr int kTerminated = 3;
   return call(c, "fmi2GetBooleanStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
-    if (kind != kTerminated) throw Refused(Status::error, "there is no such status");
+    if (kind != kTerminated) throw Refused(Status::error, "unknown status kind");
     check_arrays(value, value, 1);
     *value = at(c)->step_discarded && p.has_ended() ? 1 : 0;
   });

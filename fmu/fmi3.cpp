@@ -1,5 +1,5 @@
 // The functions of the Functional Mock-up Interface 3.0 for co-simulation (2022, sections 2.2 and 4.2), declared from
-// the text of the standard; those of other interface types say that there is none.
+// the text of the standard. Functions of other interface types return an error.
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -40,7 +40,7 @@ Status3 refuse(Instance instance, const char* name, const char* why) {
 
 void check_counts(std::size_t count, std::size_t values) {
   if (count != values)
-    throw Refused(Status::error, "all variables are scalars: there must be as many values as value references");
+    throw Refused(Status::error, "all variables are scalars: the numbers of values and value references must be equal");
 }
 
 template <class Value>
@@ -69,7 +69,7 @@ void log_refusal(Environment environment, LogMessage3 log, const char* function,
 
 constexpr const char* kNoSuchType = "the plant has no variables of this type";
 constexpr const char* kNoState = "canGetAndSetFMUState is false";
-constexpr const char* kNoDerivatives = "the plant gives no derivatives";
+constexpr const char* kNoDerivatives = "the plant provides no derivatives";
 constexpr const char* kNoEvents = "hasEventMode is false";
 constexpr const char* kNoConfiguration = "the plant has no structural parameters";
 constexpr const char* kNoClocks = "the plant has no clocks";
@@ -133,7 +133,7 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3Reset(Instance instance) {
   return call(instance, "fmi3Reset", kAnywhere, [](PlantInstance& own) { own.reset(); });
 }
 
-// Of a step to the run's end, or beyond it: the master is asked to terminate.
+// For a step to the end of the run or beyond it, requests termination from the master.
 GRAPNEL_FMI_FUNCTION Status3 fmi3DoStep(Instance instance, double time, double size, bool, bool* event_needed,
                                         bool* terminate, bool* early_return, double* reached) {
   if (!instance) return static_cast<Status3>(Status::error);
@@ -208,7 +208,7 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3SetClock(Instance instance, const Reference*, s
   return refuse(instance, "fmi3SetClock", kNoClocks);
 }
 
-// ---- What the model description says that there is none of ----
+// ---- Functions for capabilities that the model description denies ----
 
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetNumberOfVariableDependencies(Instance instance, Reference, std::size_t*) {
   return refuse(instance, "fmi3GetNumberOfVariableDependencies", kNoCounts);

@@ -1,5 +1,5 @@
-// An exported plant is told from outside: its library has no code that loads FMUs as controllers, nor what that needs.
-// The reader of scenarios asks for it where one names an FMU, which such a scenario does not.
+// An exported plant is commanded from outside, so its library cannot load FMUs as controllers. The reader of scenarios
+// calls these functions only if a scenario names an FMU, which an exported one never does.
 #include "grapnel/fmi/fmu_controller.hpp"
 
 namespace grapnel::fmi {

@@ -17,7 +17,7 @@ namespace {
 using VariableType = PlantVariable::Type;
 using Causality = PlantVariable::Causality;
 
-// Times of a master that differ from ours by less than this part of a period are the same: it adds up its steps.
+// Times of the master, who adds up its steps, equal ours if they differ by less than this fraction of a period.
 constexpr double kSame = 1e-6;
 
 const char* name_of(Mode mode) {
@@ -33,7 +33,7 @@ const char* name_of(Mode mode) {
     case Mode::failed:
       break;
   }
-  return "after an error; only reset and free are left";
+  return "after an error; only reset and free are allowed";
 }
 
 const char* name_of(VariableType type) {
@@ -48,7 +48,7 @@ const char* name_of(VariableType type) {
   return "a truth value";
 }
 
-// All faults of a scenario, one after the other.
+// All errors of a scenario in one line.
 std::string text_of(const InputError& error) {
   std::string text = "the scenario in the FMU's resources cannot be used";
   for (const Fault& fault : error.faults()) text += "; " + fault.text();
@@ -58,7 +58,7 @@ std::string text_of(const InputError& error) {
 }  // namespace
 
 std::filesystem::path resources_path(const char* location) {
-  if (!location || *location == 0) throw std::runtime_error("no resource location is given");
+  if (!location || *location == 0) throw std::runtime_error("the resource location is missing");
   std::string_view uri = location;
   if (!uri.starts_with("file:")) return std::filesystem::path(uri);
   uri.remove_prefix(5);
@@ -108,7 +108,7 @@ bool PlantInstance::has_ended() const { return parts_->run && parts_->run->has_e
 
 void PlantInstance::check_mode(std::initializer_list<Mode> allowed) const {
   if (std::find(allowed.begin(), allowed.end(), mode_) == allowed.end())
-    throw Refused(Status::error, fmt::format("this must not be called {}", name_of(mode_)));
+    throw Refused(Status::error, fmt::format("must not be called {}", name_of(mode_)));
 }
 
 Status PlantInstance::tell(const char* name, Status status, const std::string& why) const {
@@ -119,7 +119,7 @@ Status PlantInstance::tell(const char* name, Status status, const std::string& w
 
 const PlantVariable& PlantInstance::variable_at(VariableType type, unsigned reference) const {
   if (reference == 0 || reference > variables_.all.size())
-    throw Refused(Status::error, fmt::format("there is no variable with the value reference {}", reference));
+    throw Refused(Status::error, fmt::format("no variable has the value reference {}", reference));
   const PlantVariable& variable = variables_.all[reference - 1];
   if (variable.type != type)
     throw Refused(Status::error, fmt::format("{} is {}, not {}", variable.name, name_of(variable.type), name_of(type)));
@@ -146,7 +146,7 @@ double PlantInstance::get(VariableType type, unsigned reference) {
   const PlantVariable& variable = variable_at(type, reference);
   if (variable.causality == Causality::output) {
     if (mode_ == Mode::instantiated)
-      throw Refused(Status::error, fmt::format("{} is not known before initialization mode", variable.name));
+      throw Refused(Status::error, fmt::format("{} is available only from initialization mode on", variable.name));
     if (mode_ == Mode::initialization) need_run();
   }
   return values_[reference - 1];
@@ -157,7 +157,7 @@ void PlantInstance::set_start(double start) {
   start_ = start, has_start_ = true;
 }
 
-// The run, standing at its first sample.
+// Creates the run, at its first sample.
 void PlantInstance::need_run() {
   if (parts_->run) return;
   try {
@@ -178,7 +178,7 @@ void PlantInstance::need_run() {
 
 void PlantInstance::take_outputs() {
   const std::vector<double> numbers = parts_->run->outputs().numbers();
-  if (numbers.size() != variables_.outputs) throw std::logic_error("the plant has other outputs than its description");
+  if (numbers.size() != variables_.outputs) throw std::logic_error("the plant's outputs differ from its description");
   std::copy(numbers.begin(), numbers.end(), values_.begin() + static_cast<std::ptrdiff_t>(variables_.first_output()));
   last_time_ = parts_->run->time();
 }
@@ -195,7 +195,7 @@ double PlantInstance::time() const { return start_ + last_time_; }
 bool PlantInstance::step(double time, double size, Status no_multiple) {
   const double period = parts_->run->period(), same = kSame * period;
   if (!(std::abs(time - this->time()) <= same + 1e-12 * std::abs(time)))
-    throw Refused(Status::error, fmt::format("the communication point is {} [s], expected is {}", time, this->time()));
+    throw Refused(Status::error, fmt::format("the communication point is {} [s], expected {}", time, this->time()));
   const double periods = size / period;
   if (!(periods >= 1 - kSame) || !(std::abs(periods - std::round(periods)) <= kSame * std::max(1.0, periods)))
     throw Refused(

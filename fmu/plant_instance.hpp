@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// An instance of an exported plant: what both versions of FMI do with it. The functions of the standards are in
-/// fmi2.cpp and fmi3.cpp and only translate.
+/// An instance of an exported plant: the common implementation of both versions of FMI. The functions of the standards
+/// in fmi2.cpp and fmi3.cpp only translate.
 
 #include <cstddef>
 #include <filesystem>
@@ -17,22 +17,22 @@
 
 namespace grapnel::fmu {
 
-/// What functions return, in both versions.
+/// Return values of functions, in both versions.
 enum class Status : int { ok, warning, discard, error, fatal };
 
-/// Where an instance is: the states of the standards' machines for co-simulation that it tells apart.
+/// The state of an instance: the states of the standards' state machines for co-simulation that it distinguishes.
 enum class Mode : unsigned { instantiated = 1, initialization = 2, stepping = 4, terminated = 8, failed = 16 };
 
-/// A call that must not be or cannot be done; what() is a sentence.
+/// A call that is not allowed or failed; what() is a sentence.
 struct Refused : std::runtime_error {
   Refused(Status the_status, const std::string& why) : std::runtime_error(why), status(the_status) {}
   Status status;
 };
 
-/// The arrays of a function that gets or sets `count` values. @throws Refused where one of them is missing.
+/// Checks the arrays of a function that gets or sets `count` values. @throws Refused if one of them is null.
 inline void check_arrays(const void* references, const void* values, std::size_t count) {
   if (count > 0 && (!references || !values))
-    throw Refused(Status::error, "an array is a null pointer, expected are value references and values");
+    throw Refused(Status::error, "an array is a null pointer; value references and values are required");
 }
 
 /// Thread safety: one thread at a time; different instances are independent of each other.
@@ -46,9 +46,8 @@ class PlantInstance {
   PlantInstance(const PlantInstance&) = delete;
   PlantInstance& operator=(const PlantInstance&) = delete;
 
-  /// Runs a function of the standard, which is allowed in these modes: what goes wrong is logged, with its name, and
-  /// becomes the status that is returned. After an error the instance is failed; what was merely refused changes
-  /// nothing.
+  /// Runs a function of the standard, which is allowed in these modes. An error is logged with the function's name and
+  /// becomes the returned status. After an error the instance is in the failed state; a refused call changes nothing.
   template <class Function>
   Status call(const char* name, std::initializer_list<Mode> allowed, const Function& function) {
     try {
@@ -65,7 +64,7 @@ class PlantInstance {
       return tell(name, Status::error, "an exception of unknown type");
     }
   }
-  /// For functions that this plant has no use for.
+  /// For functions that this plant does not support.
   Status refuse(const char* name, const std::string& why) const { return tell(name, Status::error, why); }
 
   void set(PlantVariable::Type type, unsigned reference, double value);
@@ -75,8 +74,8 @@ class PlantInstance {
   bool has_start() const { return has_start_; }
   void enter_initialization();
   void exit_initialization();
-  /// From `time` on. Whether the run has ended since. A step that is no multiple of the period is refused with the
-  /// status `no_multiple`; nothing has changed then.
+  /// Advances from `time` by `size`. Returns whether the run has ended. A step that is not a multiple of the period is
+  /// refused with the status `no_multiple` and changes nothing.
   bool step(double time, double size, Status no_multiple);
   void terminate();
   void reset();
@@ -97,7 +96,7 @@ class PlantInstance {
   PlantVariables variables_;
   Mode mode_ = Mode::instantiated;
   std::vector<double> values_;  // of all variables
-  double start_ = 0;            // of the scenario's clock, in the master's time [s]
+  double start_ = 0;            // start of the scenario's clock, in the master's time [s]
   bool has_start_ = false;
   double last_time_ = 0;  // of the scenario's clock
 };

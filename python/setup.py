@@ -1,7 +1,7 @@
-"""A wheel of the package grapnel: its compiled module comes from a CMake build.
+"""Builds a wheel of the package grapnel, with the compiled module from a CMake build.
 
-GRAPNEL_BUILD in the environment names a configured build folder; without it ../build/release is taken where it is configured
-with the module, else one is configured below setuptools' own build folder.
+The environment variable GRAPNEL_BUILD selects a configured build folder. The default is ../build/release, if that is configured
+with the module; otherwise a build is configured below setuptools' build folder.
 """
 
 import os
@@ -24,7 +24,7 @@ def version():
 
 
 def settings(folder):
-    """Entries of a build folder's CMake cache; empty where there is none."""
+    """Entries of a build folder's CMake cache; empty without a cache."""
     try:
         text = (folder / "CMakeCache.txt").read_text(encoding="utf-8")
     except OSError:
@@ -44,7 +44,7 @@ def is_for_this_python(folder):
 
 
 class Build(build_ext):
-    """Lets CMake build _grapnel and puts it where setuptools expects it."""
+    """Builds _grapnel with CMake and copies it to the place that setuptools expects."""
 
     def build_extension(self, extension):
         named = os.environ.get("GRAPNEL_BUILD")
@@ -53,7 +53,7 @@ class Build(build_ext):
             raise SystemExit(f"GRAPNEL_BUILD is {named}, which is no build folder of Grapnel with a module for {sys.executable}")
         if not is_for_this_python(folder):
             folder = pathlib.Path(self.build_temp).resolve() / "cmake"
-            # For any processor of the kind: a wheel travels.
+            # For any processor of the architecture, because wheels are distributed.
             subprocess.run(["cmake", "-S", SOURCE, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                             "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DGRAPNEL_NATIVE=OFF", "-DGRAPNEL_PYTHON=ON",
                             "-DGRAPNEL_BUILD_TESTS=OFF", f"-DPython3_EXECUTABLE={sys.executable}"], check=True)

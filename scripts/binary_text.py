@@ -1,4 +1,4 @@
-"""Text of the binary files that a result folder is exported to, so that two of them can be compared. Standard library only."""
+"""Text form of binary exports of a result folder, for comparison. Standard library only."""
 import hashlib
 import json
 import struct
@@ -55,7 +55,7 @@ def matrix(data):
 
 
 def of_mat(data):
-    """A MAT-file as JSON text. Raises ValueError, zlib.error or struct.error where it is none."""
+    """A MAT-file as JSON text. Raises ValueError, zlib.error or struct.error if it is invalid."""
     if data[:6] != b"MATLAB":
         raise ValueError("not a MAT-file")
     content = [matrix(part) for kind, part in elements(data[128:]) if kind == MATRIX]

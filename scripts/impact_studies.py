@@ -1,4 +1,4 @@
-"""The studies of the thesis's section 4.3: runs them, and makes tables of impulses from theirs. Standard library only.
+"""Runs the studies of the thesis's section 4.3 and computes tables of impulses from their results. Standard library only.
 
 Used by scripts/validation (tables) and scripts/impulse_charts.py (curves).
 """
@@ -97,7 +97,7 @@ def along_speed(rows, case, angle):
 
 
 def affine_residual(rows, twist, outputs):
-    """How far outputs are from the affine map of the twist's components, over the largest output.
+    """Deviation of outputs from the affine map of the twist's components, over the largest output.
 
     `rows` is a full grid over the columns `twist`; the map is taken from one corner and its neighbours along each column.
     """
@@ -119,7 +119,7 @@ def affine_residual(rows, twist, outputs):
     return worst / largest
 
 
-# Between neighbours of a fine grid the joints move by less than this [rad], or the configuration is another one.
+# Largest joint motion between neighbours of a fine grid for the same configuration [rad].
 JUMP = 0.6
 
 

@@ -1,6 +1,6 @@
-"""Tables of docs/validation.md about impulses: relative speed, angle of approach, mass. Standard library only.
+"""Tables of docs/validation/thesis-impulse.md: relative speed, angle of approach, mass. Standard library only.
 
-Used by scripts/validation. What is said of the thesis's section 4.3 there rests on these.
+Used by scripts/validation. The conclusions about the thesis's section 4.3 rest on these.
 """
 import math
 import re
@@ -18,7 +18,7 @@ def per_cent(x):
 
 
 def outputs(row):
-    """What is compared by itself, since units differ: impulses of both grasps [N s], angular impulses [N m s]."""
+    """Quantities that are compared separately because of their units: impulses of both grasps [N s], angular impulses [N m s]."""
     return ([x for g in GRIPS for x in impulse(row, g)], [x for g in GRIPS for x in angular_impulse(row, g)])
 
 
@@ -28,7 +28,7 @@ def fixed_rows(rows):
 
 
 def exact(fixed):
-    """What must hold at a fixed configuration, as far as rounding lets it."""
+    """Relations that hold at a fixed configuration, to within rounding error."""
     rows = []
     grid, scaled = sweep("thesis-affine"), sweep("thesis-scaled")
     for loop in ("open", "closed"):
@@ -63,7 +63,7 @@ SPEEDS = (0.0, 0.1, 0.2)
 
 
 def curve_cells(points, grasp, with_vector):
-    """|P| at three speeds, how far |P| is from a straight line, and how far the vector P is."""
+    """|P| at three speeds, and the deviations of |P| and of the vector P from a straight line."""
     speeds = [r[SPEED] for r in points]
     cells = [number(magnitude(next(r for r in points if abs(r[SPEED] - v) < 1e-9), grasp), 3) for v in SPEEDS]
     cells.append(per_cent(bend(speeds, [[magnitude(r, grasp)] for r in points])))
@@ -86,8 +86,8 @@ def against_speed(rows, cases, with_approach):
             lines.append(cells)
     head = ["case", "θ_e"]
     for i in (1, 2):
-        head += [f"grasp {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of \\|P\\|"] + (["bend of P"] if with_approach else [])
-    return table(head + (["a joint changes by up to [rad]"] if with_approach else []), lines)
+        head += [f"grasp {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "nonlinearity of \\|P\\|"] + (["nonlinearity of P"] if with_approach else [])
+    return table(head + (["largest change of a joint [rad]"] if with_approach else []), lines)
 
 
 def closed_fixed():
@@ -100,17 +100,17 @@ def closed_fixed():
             cells += [number(magnitude(r, grasp), 3) for r in points]
             cells.append(small(bend(SPEEDS, [impulse(r, grasp) for r in points]), 1e-12))
         lines.append(cells)
-    return table(("case", "grasp 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of P", "grasp 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
-                  "bend of P"), lines)
+    return table(("case", "grasp 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "nonlinearity of P", "grasp 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
+                  "nonlinearity of P"), lines)
 
 
-# Of each case, whose target a grasp holds that spins.
+# For each case: whether a grasp holds a spinning target.
 SPINNING = {"open": (("case 1", "tip-1"), ("case 1", "tip-2"), ("case 3", "tip-1"), ("case 3", "tip-2"), ("case 4", "tip-2")),
             "closed": tuple((c, g) for c in ("case 1", "case 3", "case 4") for g in GRIPS)}
 
 
 def rotating(tables):
-    """How often a spinning target costs more than one at rest, at the same angle and relative speed."""
+    """Number of points at which a spinning target needs a larger impulse than one at rest, at the same angle and relative speed."""
     lines = []
     for loop, rows in tables.items():
         for angle in angles_of(rows):
@@ -119,7 +119,7 @@ def rotating(tables):
                       for a, b in zip(along_speed(rows, case, angle), rest) if b[SPEED] > 0]
             more = sum(x > 1 for x in ratios)
             lines.append((loop, f"{angle:.0f}°", f"{more} of {len(ratios)}", f"{min(ratios):.3f}", f"{max(ratios):.3f}"))
-    return table(("loop", "θ_e", "spinning costs more", "least ratio", "largest ratio"), lines)
+    return table(("loop", "θ_e", "larger for the spinning target", "minimum ratio", "maximum ratio"), lines)
 
 
 def elbow():
@@ -142,7 +142,7 @@ def elbow():
 
 
 def against_angle():
-    """What the fine grids of the angle say. Slow: unreachable angles cost most."""
+    """Results of the fine grids of the angle. Slow: unreachable angles take the most time."""
     lines = []
     for loop in ("open", "closed"):
         rows = sweep(f"thesis-{loop}-loop-angle")
@@ -155,15 +155,15 @@ def against_angle():
                 least, most = min(main, key=lambda r: magnitude(r, grasp)), max(main, key=lambda r: magnitude(r, grasp))
                 cells += [f"{number(magnitude(r, grasp), 3)} at {r[ANGLE]:.0f}°" for r in (least, most)]
             lines.append(cells)
-    return table(("loop", "case", "one family of configurations", "unreachable", "grasp 1: least \\|P\\| [N s]", "largest", "grasp 2: least",
-                  "largest"), lines)
+    return table(("loop", "case", "one family of configurations", "unreachable", "grasp 1: minimum \\|P\\| [N s]", "maximum", "grasp 2: minimum",
+                  "maximum"), lines)
 
 
 SEVEN_JOINTS = "seven-joint-dual-capture"
 
 
 def rotate(q, v):
-    """A vector turned by a quaternion (w, x, y, z)."""
+    """A vector rotated by a quaternion (w, x, y, z)."""
     w, *u = q
     cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     t = [2 * x for x in cross(u, v)]
@@ -171,7 +171,7 @@ def rotate(q, v):
 
 
 def light_target_limit(impact, coms):
-    """|P| over the target's mass as that goes to zero [m/s]: it takes over the end-effector's motion, by each grasp."""
+    """Limit of |P| over the target's mass for zero mass [m/s]: the target adopts the end-effector's motion, per grasp."""
     limits = []
     for grasp, target, com in zip(impact["grasps"], impact["targets_before"], coms):
         v, w = grasp["relative_velocity_before"], grasp["relative_angular_velocity_before"]
@@ -187,7 +187,7 @@ def mass_ratio():
     servicer = sum(float(m) for m in re.findall(r"^ +mass: ([0-9.]+)", robot, re.M))
     first = [float(x) for x in re.search(r"^    com: \[(.*?)\]", scenario, re.M).group(1).split(",")]
     limits = light_target_limit(impact_of(SEVEN_JOINTS), (first, (0.0, 0.0, 0.0)))
-    lines = [("to 0, by hand", "", "", *(number(x, 5) for x in limits), "", "")]
+    lines = [("limit 0, by hand calculation", "", "", *(number(x, 5) for x in limits), "", "")]
     for r in sweep("mass-ratio"):
         decade = math.log10(r["mass_ratio [1]"])
         if abs(decade - round(decade)) > 1e-6:
@@ -197,7 +197,7 @@ def mass_ratio():
         lines.append((f"1e{round(decade)}", *(number(magnitude(r, g)) for g in GRIPS), *(number(magnitude(r, g) / mass, 5) for g in GRIPS),
                       *(number(x) for x in base)))
     return table(("mass ratio", "grasp 1: \\|P\\| [N s]", "grasp 2: \\|P\\| [N s]", "grasp 1: \\|P\\| / target's mass [m/s]", "grasp 2 [m/s]",
-                  "base's velocity changes by [m/s]", "its angular velocity by [rad/s]"), lines)
+                  "change of the base's velocity [m/s]", "of its angular velocity [rad/s]"), lines)
 
 
 def blocks():
@@ -211,5 +211,5 @@ def blocks():
 
 
 def long_blocks():
-    """Those that take longer, or depend on how rounding falls near a singular configuration."""
+    """Blocks that take longer, or depend on rounding errors near a singular configuration."""
     return {"impulse-angle": against_angle(), "impulse-elbow": elbow()}

@@ -13,7 +13,7 @@ MOTIONS = {"open": {"case 1": "turn alike", "case 2": "at rest", "case 3": "turn
 
 
 class Chart:
-    """A frame with linear axes: data to pixels, and what has been drawn."""
+    """A frame with linear axes: the map from data to pixels, and the drawn elements."""
 
     def __init__(self, left, top, width, height, x_range, y_range):
         self.left, self.top, self.width, self.height = left, top, width, height
@@ -25,7 +25,7 @@ class Chart:
         return self.left + self.width * (x - x0) / (x1 - x0), self.top + self.height * (y1 - y) / (y1 - y0)
 
     def grid(self, x_ticks, y_ticks, x_text="", y_text=""):
-        """Lines at the ticks, which are values and their labels; labels at the left and below where there are texts."""
+        """Lines at the ticks, given as values with labels; non-empty labels are written at the left and below."""
         bottom = self.top + self.height
         for value, label in x_ticks:
             x, _ = self.pixels(value, 0)

@@ -1,4 +1,4 @@
-"""The runs that take the thesis's opening loop apart, and how far its ends are from each other. Standard library only.
+"""Runs that analyse the opening loop of the thesis, and the distance of its ends. Standard library only.
 
 Used by scripts/validation (the table) and scripts/figures (the curves).
 """
@@ -9,7 +9,7 @@ ON_ACCELERATIONS = "integration.loops=acceleration"
 BAUMGARTE = "integration.loops=baumgarte"
 CUT = "integration.loops=open"
 
-# Name, scenario, overrides: which of the two faults, and how the loop is kept.
+# Name, scenario, overrides: which of the two errors, and how the loop is closed.
 RUNS = (
     ("none", "thesis/closed-loop", ()),
     ("positions", "thesis/closed-loop-published-angles", ()),
@@ -25,7 +25,7 @@ RUNS = (
 
 
 def open_ends(scenario, columns):
-    """Times after the impact [s], and how far tip-2 is then from its grasp point [m], the sphere hanging on tip-1.
+    """Times after the impact [s], and the distance of tip-2 from its grasp point [m], with the sphere fixed to tip-1.
 
     Where the planned angles are used this is the closure's own defect, so that the 1e-12 m by which the plan arrives
     does not hide it. The published angles miss both grasp points; what the loop lacks is the difference of the misses.

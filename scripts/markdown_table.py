@@ -13,5 +13,5 @@ def table(header, rows):
 
 
 def small(x, rounding):
-    """Three digits of what is a defect, a bound for what is rounding: that differs between machines."""
+    """Three digits of a defect; a bound for rounding errors, which differ between machines."""
     return number(x, 3) if x >= rounding else f"below {rounding:.0e}"

@@ -1,4 +1,4 @@
-"""The relations of scripts/metamorphic: a changed scenario, and what its results are in terms of the original's.
+"""The relations of scripts/metamorphic: a changed scenario, and the relation of its results to those of the original.
 
 A relation is a function of a scenario (a copy, which it may change) and a random generator. It returns the changed
 scenario and a map of outcomes, or None where it does not apply. Outcomes are described in metamorphic_runs.py.
@@ -24,8 +24,7 @@ def same(outcome):
 
 
 def comparable_impulses(scenario):
-    """Angular impulses of an impact in time are about a point that moves as the base's origin does at t = 0: they are
-    comparable only where this motion is the same."""
+    """Angular impulses of a compliant impact are about a point that moves with the base's origin at t = 0: they are comparable only for equal motion of the base."""
     compliant = scenario["impact"].get("law") == "compliant"
     return lambda o: {k: x for k, x in o.items() if not (compliant and k.endswith("/angular_impulse"))}
 
@@ -42,7 +41,7 @@ def targets_and_base(scenario):
 # --- The world ---
 
 def world_vectors(scenario):
-    """(mapping, key, is an axial vector) of vectors in W that are no positions."""
+    """(mapping, key, is an axial vector) of vectors in W other than positions."""
     for state in targets_and_base(scenario):
         for key in ("velocity", "angular_velocity"):
             if key in state:
@@ -60,7 +59,7 @@ def world_vectors(scenario):
 
 @relation()
 def rotated_world(scenario, random):
-    """Everything is turned in W."""
+    """All bodies are rotated in W."""
     q = s.Draw(random).quaternion()
     for state in targets_and_base(scenario):
         state["position"] = g.turn(q, state["position"])
@@ -77,7 +76,7 @@ def rotated_world(scenario, random):
 
 @relation()
 def shifted_world(scenario, random):
-    """Everything is elsewhere in W."""
+    """All bodies are displaced in W."""
     if "orbit" in scenario:
         return None
     offset = s.Draw(random).vector(20)
@@ -88,7 +87,7 @@ def shifted_world(scenario, random):
 
 @relation()
 def boosted_frame(scenario, random):
-    """Everything drifts with the same additional velocity."""
+    """All bodies have the same additional velocity."""
     if "orbit" in scenario or scenario["robot"]["base"]["mode"] != "free":
         return None
     v = s.Draw(random).vector(1)
@@ -129,7 +128,7 @@ def mirror_body(body):
 
 @relation()
 def mirrored_scene(scenario, random):
-    """Everything is mirrored in the plane y = 0 of its frame."""
+    """All bodies are mirrored in the plane y = 0 of their frames."""
     if noisy(scenario):
         return None
     robot = scenario["robot"]
@@ -371,7 +370,7 @@ def renamed_bodies(scenario, random):
 
 @relation()
 def permuted_bodies(scenario, random):
-    """Links, end-effectors, targets, grasps, wheels, gyros and thrusters stand in another order."""
+    """Links, end-effectors, targets, grasps, wheels, gyros and thrusters are listed in another order."""
     if noisy(scenario):
         return None
     robot, initial = scenario["robot"], scenario["initial"]
@@ -492,7 +491,7 @@ def moved_base_frame(scenario, random):
 
 @relation()
 def split_bodies(scenario, random):
-    """A part of the base and of each link becomes a link of its own on a fixed joint."""
+    """A part of the base and of each link becomes a separate link on a fixed joint."""
     d = s.Draw(random)
     robot = scenario["robot"]
     parts = []
@@ -513,7 +512,7 @@ def split_bodies(scenario, random):
                       "inertia": g.turn_inertia(back[1], g.scale(share, inertia))})
         body["mass"], body["com"] = mass * (1 - share), g.sub(body["com"], g.scale(share, apart))
         body["inertia"] = g.scale(1 - share, inertia)
-    # Wheels and gyros sit at the base's centre of mass: the base stays whole where it has any.
+    # Wheels and gyros are at the base's centre of mass: a base with wheels or gyros is not divided.
     if robot.get("wheels") or robot.get("gyros"):
         return None
     robot["links"] += parts
@@ -522,7 +521,7 @@ def split_bodies(scenario, random):
 
 @relation()
 def reversed_joints(scenario, random):
-    """Joints turn the other way round: axes, values, rates, limits and biases change their signs."""
+    """Joints are reversed: axes, values, rates, limits and biases change their signs."""
     if noisy(scenario):
         return None
     flipped = {n for n in s.joints_of(scenario) if random.random() < 0.7}
@@ -550,7 +549,7 @@ def reversed_joints(scenario, random):
 
 @relation()
 def continuous_joints(scenario, random):
-    """Revolute joints without a range are called continuous, and continuous ones revolute."""
+    """Revolute joints without a range become continuous, and continuous ones revolute."""
     for joint in s.joints_of(scenario).values():
         if joint["type"] == "continuous":
             joint["type"] = "revolute"
@@ -561,7 +560,7 @@ def continuous_joints(scenario, random):
 
 @relation()
 def weightless_part(scenario, random):
-    """A part of next to no mass is welded to the last link."""
+    """A part of negligible mass is welded to the last link."""
     robot = scenario["robot"]
     robot["links"].append({"name": "speck", "parent": robot["end_effectors"][-1]["link"], "mass": 1e-9, "com": [0, 0, 0],
                            "inertia": [1e-12, 1e-12, 1e-12, 0, 0, 0],
@@ -632,7 +631,7 @@ def lanes(scenario, random):
 
 
 def without_memory(scenario):
-    """The scenario without what a scenario cannot begin with as a run has left it: computer, springs, actuators, orbit."""
+    """The scenario without parts whose state cannot be an initial state: computer, springs, actuators, orbit."""
     robot, post = scenario["robot"], scenario["post_impact"]
     for key in ("control", "sensors", "orbit"):
         scenario.pop(key, None)
@@ -652,7 +651,7 @@ def without_memory(scenario):
 
 
 def free_after_grasps(scenario):
-    """Without memory and approach, and with free joints and constant loads after grasps that close at once."""
+    """Without memory and approach, and with free joints and constant loads after grasps that close immediately."""
     scenario = without_memory(scenario)
     if any(grasp["model"] == "contact" for grasp in scenario["grasps"]):
         return None
@@ -671,13 +670,13 @@ def free_after_grasps(scenario):
 
 @relation(program="continued", simplify=free_after_grasps)
 def continued_run(scenario, random):
-    """A run that begins where another has ended goes on as one that does not stop."""
+    """A run that starts at the end of another run equals one continuous run."""
     return scenario, same
 
 
 @relation(program="shifted", simplify=lambda scenario: without_memory(scenario) if "approach" in scenario else None)
 def time_shift(scenario, random):
-    """The capture happens at t = 0, from the state that the approach ends in; loads act earlier by its duration."""
+    """The capture is at t = 0, from the final state of the approach; loads act earlier by its duration."""
     return scenario, comparable_impulses(scenario)
 
 

@@ -10,7 +10,7 @@ import metamorphic_geometry as g
 
 
 class Failure(Exception):
-    """The program did not run, as it should have."""
+    """The program did not run as expected."""
 
 
 def execute(program, arguments, limit):
@@ -74,7 +74,7 @@ def outcome_of(summary):
 
 
 def features_of(scenario, summary):
-    """What the scenario uses and what happened in it, for the tally."""
+    """Features of the scenario and events of its run, for the statistics."""
     robot, links = scenario["robot"], scenario["robot"]["links"]
     drives = summary.get("joints") or []
     present = {
@@ -117,7 +117,7 @@ def failed_checks(summary):
 
 
 def difference(expected, found):
-    """The largest deviation and where it is: of positions, velocities and rates absolute, of impulses and energies
+    """The largest deviation and its location: of positions, velocities and rates absolute, of impulses and energies
     relative to the largest, of attitudes as angles."""
     if set(expected) != set(found):
         return float("inf"), "other results: " + ", ".join(sorted(set(expected) ^ set(found)))[:200]
@@ -143,7 +143,7 @@ def difference(expected, found):
 # --- Other programs than one run ---
 
 def campaign_outcome(program, scenario, folder, name):
-    """The columns of a campaign of two equal cases, of what the outcome of a run has too."""
+    """The columns of a campaign of two equal cases that a run's outcome also has."""
     write(scenario, folder / f"{name}.yaml")
     mass = scenario["targets"][0]["mass"]
     campaign = {"name": name, "scenario": f"{name}.yaml", "cases": 2, "success": ["ledger/pass"],
@@ -169,7 +169,7 @@ def campaign_outcome(program, scenario, folder, name):
 
 
 def begin_from(scenario, end):
-    """The scenario begins in the state that a phase of a summary has ended in."""
+    """The scenario with the final state of a summary's phase as initial state."""
     def put(state, body):
         for key in ("position", "quaternion_wxyz", "velocity", "angular_velocity"):
             if key in state:
@@ -183,7 +183,7 @@ def begin_from(scenario, end):
 
 
 def shifted(program, scenario, summary, folder, name):
-    """The scenario without its approach, from the state in which that has ended."""
+    """The scenario without its approach, from the final state of the approach."""
     scenario = copy.deepcopy(scenario)
     duration = scenario.pop("approach")["duration"]
     begin_from(scenario, summary["approach"]["end"])
@@ -200,7 +200,7 @@ def shifted(program, scenario, summary, folder, name):
 
 
 def continued(program, scenario, folder, name):
-    """The scenario in two runs, the second from where the first has ended."""
+    """The scenario in two runs, the second from the final state of the first."""
     first, second = copy.deepcopy(scenario), copy.deepcopy(scenario)
     whole = scenario["post_impact"]["duration"]
     first["post_impact"]["duration"] = second["post_impact"]["duration"] = whole / 2

@@ -34,7 +34,7 @@ class Draw:
         return g.unit([self.random.gauss(0, 1) for _ in range(4)])
 
     def inertia(self, mass, size):
-        """Of a box, its axes turned."""
+        """Inertia of a box with rotated axes."""
         a, b, c = (self.between(0.5, 1) * size for _ in range(3))
         box = [mass / 12 * x for x in (b * b + c * c, a * a + c * c, a * a + b * b)]
         return g.turn_inertia(self.quaternion(), box + [0, 0, 0])
@@ -71,7 +71,7 @@ def poses(robot, base, values):
 
 
 def tip_pose(scenario, effector, time=0.0):
-    """Of an end-effector, with base and joints moved on for a time at their initial rates."""
+    """Pose of an end-effector after motion of base and joints for a time at their initial rates."""
     initial = scenario["initial"]
     values = {j: initial["joints"][j] + time * initial["joint_rates"][j] for j in initial["joints"]}
     base = initial["base"]
@@ -140,7 +140,7 @@ class Maker:
         d = self.d
         kind = d.of("revolute", "revolute", "revolute", "revolute", "continuous", "prismatic")
         joint = {"name": name, "type": kind, "axis": d.direction()}
-        # Of the inertia that the joint moves: gains and friction in proportion make no scenario stiff.
+        # Relative to the inertia moved by the joint: proportional gains and friction avoid stiff scenarios.
         scale = self.scales[name] = mass * (1 if kind == "prismatic" else reach * reach)
         effort = 0.05 * scale
         friction = d.of("none", "none", "smooth", "sticking")
@@ -178,7 +178,7 @@ class Maker:
                       "spring": {"stiffness": mass * d.between(5, 50), "damping": mass * d.between(0, 0.1), "rest": 0.0}}})
 
     def boom(self, robot, mass):
-        """A slender rod that bends, clamped to the base."""
+        """A slender flexible rod, clamped to the base."""
         d = self.d
         length = 1.6
         across = mass * length**2 / 12
@@ -277,7 +277,7 @@ class Maker:
             scenario["targets"].append(target)
 
     def include(self, target, panel):
-        """Mass, centre of mass and inertia of a target are those of the whole, with its panel."""
+        """Mass, centre of mass and inertia of a target include its panel."""
         X = (panel["origin"]["position"], panel["origin"]["quaternion_wxyz"])
         parts = [(target["mass"], target["com"], target["inertia"]),
                  (panel["mass"], g.compose(X, (panel["com"], [1, 0, 0, 0]))[0], g.turn_inertia(X[1], panel["inertia"]))]
@@ -327,7 +327,7 @@ class Maker:
             self.computer(scenario)
 
     def approach(self, scenario):
-        """Joints move a little; where the end-effectors then are the grasps close, across gaps."""
+        """Joints move slightly; the grasps close at the resulting positions of the end-effectors, across gaps."""
         d = self.d
         final = {n: scenario["initial"]["joints"][n] + (0 if "limits" in j else d.between(-0.1, 0.1))
                  for n, j in joints_of(scenario).items()}
@@ -354,7 +354,7 @@ class Maker:
             sensors["attitude"] = {"noise": d.of(0.0, 1e-5), "bias": d.vector(1e-3)}
         scenario["sensors"] = sensors
 
-    # --- What acts from outside ---
+    # --- External loads ---
 
     def surroundings(self, scenario):
         d = self.d

@@ -1,4 +1,4 @@
-"""What scripts/record_results runs: the shipped files, variations of them, and every wrong input that the tests use.
+"""Cases of scripts/record_results: the shipped files, variations of them, and every invalid input of the tests.
 
 The commands and the keys are the program's; where one of them is renamed, it is renamed here too, and the result keeps
 its name, so that scripts/compare_results finds it again.
@@ -10,12 +10,12 @@ import shlex
 MAP = "map"      # the command for the probability of success over two design values
 OUT = "results"       # the commands write below it: results/KIND/NAME
 CASES = 2501          # instead of the 100 000 cases of a campaign; no multiple of a block, so that one is not full
-FEW_CASES = 9         # of a campaign of every scenario: eight at once, and one
+FEW_CASES = 9         # cases in a campaign of every scenario: eight in lanes, and one more
 WHOLE_CAMPAIGNS = ("dual-arm-tumbling-targets", "heavy-satellite-detumble", "first-plan")  # beside the thesis's; others: the impact
 EVALUATIONS = 12      # instead of the 60 of the optimization in three dimensions, which take over a minute
 
 LEFT_OUT = (
-    ("report.html", "made from the files recorded here, and megabytes each; tests/report and tests/web look at it"),
+    ("report.html", "made from the files recorded here, and megabytes each; tests/report and tests/web check it"),
     ("table.h5, shards", "the same numbers as table.csv; campaigns' shards depend on where a run was stopped"),
     ("timeseries.h5", "read through `grapnel export`: --csv in full, --mat and --glb as text with digests of the numbers"),
     ("pictures of figures", "gnuplot's; their data and scripts are recorded"),
@@ -82,7 +82,7 @@ VARIATIONS = {
         REBOUND, "impact={law: compliant, contact: {model: hunt_crossley, stiffness: 1e6, damping: 0.5}, friction: 0.15}"),
 }
 
-# Slips in studies: a shipped file, what is replaced (the first time it appears), and by what.
+# Errors in studies: a shipped file, the replaced text (first occurrence), and its replacement.
 ANGLE, AFFINE, RATIO = "optimize-angle.yaml", "thesis-affine.yaml", "mass-ratio.yaml"
 CAMPAIGN, DESIGN = "thesis-uncertain-target.yaml", "thesis-success-map.yaml"
 SLIPS = (
@@ -108,7 +108,7 @@ SLIPS = (
 )
 
 GOOD = "tests/damaged/good/catch.yaml"
-# Command lines that are wrong.
+# Invalid command lines.
 MISTAKES = {
     "nothing": "",
     "unknown-command": "fly",
@@ -175,7 +175,7 @@ def command_of(study):
 
 
 def shortened(study):
-    """A study's text, with less to do where it would take minutes."""
+    """A study's text, reduced if it would take minutes."""
     study = re.sub(r"^cases: \d{5,}", f"cases: {CASES}", study, flags=re.M)
     return re.sub(r"evaluations: 60\b", f"evaluations: {EVALUATIONS}", study)
 
@@ -210,7 +210,7 @@ def studies(inputs):
 
 
 def every_scenario_uncertain(inputs):
-    """A campaign of every scenario and variation: what several cases at once share with one, and where it differs."""
+    """A campaign of every scenario and variation: comparison of several concurrent cases with a single one."""
     texts = {}
     for path in sorted((inputs / "scenarios").rglob("*.yaml")):
         texts[path.stem] = (str(path.relative_to(inputs)), ())
@@ -270,7 +270,7 @@ def drawn(name, command, figures):
 
 
 def documents(inputs, help_of):
-    """Help texts, schemas, and what is said about every robot. help_of(WORDS...): the program's help."""
+    """Help texts, schemas, and the information about every robot. help_of(WORDS...): the program's help."""
     found = [Case("help", "grapnel", [("help", ["--help"])])]
     listed = help_of().partition("Subcommands:")[2]
     for name in re.findall(r"^  ([a-z]+) ", listed, re.M):
@@ -284,7 +284,7 @@ def documents(inputs, help_of):
 
 
 def wrong_inputs(inputs):
-    """What the tests give the program that is wrong, each as it is there, and slips in studies and command lines."""
+    """Invalid inputs of the tests, unchanged, and errors in studies and command lines."""
     found = []
     for transcript in sorted((inputs / "tests/damaged").glob("*.transcript")):
         lines = [line for line in transcript.read_text(errors="surrogateescape").splitlines() if line.startswith("$ grapnel ")]
@@ -340,5 +340,5 @@ def prepare(inputs, corpus):
 
 
 def all_cases(inputs, help_of):
-    """Every case, those that take long first. The slips' files must not be in studies/ yet."""
+    """Every case, the longest first. The files with errors must not be in studies/ yet."""
     return studies(inputs) + every_scenario_uncertain(inputs) + runs(inputs) + documents(inputs, help_of) + wrong_inputs(inputs)

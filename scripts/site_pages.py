@@ -435,8 +435,6 @@ def main():
     pages = cpp_reference() | gallery.pages()
     if GALLERY not in site.pages:
         pages["gallery.md"] = gallery.page()
-    if "(pictures.md)" in (ROOT / MAIN).read_text():
-        pages["pictures.md"] = gallery.page().replace("# Gallery", "# Pictures of all scenarios", 1)
     made = {"commands.md", "python-reference.md", *pages}
     faults = gallery.faults
     for name, text in pages.items():

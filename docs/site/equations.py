@@ -269,7 +269,7 @@ class Line:
         text = text.rstrip()
         before = " " if self.peek(-1) == " " else ""
         self.take(position if rest[:position].rstrip() == text else len(text))
-        after = " " if rest[len(text):len(text) + 1] == " " else ""
+        after = " " if re.match(r" [^ =<>≤≥≈+−]", rest[len(text):]) else ""
         if before and self.at and "".join(self.s[:self.at]).endswith("  "):
             before = ""
         return rf"\text{{{before}{text}{after}}}"

@@ -2,7 +2,7 @@
 var Scorer = {
   score: ([name, , anchor, description, score]) => {
     if (/^(cpp\/|python-reference)/.test(name)) return score - 100;
-    if (/^(scenarios\/|changelog|pictures)/.test(name)) return score - 30;
+    if (/^(scenarios\/|changelog)/.test(name)) return score - 30;
     if (/^how-to\//.test(name)) return score + 4; // an answer before its background
     return score;
   },

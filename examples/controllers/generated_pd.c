@@ -1,8 +1,8 @@
 /*
- * Wraps generated code whose inputs, outputs and states are static (generated/pd_model.c). There is one such set in the
- * process, and a campaign has an instance on every core: each instance keeps states of its own, and a step is made under a
- * lock, with them in the static structures. Code that was generated as reusable, with a structure for all it keeps, needs
- * no lock: its structure is the instance.
+ * Wraps generated code whose inputs, outputs and states are static (generated/pd_model.c). The process has one such set,
+ * but a campaign has one instance per core. Each instance therefore stores its states, and copies them into the static
+ * structures for a step under a lock. Code generated as reusable, with a structure for its states, needs no lock: the
+ * structure is the instance.
  */
 #include <math.h>
 #include <pthread.h>
@@ -15,7 +15,7 @@
 
 static pthread_mutex_t model_lock = PTHREAD_MUTEX_INITIALIZER;
 
-/* One structure of this kind is what save() writes. */
+/* save() writes one structure of this type. */
 typedef struct instance {
   DW_pd_model_T states;
 } instance;

@@ -1,6 +1,6 @@
 /*
- * A controller in C: proportional and derivative in the joints, and a damper on the base where the scenario leaves its
- * torque to the plugin (control.base_torque). Parameters, all optional: kp [N m/rad], kd [N m s/rad], base_kd [N m s/rad].
+ * A controller in C: PD control of the joints, and damping of the base rate if the scenario assigns the base torque to
+ * the plugin (control.base_torque). Optional parameters: kp [N m/rad], kd [N m s/rad], base_kd [N m s/rad].
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,12 +10,12 @@
 
 typedef struct controller {
   double kp, kd, base_kd;
-  long updates; /* all that it remembers */
+  long updates; /* the complete state */
   char error[128];
 } controller;
 
-/* The number at "key": in a JSON object, or `otherwise`. Enough for parameters that are plain numbers; a project that
-   has more takes a JSON library. */
+/* Returns the number at "key": in a JSON object, or `otherwise`. Suffices for parameters that are plain numbers; use a
+   JSON library for others. */
 static double number_at(const char* json, const char* key, double otherwise) {
   char quoted[64];
   const char* at;
@@ -52,7 +52,7 @@ static int update(void* instance, const grapnel_controller_input* in, const grap
                   grapnel_controller_output* out) {
   controller* c = instance;
   int j;
-  (void)access; /* it could ask for the mass matrix, say */
+  (void)access; /* provides the mass matrix, for example */
   for (j = 0; j < in->joints; ++j) {
     out->effort[j] =
         c->kp * (in->desired_position[j] - in->position[j]) + c->kd * (in->desired_rate[j] - in->rate[j]);

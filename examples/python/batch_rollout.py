@@ -1,4 +1,4 @@
-"""Thousands of motions at once: random joint torques from one state, on all processors in SIMD lanes.
+"""Computes a batch of rollouts: random joint torques from one state, on all processors in SIMD lanes.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/batch_rollout.py
 """
@@ -25,14 +25,14 @@ seconds = time.perf_counter() - begin
 print(f"{n} motions of {steps} steps in {1e3 * seconds:.0f} ms: {n * steps / seconds:,.0f} steps per second "
       f"({grapnel.instruction_set()} lanes)")
 
-# Torques inside cannot push the robot off: its centre of mass stays, whatever the arms do.
+# Internal torques do not move the centre of mass.
 q, v = rollout.split(states[:, -1])
 drift = np.linalg.norm(robot.center_of_mass(q) - robot.center_of_mass(start[0, : robot.nq]), axis=1)
 turned = 2 * np.arccos(np.clip(np.abs(q[:, 3]), 0, 1))
-print(f"the base has turned by {np.degrees(turned.mean()):.2f} deg on average; the centre of mass is off by {drift.max():.1g} m "
+print(f"the base has rotated by {np.degrees(turned.mean()):.2f} deg on average; the centre of mass has moved by {drift.max():.1g} m "
       "at most")
 assert drift.max() < 1e-5
 
-# The tips, as a cloud.
+# Spread of the tip positions.
 tips = robot.frame_pose(robot.frames[0], q)[:, :3, 3]
-print("one tip's positions spread by", np.array2string(tips.std(axis=0), precision=3), "m")
+print("standard deviation of one tip's position:", np.array2string(tips.std(axis=0), precision=3), "m")

@@ -1,4 +1,4 @@
-"""A first capture: load a scenario, change a value, simulate, look at the numbers, write the report.
+"""A first capture: load a scenario, change a value, simulate, print results, write the report.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/first_capture.py [FOLDER]
 """
@@ -13,8 +13,8 @@ import grapnel
 scenarios = pathlib.Path(__file__).parents[2] / "scenarios"
 out = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "out/python/first-capture")
 
-# Two seven-joint arms catch a tumbling satellite by its handles. A slip is caught where it is made: with
-# problem.targets[0].mass = -130 this raises grapnel.InputError.
+# Two seven-joint arms capture a tumbling satellite by its handles. Invalid values raise grapnel.InputError on
+# assignment, for example problem.targets[0].mass = -130.
 problem = grapnel.load(scenarios / "dual-arm-satellite-handles.yaml")
 print(f"{problem.name}: {len(problem.targets)} target of {problem.targets[0].mass} kg")
 problem.targets[0].mass = 1.2 * problem.targets[0].mass
@@ -29,7 +29,7 @@ for grasp in result.summary["impact"]["grasps"]:
 
 w = result["base/angular_velocity"]  # (samples, 3), in W
 fastest = np.argmax(np.linalg.norm(w, axis=1))
-print(f"the base turns fastest at t = {result.time[fastest]:.2f} s: {np.linalg.norm(w[fastest]):.5f} "
+print(f"maximum base rate at t = {result.time[fastest]:.2f} s: {np.linalg.norm(w[fastest]):.5f} "
       f"{result.units['base/angular_velocity']}")
 
 worst = max((check for check in result.ledger.values() if check.kind == "conservation" and check.applies),

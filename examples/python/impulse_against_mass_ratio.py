@@ -1,6 +1,6 @@
-"""How the impulse of a capture grows with the target's mass, up to what the arm and its floating base resist.
+"""Impulse of a capture against the target's mass, up to the limit set by the effective mass of arm and floating base.
 
-Many problems at once on all processors: the scenario at the instant of contact, the target heavier from case to case.
+Simulates many problems on all processors: the scenario at the instant of contact with increasing target mass.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/impulse_against_mass_ratio.py [FOLDER]
 """
@@ -18,13 +18,13 @@ out.mkdir(parents=True, exist_ok=True)
 
 base = grapnel.load(scenarios / "thesis" / "open-loop-at-contact.yaml")
 servicer = grapnel.Robot(base).mass
-ratios = np.geomspace(1e-3, 1e2, 26)  # target over servicer
+ratios = np.geomspace(1e-3, 1e2, 26)  # target mass / servicer mass
 
 
 def with_target(ratio):
     problem = base.copy()
     scale = ratio * servicer / base.targets[0].mass
-    # Both together: no mass goes with the inertia of another.
+    # Set both together, so that mass and inertia are always consistent.
     problem.set({"targets[0].mass": ratio * servicer,
                  "targets[0].inertia": scale * np.array(base["targets[0].inertia"])})
     return problem
@@ -33,21 +33,21 @@ def with_target(ratio):
 results = grapnel.simulate_many([with_target(ratio) for ratio in ratios])
 impulse = np.array([result.summary["impact"]["grasps"][0]["impulse_magnitude"] for result in results])
 
-# What is left of the servicer at the tip: the effective mass there, of the configuration alone.
+# Effective mass of the servicer at the tip; a property of the configuration.
 measure = results[0].summary["impact"]["measures"]["end_effectors"][0]
-print(f"servicer {servicer:g} kg, at the tip it resists as {measure['robot_effective_mass']:.3g} kg")
+print(f"servicer {servicer:g} kg, effective mass at the tip {measure['robot_effective_mass']:.3g} kg")
 print(f"{'mass ratio':>12}{'impulse [N s]':>16}")
 for ratio, P in list(zip(ratios, impulse))[::5]:
     print(f"{ratio:12.3g}{P:16.4f}")
-assert np.all(np.diff(impulse) > 0), "a heavier target hits harder"
-assert impulse[-1] / impulse[-2] < 1.01, "but no harder than the arm resists"
+assert np.all(np.diff(impulse) > 0), "the impulse must increase with the target mass"
+assert impulse[-1] / impulse[-2] < 1.01, "the impulse must converge for heavy targets"
 
 table = np.column_stack([ratios, impulse])
 np.savetxt(out / "impulse.csv", table, delimiter=",", header="mass ratio, impulse [N s]")
 try:
     import matplotlib
 except ImportError:
-    print(f"numbers in {out}/impulse.csv (with matplotlib there is a plot as well)")
+    print(f"numbers in {out}/impulse.csv (install matplotlib for a plot)")
 else:
     matplotlib.use("agg")
     from matplotlib import pyplot

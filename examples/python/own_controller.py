@@ -1,6 +1,6 @@
-"""A controller of one's own in Python: the law of examples/controllers/own_pd.c, on its scenario.
+"""A user-defined controller in Python: the law of examples/controllers/own_pd.c in the scenario of that example.
 
-    own_controller.py [folder]        # results go there
+    own_controller.py [folder]        # writes results to the folder
 """
 
 import pathlib
@@ -13,23 +13,23 @@ import grapnel
 
 
 class OwnPd:
-    """Proportional and derivative in the joints, and a damper on the base."""
+    """PD control of the joints, and damping of the base rate."""
 
     def create(self, setup: grapnel.ControllerSetup) -> None:
-        """Once a run, with the scenario's parameters, and a description of the robot that is not needed here."""
+        """Called once per run with the scenario's parameters and a description of the robot (unused here)."""
         self.kp, self.kd, self.base_kd = (setup.parameters[name] for name in ("kp", "kd", "base_kd"))
 
     def reset(self, time: float) -> None:
-        """Before the first sample."""
+        """Called before the first sample."""
         self.largest = 0.0
 
     def update(self, input: grapnel.ControllerInput, access: grapnel.ControllerAccess,
                output: grapnel.ControllerOutput) -> None:
-        """A sample."""
+        """Called at every sample."""
         output.effort = (self.kp * (input.desired_position - input.position) +
                          self.kd * (input.desired_rate - input.rate))
         output.base_torque = -self.base_kd * input.base_angular_velocity
-        # H, C, p and J* of servicer and target as they now are may be asked for: here what the joints' motion carries.
+        # `access` provides H, C, p and J* of servicer and target at this instant; here the kinetic energy of the joints.
         H = access.mass_matrix()
         joints = H[6:6 + input.joints, 6:6 + input.joints]
         self.largest = max(self.largest, float(0.5 * input.rate @ joints @ input.rate))
@@ -45,7 +45,7 @@ result = problem.simulate(controller=pd)
 print(*result.verdict, sep="\n")
 rate = result["joints/velocity"]
 print(f"largest joint rate: {numpy.abs(rate).max():.3g} rad/s, at the end {numpy.abs(rate[-1]).max():.3g} rad/s")
-print(f"energy of the joints' motion at most {pd.largest:.3g} J; ledger passed: {result.ledger.passed}")
+print(f"maximum kinetic energy of the joints {pd.largest:.3g} J; ledger passed: {result.ledger.passed}")
 if len(sys.argv) > 1:
     result.save(sys.argv[1], report=False)
 if result.status != "completed" or not result.ledger.passed:

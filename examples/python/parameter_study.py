@@ -1,7 +1,7 @@
-"""A parameter study: impulse against the angle of approach over a grid, as a table and a figure.
+"""A parameter study: impulse against approach angle over a grid, as a table and a figure.
 
-The grid is a dictionary with the keys of a study file (docs/formats/study.md), and is written to one beside the results, so that
-`grapnel sweep` does the same.
+The grid is a dictionary with the keys of a study file (docs/formats/study.md). It is also written to a study file beside
+the results, which `grapnel sweep` accepts.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/parameter_study.py [FOLDER]
 """
@@ -20,7 +20,7 @@ study = {
     "name": "impulse against angle and speed",
     "scenario": source / "scenarios" / "thesis" / "open-loop-case-1-planned.yaml",
     "simulate": "impact",
-    "set": {"approach.plan.starts": 4},  # initial guesses of the search: those that find nothing cost most
+    "set": {"approach.plan.starts": 4},  # initial guesses; those without a solution take most of the time
     "axes": [
         {"quantity": "relative_speed", "values": [0.05, 0.1]},  # [m/s]
         {"quantity": "approach_angle", "values": np.linspace(-20, 60, 7), "unit": "deg"},
@@ -39,7 +39,7 @@ for value in np.unique(columns[speed]):
 try:
     import matplotlib
 except ImportError:
-    grapnel.figure(folder, "impulse-map", out / "impulse.svg")  # by gnuplot, as papers want it
+    grapnel.figure(folder, "impulse-map", out / "impulse.svg")  # drawn by gnuplot, for papers
 else:
     matplotlib.use("agg")
     from matplotlib import pyplot

@@ -1,8 +1,8 @@
-"""Searching a policy: the cross-entropy method finds gains that bring a tip to its grasp point and let it rest there.
+"""Policy search: the cross-entropy method finds gains that bring a tip to rest at its grasp point.
 
-The policy is a spring and a damper between tip and grasp point, turned into joint torques by the generalized Jacobian, and
-damping in the joints. Its three numbers are drawn, tried on a batch of captures with starts that differ, and the best draws say
-where to draw next.
+The policy is a spring and a damper between tip and grasp point, mapped to joint torques by the generalized Jacobian, and
+damping in the joints. The search draws its three parameters, evaluates them on a batch of captures with different initial
+joint values, and updates the distribution from the best draws.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/search_policy.py
 """
@@ -23,7 +23,7 @@ random = np.random.default_rng(0)
 
 
 def perturb(generator, q, v):
-    """Joints that begin a little elsewhere, the same for all draws."""
+    """Offsets the initial joint values, by the same amounts for all draws."""
     offsets = np.random.default_rng(7).uniform(-0.05, 0.05, (starts, env.robot.nu))
     q[:, env.robot.joint_q] += np.tile(offsets, (draws, 1))
     return q, v
@@ -35,7 +35,7 @@ nq, nv = servicer.nq, servicer.nv
 
 
 def torques(parameters):
-    """Efforts of all cases, in parts of the scale; parameters (draws, 3): log of stiffness, damping, joint damping."""
+    """Efforts of all cases, relative to the scale. `parameters` (draws, 3): log of stiffness, damping, joint damping."""
     stiffness, damping, joint_damping = np.repeat(np.exp(parameters), starts, axis=0).T[:, :, None]
     distance, velocity, _ = env.relative(env.state)
     q, v = env.rollout.split(env.state)
@@ -46,25 +46,25 @@ def torques(parameters):
 
 
 def score(parameters):
-    """Mean distance plus speed at the end, less is better; and how many were captures."""
+    """Cost of each draw (mean final distance plus speed) and its share of captures."""
     env.reset()
-    caught = np.zeros(env.n, dtype=bool)
+    captured = np.zeros(env.n, dtype=bool)
     while not np.all(env.done):
         *_, info = env.step(torques(parameters))
-        caught |= info["captured"]
+        captured |= info["captured"]
     distance, velocity, _ = env.relative(env.state)
     cost = env._potential_of(distance, velocity).reshape(draws, starts)
-    return cost.mean(axis=1), caught.reshape(draws, starts).mean(axis=1)
+    return cost.mean(axis=1), captured.reshape(draws, starts).mean(axis=1)
 
 
 mean, deviation = np.log([1.0, 10.0, 1.0]), np.full(3, 1.5)
 for turn in range(rounds):
     parameters = mean + deviation * random.standard_normal((draws, 3))
     parameters[0] = mean
-    cost, caught = score(parameters)
+    cost, captured = score(parameters)
     best = np.argsort(cost)[:elite]
     mean, deviation = parameters[best].mean(axis=0), parameters[best].std(axis=0) + 0.05
-    print(f"round {turn + 1}: best cost {cost[best[0]]:.4f}, captures {caught[best[0]]:.0%}, gains "
+    print(f"round {turn + 1}: best cost {cost[best[0]]:.4f}, captures {captured[best[0]]:.0%}, gains "
           + ", ".join(f"{gain:.3g}" for gain in np.exp(parameters[best[0]])))
 
 first = score(np.tile(np.log([1.0, 10.0, 1.0]), (draws, 1)))[0].mean()

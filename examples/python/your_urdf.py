@@ -1,4 +1,4 @@
-"""Your own robot: a URDF in a scenario that is made in Python.
+"""A robot from URDF, in a scenario that is built in Python.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/your_urdf.py [FOLDER]
 """
@@ -39,8 +39,8 @@ robot = grapnel.Robot(problem)
 print(robot, "\njoints:", ", ".join(robot.joints))
 q, v = robot.initial_state()
 ordinary, floating = robot.jacobian("gripper", q)[:, 6:], robot.generalized_jacobian("gripper", q)
-print("the floating base takes", f"{1 - np.linalg.norm(floating[3:]) / np.linalg.norm(ordinary[3:]):.0%}",
-      "of the gripper's speed")
+share = 1 - np.linalg.norm(floating[3:]) / np.linalg.norm(ordinary[3:])
+print(f"the floating base reduces the gripper speed by {share:.0%}")
 
 result = problem.simulate().raise_if_failed()
 print(*result.verdict, sep="\n")

@@ -68,11 +68,10 @@ void ApproachPlanner::run() {
 std::string ApproachPlanner::given_up() const {
   const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
   return fmt::format(
-      "planning the approach: given up after {} evaluations of the servicer's motion, at the segment from t = {:.6g} "
-      "s on; the approach lasts {:.6g} s, and the longer a segment, the further joints swing on it and the more each "
-      "of the search's {} initial guesses costs: a shorter last segment (waypoints, straight_in), fewer "
-      "approach.plan.starts or approach.plan.objective: as_found take less, and approach.plan.max_evaluations allows "
-      "more",
+      "planning the approach: evaluation limit reached after {} evaluations of the servicer's motion, in the segment "
+      "that begins at t = {:.6g} s; the approach lasts {:.6g} s, and longer segments increase the joint motion and the "
+      "cost of each of the search's {} initial guesses: shorten the last segment (waypoints, straight_in), reduce "
+      "approach.plan.starts, set approach.plan.objective: as_found, or increase approach.plan.max_evaluations",
       plan.max_evaluations, time_, approach_.duration, plan.starts);
 }
 
@@ -114,7 +113,7 @@ void ApproachPlanner::advance(double end, const std::vector<double>& position, c
   start.knots = knots;
   PathSegment segment(base_, start, motion_);
   SegmentEnd at_end;
-  // Where the base then is matters to what follows, and as a check.
+  // The base pose at this time is needed by later segments and as a check.
   if (end < approach_.duration || detail_ == CaptureDetail::full) {
     at_end = segment.fly(position, rate, false, SegmentAccuracy::full, coefficients);
     if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
@@ -161,9 +160,8 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
     way.bodies = way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
     if (way.bodies->model.pairs().empty()) {
       throw Unplannable(
-          "planning the approach: approach.plan asks for clearance, and there are no two bodies whose distance could "
-          "be looked at: shapes ('geometry') of the robot's links and of the targets are missing, or "
-          "clearance.ignore leaves all pairs out");
+          "planning the approach: approach.plan requires clearance, but there is no pair of bodies to check: shapes "
+          "('geometry') of the robot's links and of the targets are missing, or clearance.ignore excludes all pairs");
     }
     check_start_clearance(reach);
   }
@@ -173,7 +171,7 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
 
 void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (!reach.way.clearance) return;
-  constexpr double kRounding = 1e-6;  // [m]; plans keep the clearance to it
+  constexpr double kRounding = 1e-6;  // [m]; plans satisfy the clearance to this tolerance
   constexpr std::size_t kNamed = 3;   // pairs
   PlacedLinks links;
   base_.place(position_, links);
@@ -188,7 +186,7 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (found.empty()) return;
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
   const WayBodies& bodies = *reach.way.bodies;
-  std::set<std::pair<int, int>> seen;  // bodies, which may have several shapes
+  std::set<std::pair<int, int>> seen;  // bodies may have several shapes
   std::erase_if(found, [&](const WayLook::Found& f) {
     const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
     return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
@@ -206,14 +204,14 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (begin_ > 0 && nearest > 0) {
     constexpr double kRoom = 0.99;
     reach.way.clearance = kRoom * nearest;
-    plan_.warnings.push_back(fmt::format(
-        "approach: planned again at t = {:.4g} s, where {}: the rest keeps {:.4g} m instead of the {:.4g} m of "
-        "approach.plan.clearance",
-        time_, pairs, *reach.way.clearance, asked));
+    plan_.warnings.push_back(
+        fmt::format("approach: replanned at t = {:.4g} s, where {}: the remaining approach keeps a clearance of {:.4g} "
+                    "m instead of the {:.4g} m of approach.plan.clearance",
+                    time_, pairs, *reach.way.clearance, asked));
     return;
   }
   throw Unplannable(fmt::format(
-      "planning the approach: where the segment begins, at t = {:.4g} s, {}; {:.4g} m is to be kept at all times "
+      "planning the approach: at the begin of the segment, t = {:.4g} s, {}; the minimum clearance is {:.4g} m "
       "(approach.plan.clearance), and no motion changes the start: {}, set a smaller clearance, or add the pair to "
       "clearance.ignore",
       time_, pairs, asked,
@@ -223,8 +221,8 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
 void ApproachPlanner::set_wheels(WaySetup& way) {
   if (!attitude_kept()) {
     throw Unplannable(
-        "planning the approach: what approach.plan asks of the wheels' momenta is planned for a base that keeps its "
-        "attitude, and approach.base_control is too weak for that while the joints move; it needs higher gains or "
+        "planning the approach: the wheel momentum settings of approach.plan require an attitude-controlled base, but "
+        "approach.base_control is too weak to hold the attitude while the joints move; increase its gains or set "
         "feedforward");
   }
   way.wheels = planned_wheels(problem_, motion_, problem_.X_WB.R, X_WB_.R, begin_);
@@ -234,21 +232,21 @@ void ApproachPlanner::set_wheels(WaySetup& way) {
   const Vector3d u = FloatingBase::momentum_of_rates(links, rate_);
   for (std::size_t i = 0; i < way.wheels->wheels.size(); ++i) {
     const double share = std::abs(way.wheels->share(i, time_, u));
-    constexpr double kRounding = 1e-6;  // plans keep to it
+    constexpr double kRounding = 1e-6;  // tolerance of plans
     if (share <= way.wheel_share + kRounding) continue;
     const std::string what = fmt::format(
-        "wheel '{}' has to hold {:.6g} of the momentum that it can hold, to keep the base's attitude, as the segment "
-        "begins, at t = {:.4g} s; approach.plan.wheel_momentum allows {:.6g}",
+        "wheel '{}' needs {:.6g} of its momentum capacity to hold the base's attitude at the segment's begin, t = "
+        "{:.4g} s; the limit approach.plan.wheel_momentum is {:.6g}",
         way.wheels->wheels[i].name, share, time_, way.wheel_share);
     if (begin_ == 0) {
-      throw Unplannable("planning the approach: " + what + ", which no motion of the joints can change any more");
+      throw Unplannable("planning the approach: " + what + ", and no joint motion can change that");
     }
-    // The rest of an approach goes on from what the controlled base has come to, and from there hardly a way leads
-    // that takes no more at all.
+    // A replanned approach continues from the state of the controlled base. There is rarely a feasible trajectory
+    // without any further increase of the momentum.
     constexpr double kRoom = 1.01;
     way.wheel_share = kRoom * share;
     plan_.warnings.push_back(
-        fmt::format("approach: planned anew, {}; {:.6g} is allowed of the rest", what, way.wheel_share));
+        fmt::format("approach: replanned, {}; the limit for the remaining approach is {:.6g}", what, way.wheel_share));
   }
 }
 
@@ -259,9 +257,8 @@ void ApproachPlanner::refuse_turning(const PlanSetup& plan) {
   }
   if (asked.empty()) return;
   throw Unplannable(fmt::format(
-      "planning the approach: {}: the plan is made for a base that keeps its attitude, which approach.base_control "
-      "is taken to be strong enough for, so there is no turn to plan; how far the controlled base turns is seen in "
-      "the run",
+      "planning the approach: {}: no base rotation is planned, because approach.base_control is assumed strong enough "
+      "to hold the base's attitude; the simulation shows the actual rotation of the controlled base",
       asked));
 }
 
@@ -277,7 +274,7 @@ void ApproachPlanner::refuse_unreachable(const ReachProblem& reach, const ReachS
   constexpr double kMissed = 1e-5;  // [m]
   const bool misses =
       std::any_of(solution.miss.begin(), solution.miss.end(), [](const GoalMiss& m) { return m.distance > kMissed; });
-  const std::string base = misses ? explain_base(reach) : "";  // before the report takes the joints elsewhere
+  const std::string base = misses ? explain_base(reach) : "";  // before the report changes the joint values
   report(reach, solution);
   throw Unplannable(fmt::format("planning the approach{}: {}{}", what, solution.failure, base));
 }
@@ -356,7 +353,7 @@ TargetMotion ApproachPlanner::target_at(std::size_t target, double time) const {
 }
 
 std::function<void(double)> ApproachPlanner::each_step() const {
-  constexpr long kOfOneStep = 12;  // of the method of order 8
+  constexpr long kOfOneStep = 12;  // evaluations per step of the method of order 8
   return [this](double) { watch_.count(kOfOneStep); };
 }
 
@@ -391,8 +388,8 @@ std::vector<double> ApproachPlanner::settled_rates(const ReachProblem& reach, co
   plan_.report.rhs_evaluations += shooting.rhs_evaluations();
   if (!shot.valid) {
     throw Unplannable(
-        "planning the approach: final joint rates did not converge; the final configuration may be near a "
-        "singularity of the generalized Jacobian; other final_joints, or final_rates that are given, may help");
+        "planning the approach: final joint rates did not converge; the final configuration may be near a singularity "
+        "of the generalized Jacobian; other final_joints, or given final_rates, may help");
   }
   warn_of_unmet(shot.unmet, shot.rate);
   warn_of_rates(shot.rate, reach.start.end);
@@ -405,8 +402,8 @@ void ApproachPlanner::warn_of_unmet(double unmet, const std::vector<double>& rat
   for (double r : rates) largest = std::max(largest, std::abs(r));
   if (unmet <= 1e-9 * largest) return;
   plan_.warnings.push_back(
-      fmt::format("approach: no joint rates give the end-effectors the demanded motion at the final configuration; "
-                  "the largest component left unmatched is {:.3g} (m/s or rad/s)",
+      fmt::format("approach: no joint rates give the end-effectors the demanded motion at the final configuration; the "
+                  "largest unmet component is {:.3g} (m/s or rad/s)",
                   unmet));
 }
 
@@ -414,8 +411,8 @@ void ApproachPlanner::warn_of_approximation(const ReachProblem& reach, const Rea
   for (std::size_t i = 0; i < reach.goals.size(); ++i) {
     if (s.miss[i].distance <= kArrived && s.miss[i].angle <= kArrived) continue;
     plan_.warnings.push_back(fmt::format(
-        "approach: no exact solution for end-effector '{}'; the plan leaves {:.3g} m and {:.3g} rad, within "
-        "half its envelope (its joints, with the base they turn, cannot do more)",
+        "approach: no exact solution for end-effector '{}'; the remaining error of the plan is {:.3g} m and {:.3g} "
+        "rad, within half its envelope (the joints, with the base that they move, cannot reduce it further)",
         reach.goals[i].name, s.miss[i].distance, s.miss[i].angle));
   }
 }
@@ -428,20 +425,20 @@ void ApproachPlanner::warn_of_rates(const std::vector<double>& rates, double end
   for (std::size_t j = 0; j < rates.size(); ++j) {
     if (std::abs(rates[j]) > rate_limit_[j]) {
       plan_.warnings.push_back(fmt::format(
-          "approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}", rates[j],
-          plan_.report.joints[j], rate_limit_[j],
+          "approach: the demanded final motion requires a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}",
+          rates[j], plan_.report.joints[j], rate_limit_[j],
           !approach_.plan ? ""
-          : disturbed()   ? "; it was corrected for what momentum alone does not say"
+          : disturbed()   ? "; the plan includes corrections from a forward simulation"
                           : "; no solution within the rate limits was found"));
     }
     const double out = kSwing * std::abs(rates[j]) * (end - time_);
     if (out > swing) swing = out, widest = j;
   }
   if (swing <= kWide) return;
-  plan_.warnings.push_back(fmt::format(
-      "approach: joints swing out on the way for the rates that they are to end with, '{}' by about {:.3g} "
-      "(rad or m) for {:.4g} on a segment of {:.4g} s; a shorter last segment (waypoints, straight_in) swings less",
-      plan_.report.joints[widest], swing, rates[widest], end - time_));
+  plan_.warnings.push_back(
+      fmt::format("approach: joints overshoot to reach their final rates, '{}' by about {:.3g} (rad or m) for {:.4g} "
+                  "on a segment of {:.4g} s; a shorter last segment (waypoints, straight_in) reduces the overshoot",
+                  plan_.report.joints[widest], swing, rates[widest], end - time_));
 }
 
 JointTrajectory ApproachPlanner::stated(std::size_t joint) const {

@@ -1,9 +1,7 @@
 #pragma once
 
-/// @file
-/// Plans one approach, segment by segment: what approach_plan.cpp (waypoints, the final segment, stated motion),
-/// flown_plan.cpp (what the momentum integral does not know) and straight_in_plan.cpp (the last piece straight in)
-/// share.
+/// @file Plans one approach, segment by segment. Shared by approach_plan.cpp (waypoints, the final segment, stated
+/// motion), flown_plan.cpp (corrections by forward simulation) and straight_in_plan.cpp (the final straight approach).
 
 #include <functional>
 #include <optional>
@@ -22,19 +20,19 @@
 
 namespace grapnel {
 
-/// Of the joints' motion on a segment, as PathSegment::fly() takes it.
+/// Spline of the joints' motion on a segment, as PathSegment::fly() takes it.
 struct Spline {
   int knots = 0;
   std::vector<double> coefficients = {};
 };
 
-/// Ends planning; becomes ApproachPlan::failure.
+/// Ends planning; its message becomes ApproachPlan::failure.
 struct Unplannable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One plan, segment by segment. Joints are those of the servicer alone, which are the robot's in the same order. All
-/// that is given must outlive the object.
+/// One plan, segment by segment. Joints are those of the servicer alone, in the order of the robot's joints. All
+/// arguments must outlive the object.
 class ApproachPlanner {
  public:
   ApproachPlanner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
@@ -42,10 +40,10 @@ class ApproachPlanner {
 
   void run();
 
-  // Why it was given up, and what would help.
+  // Message if the evaluation limit is reached, with possible remedies.
   std::string given_up() const;
 
-  // What was reached, also where planning failed.
+  // Records the result, also if planning failed.
   void close();
 
  private:
@@ -55,46 +53,46 @@ class ApproachPlanner {
     return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
   }
 
-  // Where attitude control does, the base is at the attitude that it is to have from the first, about the same centre
-  // of mass.
+  // For an attitude-controlled base: sets the base to its desired attitude from the start, about the same centre of
+  // mass.
   void keep_attitude();
   bool attitude_kept() const { return base_.floats() && !base_.turns(); }
 
-  // How long the joints take at least from rest to rest: the shortest of the approach's parts, all of them also where
-  // the rest is planned anew.
+  // Duration of the shortest part of the approach, for motions from rest to rest. Includes all parts even if only the
+  // remaining approach is replanned.
   double shortest_motion() const;
 
-  // Joints that move no end-effector that grasps.
+  // Holds joints that move no grasping end-effector.
   void hold_idle_joints();
 
   // --- Segments
 
   SegmentStart segment_to(double end) const { return {time_, end, approach_.profile, position_, rate_, X_WB_}; }
 
-  // Flies a segment to final values and goes on from there.
+  // Adds a segment to the given final values and continues from its end.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate, int knots = 0,
                const std::vector<double>& coefficients = {});
   ReachProblem reach_to(double end, std::vector<Goal> goals, RateDemand demand) const;
 
-  // The settings of approach.plan.
+  // Applies the settings of approach.plan.
   void set_search(ReachProblem& reach);
   void set_wheels(WaySetup& way);
 
-  // Bodies nearer to each other than approach.plan.clearance where the segment begins, where no motion can part them.
-  // The rest of an approach that is planned again goes on with the clearance that there is.
+  // Checks the clearance at the segment's begin. Bodies closer than approach.plan.clearance that no motion can separate
+  // are an error. A replanned approach continues with the clearance that exists at its begin.
   void check_start_clearance(ReachProblem& reach);
 
-  // What makes no sense of a base that is planned for as one that keeps its attitude.
+  // Rejects settings that contradict an attitude-controlled base.
   static void refuse_turning(const PlanSetup& plan);
   ReachSolution solve(const ReachProblem& reach, const std::string& what);
   [[noreturn]] void refuse_unreachable(const ReachProblem& reach, const ReachSolution& solution,
                                        const std::string& what);
-  /// The same where a flight corrects the solution afterwards: goals out of the reach of a base that momentum alone
-  /// moves are searched for from where loads and an orbit's field bring it.
+  /// As above, for solutions that a forward simulation corrects afterwards. Goals beyond the reach of a
+  /// momentum-conserving base are searched for from the base pose that loads and the orbital field produce.
   ReachSolution solve_where_loads_lead(const ReachProblem& reach, const std::string& what);
 
-  // What loads and an orbit's field do to the servicer until the segment's end, its joints kept where they are: its
-  // base by momentum alone, and with them.
+  // Base motion until the segment's end with fixed joints: with conserved momentum, and with loads and the orbital
+  // field.
   struct Drift {
     Posed X_WB_free = Posed::identity(), X_WB = Posed::identity();
     Twistd V_WB_free = Twistd::zero(), V_WB = Twistd::zero();  // at the base's origin, in W
@@ -111,7 +109,7 @@ class ApproachPlanner {
   void pass(const Waypoint& w);
   TargetMotion target_at(std::size_t target, double time) const;
 
-  // For integrations of the whole dynamics.
+  // Progress callback for integrations of the full dynamics.
   std::function<void(double)> each_step() const;
 
   // --- The final segment
@@ -123,132 +121,134 @@ class ApproachPlanner {
   void warn_of_unmet(double unmet, const std::vector<double>& rates);
   void warn_of_approximation(const ReachProblem& reach, const ReachSolution& s);
 
-  // Rates that no joint can have, or that make it swing on its way. Before the final segment is added to the plan.
+  // Warns of rates beyond joint limits or rates that cause overshoot. Call before the final segment is added to the
+  // plan.
   void warn_of_rates(const std::vector<double>& rates, double end);
 
-  // --- What the momentum integral does not know
+  // --- Effects outside the momentum integral
 
-  // Loads on the servicer, an orbit's field, attitude control, rotors or what bends: the motion is then not that of
-  // joints and a constant momentum.
+  // Whether loads on the servicer, an orbital field, attitude control, rotors or flexible links act. Then joint motion
+  // and constant momentum do not determine the base motion.
   bool disturbed() const;
   bool bends() const { return !flown_.elastic_joints.empty(); }
   bool has_rotors() const { return !flown_.wheels.empty() || !flown_.gyros.empty(); }
   bool loaded() const { return !loads_on(servicer_.model, problem_.loads).empty(); }
 
-  // The robot that is planned for, where it is not the one that flies: it ...
+  // Description of the planned robot if it differs from the simulated one: "it ..."
   std::string planned_robot() const;
 
-  // Where another robot flies than is planned for; once, not again with every rest that is planned anew.
+  // Whether to report the difference between planned and simulated robot: at the first plan only, not when replanning.
   bool is_to_be_said_what_flies() const { return begin_ == 0 && !planned_robot().empty(); }
 
-  // Flights that correct plans know what attitude control asks, and wheels, but no thrusters.
+  // Warns that simulations for plan corrections apply the attitude control's demand and the wheels, but no thrusters.
   void warn_of_thrusters();
 
-  // Of them, those that there are.
+  // Names of the active disturbances.
   std::string disturbances() const;
 
-  // Loads on a target that is to be grasped.
+  // Whether loads act on a target that is to be grasped.
   bool targets_loaded() const;
 
-  // Goals for the servicer taken for rigid, whose end-effectors are where it wants them when those that its bending has
-  // moved are where they are to be, and likewise their velocities.
+  // Goals for a rigid model of the servicer. With them the end-effectors of the flexible servicer, displaced by its
+  // deflection, have the intended poses and velocities.
   std::vector<Goal> less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const;
 
-  // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
+  // Final state of the servicer in a simulation with exact joint tracking to these final values and all loads.
   State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate,
                       const Spline& spline, const StepWatch& watch = {});
   State fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch = {});
 
-  // What the base and its wheels do in such a flight, in words.
+  // Description of the motion of the base and its wheels in such a simulation.
   std::string what_it_does(const ReachProblem& reach, const std::vector<double>& position,
                            const std::vector<double>& rate, const Spline& spline);
 
-  // A disturbed motion's end, against the goals and the demand.
+  // Errors at the end of a disturbed motion, relative to the goals and the demand.
   FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
                          const std::vector<double>& rate, const Spline& spline);
 
-  // From the solution without disturbance to the one with it. A spline's coefficients stay, so that what was asked of
-  // the way is kept but for what the final values change.
+  // Corrects the undisturbed solution for disturbances. The spline coefficients are unchanged; path constraints hold
+  // except for the effect of the changed final values.
   ReachSolution allow_for_disturbance(const ReachProblem& reach, ReachSolution solution, const std::string& what);
 
-  // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to; the
-  // undisturbed ones, with a warning, where none are found.
+  // Rates that meet the demand at given final values, at the end of the disturbed motion. If none are found: the
+  // undisturbed rates, with a warning.
   std::vector<double> disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
                                       const std::vector<double>& undisturbed);
 
-  // --- Straight in
+  // --- Final straight approach
 
   void stand_off_and_in(double begin);
 
-  // The stand-off, and what was asked of the way there. `guess`: where the search begins; empty: as approach.plan says.
+  // The stand-off and the path constraints up to it. `guess`: first guess of the search; empty: that of approach.plan.
   struct PlannedStandOff {
     ReachProblem reach;
     ReachSolution solution;
   };
   PlannedStandOff plan_stand_off(StraightInProblem& in, const std::vector<double>& guess);
 
-  // To the stand-off and straight in; what that leaves in the end. `guess`: where the search for the stand-off begins;
-  // empty: as approach.plan says.
+  // Plans the motion to the stand-off and the final straight approach; returns its final errors. `guess`: first guess
+  // of the search for the stand-off; empty: that of approach.plan.
   std::vector<GoalGap> come_in(StraightInProblem& in, const std::vector<double>& guess);
 
-  // A configuration at the stand-off, and the piece from there.
+  // A stand-off configuration and the final straight approach from it.
   struct StandOff {
     ReachSolution solution;
     StraightWay piece;
   };
   StandOff try_stand_off(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
 
-  // From the stand-off that the search found, or else from another one, to a piece that keeps what `reach` asks of the
-  // way: from near it, where the piece itself says that it would be kept, then from others.
+  // Finds a final straight approach that satisfies the path constraints of `reach`, starting from the stand-off of the
+  // search. Otherwise tries other stand-offs: first those that satisfy the constraints to first order, then further
+  // ones.
   StandOff keep_on_the_way(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
   std::optional<StandOff> begin_where_it_keeps(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
   std::optional<StandOff> stand_off_near(StraightInProblem in, const ReachProblem& reach,
                                          const std::vector<double>& guess, int starts);
 
-  // What the objective asked for is at a solution that another one chose.
+  // Evaluates the objective at a solution that another objective selected.
   void take_objective(const ReachProblem& reach, ReachSolution& solution);
   [[noreturn]] void refuse_straight_in(const StraightInProblem& in, const ReachProblem& reach, const StandOff& best,
                                        int tried);
 
-  // What the rigid robot is to do at the grasp points is changed, in their targets, by what a flight of the one that
-  // bends is off, until that one's end-effectors are and move as they are meant to.
+  // Corrects the goals of the rigid robot, in the frames of their targets, by the errors of a simulation of the
+  // flexible robot, until the simulated end-effectors have the intended poses and velocities.
   void come_in_bending(StraightInProblem& in);
 
-  // How end-effectors stand and move in the end against what they come in for.
+  // Final errors of the end-effectors relative to their goals of the straight approach.
   using Gaps = std::vector<GoalGap>;
   std::vector<Goal> final_goals(const StraightInProblem& in) const;
   Gaps gaps_in_flight(const StraightInProblem& in, const State& end) const;
   void report_gaps(const Gaps& gaps);
 
-  // What is asked of the end-effectors, in their targets, less what they were off.
+  // Subtracts the errors from the goals, in the targets' frames.
   void shift_goals(const Gaps& gaps, StraightInProblem& in) const;
 
-  // Plans, flies and corrects the plan, which begins from what there is now, by what the flight shows, `most` times or
-  // until it arrives or corrections do not help any more. The best of the plans stays. `plan` says what the plan itself
-  // leaves, which no flight can better, `correct` gets what a flight misses beside.
+  // Plans, simulates and corrects the plan by the simulated errors, at most `most` times, until the plan is accurate or
+  // corrections no longer improve it. Starts from the present plan and keeps the best one. `plan` returns the errors of
+  // the plan itself, which no correction removes; `correct` receives the additional errors of the simulation.
   struct ByFlights {
     std::function<Gaps()> plan, fly;
     std::function<void(const Gaps&)> correct;
   };
   struct Flown {
     Gaps gaps;
-    double beside = 0;  // the largest of what the plan does not leave itself [m, rad, m/s, rad/s]
+    double beside = 0;  // largest error beyond that of the plan [m, rad, m/s, rad/s]
   };
   Flown correct_by_flights(const ByFlights& steps, int most);
 
-  // To the stand-off as flights correct it, and from there straight in with the momentum, the centre of mass and the
-  // targets' motion that a flight of the plan shows, until the plan arrives in flight.
+  // Plans the stand-off with corrections by simulation. The final straight approach uses the momentum, the centre of
+  // mass and the target motion of a simulation of the plan. Repeats until the simulated errors are within tolerance.
   void come_in_flown(StraightInProblem& in);
 
-  // With which a base that is planned for as one that keeps its attitude turns all the same, in B [rad/s].
+  // Residual angular velocity of an attitude-controlled base, in B [rad/s].
   Vector3d turn_beside(const State& servicer) const;
 
-  // A flight of the plan: what moves the servicer over the piece, and what it misses in the end.
+  // Simulates the plan: records the motion of servicer and targets during the approach and returns the final errors.
   Gaps fly_over(const StraightInProblem& in, StraightInSurroundings& around);
   std::function<std::vector<FreeBody>(double time)> targets_over(const StraightInProblem& in) const;
   void warn_of_flown_miss(const Flown& flown);
 
-  // A singularity on the way may be passed and made up for; one at the end may not.
+  // Rejects a singularity at the end of the approach. One before the end is acceptable if the error decays.
   void require_arrival(const StraightInPath& path);
   void take_straight_in(const StraightInProblem& in, const StraightInPath& path);
 
@@ -263,8 +263,8 @@ class ApproachPlanner {
   const CaptureDetail detail_;
   ApproachPlan& plan_;
   const double begin_;
-  CaptureSystem servicer_;  // for what plans by momentum: its wheels are parts of the base
-  CaptureSystem flown_;     // with wheels that turn
+  CaptureSystem servicer_;  // for planning by momentum: wheels are fixed to the base
+  CaptureSystem flown_;     // with rotating wheels
   State flown_start_;
   State start_state_;  // of servicer_
   FloatingBase base_;

@@ -24,14 +24,14 @@ using Choose = CaptureWindow::Choose;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kRefined = 1e-3;  // of the step: how well the chosen time is found
-constexpr int kFewStarts = 4;      // of a first try where the time before has no plan
-// What planning says where nothing but the search itself stands in the way (explain_failure); then others may find it.
-constexpr std::string_view kUnexplained = "every arm by itself reaches its point";
-constexpr int kBetweenTries = 8;  // times without a plan, from one such try to the next
+constexpr double kRefined = 1e-3;  // of the step: tolerance of the chosen time
+constexpr int kFewStarts = 4;      // initial guesses of a first attempt after a time without a plan
+// Part of the message if only the search itself failed (explain_failure); then other initial guesses may succeed.
+constexpr std::string_view kUnexplained = "each arm alone reaches its grasp point";
+constexpr int kBetweenTries = 8;  // number of times without a plan between two such attempts
 
-// Where a servicer is that only its own joints move: its centre of mass on its way, or the base that stands still; and
-// how far each grasp's end-effector reaches from there.
+// Position of an undisturbed servicer: its moving centre of mass, or the fixed base; and the maximum reach of each
+// grasp's end-effector from there.
 class Servicer {
  public:
   explicit Servicer(const CaptureProblem& problem) : system_(make_servicer(problem)) {
@@ -52,10 +52,10 @@ class Servicer {
 
   bool floats() const { return floats_; }
   const Model& model() const { return system_.model; }
-  /// From which a grasp's reach counts.
+  /// Point from which a grasp's reach is measured.
   Vector3d origin(std::size_t grasp, double t) const { return floats_ ? motion_.com_at(t) : arms_[grasp].from; }
   double reach(std::size_t grasp) const { return arms_[grasp].reach; }
-  /// Where its arm's first joint would be if the base did not answer to the joints.
+  /// Position of its arm's first joint for a base without reaction to the joints.
   Vector3d first_joint(std::size_t grasp, double t) const {
     return floats_ ? arms_[grasp].first_joint + motion_.com_at(t) - motion_.com_at(0) : arms_[grasp].first_joint;
   }
@@ -67,7 +67,7 @@ class Servicer {
  private:
   struct Arm {
     double reach;          // [m]
-    Vector3d from;         // of a base that stands still, in W
+    Vector3d from;         // for a fixed base, in W
     Vector3d first_joint;  // at the start, in W
   };
   CaptureSystem system_;
@@ -76,15 +76,15 @@ class Servicer {
   std::vector<Arm> arms_;  // per grasp
 };
 
-// Whether forces from outside may move what is to meet, other than gravity: then nothing is known of distances without
-// the motion itself.
+// Whether external forces other than gravity may move servicer or target; then distances are unknown without
+// simulation.
 bool is_pushed(const CaptureProblem& problem) {
   const auto& control = problem.approach->base_control;
   const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
   return problem.orbit.has_value() || !problem.loads.empty() || fires;
 }
 
-// One search. Everything is as planning sees it: in W, targets where they are estimated to be.
+// One search, with the data of the planner: in W, with targets at their estimated states.
 class WindowSearch {
  public:
   WindowSearch(const CaptureProblem& problem, const CaptureProgress& progress)
@@ -127,7 +127,7 @@ class WindowSearch {
 
   std::vector<double> times() const {
     std::vector<double> all;
-    // A multiple of the step that meets the end but for rounding is the end.
+    // A multiple of the step that equals the latest time up to rounding error is the latest time.
     const double length = window_.latest - window_.earliest;
     for (long k = 0; static_cast<double>(k) * step_ < length * (1 - 1e-9); ++k)
       all.push_back(window_.earliest + static_cast<double>(k) * step_);
@@ -135,7 +135,7 @@ class WindowSearch {
     return all;
   }
 
-  // The point that the choice falls on, of those that have been looked at; of equals the first.
+  // The best point evaluated so far; the first one among equals.
   std::optional<std::size_t> chosen() const {
     std::optional<std::size_t> best;
     for (std::size_t i = 0; i < report_.points.size(); ++i) {
@@ -157,18 +157,18 @@ class WindowSearch {
     return point.objective;
   }
 
-  // Between the first that can be reached and the one before, which cannot.
+  // Bisection between the first feasible time and the infeasible one before it.
   void bisect(std::size_t first) {
     if (first == 0) return;
     double out = report_.points[first - 1].time, in = report_.points[first].time;
     while (in - out > kRefined * step_) {
-      failures_ = kBetweenTries;  // a few guesses at each of these times
+      failures_ = kBetweenTries;  // a few initial guesses at each of these times
       const double middle = 0.5 * (out + in);
       (look(middle).reachable ? in : out) = middle;
     }
   }
 
-  // Golden section about the best of the samples; its neighbours are worse, or there are none.
+  // Golden section search around the best sample, whose neighbours are worse or absent.
   void refine(std::size_t best) {
     constexpr double kGolden = 0.3819660112501051;  // (3 - sqrt 5)/2
     double middle = report_.points[best].time, least = value(report_.points[best]);
@@ -207,14 +207,14 @@ class WindowSearch {
     return propagate_target(seen_, target, given, 0, t, [this](double) { tell(0); });
   }
 
-  // Goals as a run of this duration has them.
+  // Goals of a run with this duration.
   std::vector<Goal> goals_at(double t) const {
     TargetPlan targets;
     for (const TargetSetup& target : seen_.targets) targets.capture.push_back(target_at(target, t));
     targets.start = targets.capture;
     std::vector<Goal> goals = capture_goals(seen_, servicer_.model(), targets);
     for (std::size_t g = 0; g < goals.size(); ++g) {
-      // What moves is the grasp point, however the end-effector is to meet it.
+      // The motion is that of the grasp point; the relative velocity of the end-effector is excluded.
       goals[g].V_WG.linear -= seen_.grasps[g].relative_velocity;
       goals[g].V_WG.angular -= seen_.grasps[g].relative_angular_velocity;
     }
@@ -223,9 +223,9 @@ class WindowSearch {
 
   double reach(std::size_t grasp, const Goal& goal) const { return servicer_.reach(grasp) + goal.accepted_distance; }
 
-  // All that is known without a plan; a reason where that is enough to rule one out.
+  // Checks that need no plan; gives a reason if one of them rules out the time.
   WindowPoint where_things_are(double t) const {
-    constexpr double kRounding = 1e-12;  // relative; a place at the limit counts as within reach
+    constexpr double kRounding = 1e-12;  // relative; a point at the limit counts as within reach
     WindowPoint point;
     point.time = t;
     point.objective = point.direction_angle = kNone;
@@ -248,9 +248,8 @@ class WindowSearch {
       const bool asked_for = seen_.approach->straight_in || grasp.orientation != GraspSetup::Orientation::free;
       if (asked_for && angle > 0.5 * std::numbers::pi && point.reason.empty()) {
         point.reason = fmt::format(
-            "the approach direction of grasp point '{}' of '{}' leads towards the servicer: it is {:.3g} deg off the "
-            "way "
-            "from the arm's first joint to the point",
+            "the approach direction of grasp point '{}' of '{}' points towards the servicer: it is {:.3g} deg off the "
+            "line from the arm's first joint to the grasp point",
             goal.point, goal.target, angle * 180 / std::numbers::pi);
       }
       if (!(angle <= point.direction_angle)) point.direction_angle = angle;
@@ -259,19 +258,18 @@ class WindowSearch {
   }
 
   const char* origin_name() const {
-    return servicer_.floats() ? "servicer's centre of mass" : "place where the base carries the arm";
+    return servicer_.floats() ? "servicer's centre of mass" : "point at which the base carries the arm";
   }
 
   static double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
   void plan(WindowPoint& point) {
     if (evaluations_ >= most_) {
-      throw std::runtime_error(fmt::format(
-          "looking for the time of capture: given up after {} evaluations of the servicer's motion, at t = {:.6g} s of "
-          "a "
-          "window from {:.6g} to {:.6g} s; a longer approach.window.step or fewer approach.plan.starts take less, and "
-          "approach.plan.max_evaluations allows more",
-          evaluations_, point.time, window_.earliest, window_.latest));
+      throw std::runtime_error(
+          fmt::format("choosing the capture time: evaluation limit reached after {} evaluations of the servicer's "
+                      "motion, at t = {:.6g} s of a window from {:.6g} to {:.6g} s; increase approach.window.step, "
+                      "reduce approach.plan.starts, or increase approach.plan.max_evaluations",
+                      evaluations_, point.time, window_.earliest, window_.latest));
     }
     ApproachPlan plan = first_try(point.time);
     if (plan.failure.empty() && !is_whole_try_) plan = plan_at(point.time, *problem_.approach->plan);
@@ -287,9 +285,9 @@ class WindowSearch {
     }
   }
 
-  // Whether it is worth to plan as the run does. Where the time before has a plan this is that plan already. Else a
-  // search from where the last one came to rest costs a tenth, and if it says what keeps the arm from its point hardly
-  // any other guess finds a way. Now and then a few others are tried all the same.
+  // First attempt at a time. If the previous time has a plan, this is the full plan. Otherwise the search starts from
+  // the final iterate of the failed one, at a tenth of the cost. If it names a cause for an arm, other initial guesses
+  // rarely succeed; a few are tried periodically nevertheless.
   ApproachPlan first_try(double t) {
     PlanSetup setup = *problem_.approach->plan;
     is_whole_try_ = found_before_;
@@ -309,7 +307,8 @@ class WindowSearch {
     CaptureProblem at = problem_;
     at.approach->duration = t;
     at.approach->plan = setup;
-    // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
+    // In the frame of the runs: rounding errors in another frame would change where searches end within their
+    // tolerance.
     if (!frame_.is_world()) at = seen_from(frame_, std::move(at));
     if (navigates(at)) at = estimated_problem(at);
     long done = 0;
@@ -340,11 +339,12 @@ class WindowSearch {
 
   // --- By distance alone ---
 
-  // How fast a grasp point's distance from where its arm's reach counts from can change at most, as T does [m/s].
+  // Upper bound of the rate at which the distance between a grasp point and the origin of its arm's reach changes, as a
+  // function of T [m/s].
   double fastest_change(const GraspSetup& grasp) const {
     const TargetSetup& target = target_of(seen_, grasp);
     const double falls = servicer_.floats() ? 0 : 10 * window_.latest * norm(seen_.gravity);
-    if (target.given_at == TargetSetup::Instant::capture)  // the same whenever it is
+    if (target.given_at == TargetSetup::Instant::capture)  // the same at all times
       return norm(servicer_.velocity(0)) + (servicer_.floats() ? 10 * window_.latest * norm(seen_.gravity) : 0);
     const Vector3d to_com = target.X_WT.R * target.com;
     const Vector3d velocity = target.V_WT.linear + cross(target.V_WT.angular, to_com);
@@ -359,9 +359,9 @@ class WindowSearch {
            momentum / least * norm(grasp_point_of(seen_, grasp).X_TG.p - target.com);
   }
 
-  // The time before which distances rule every capture out; absent where they do not at the window's beginning. From
-  // any time on, one is ruled out for as long as the farthest grasp point's way to its end-effector's reach takes at
-  // least. Looks beyond the window too: who waits wants to know for how long.
+  // The time before which distances rule out every capture; absent if they do not at the window's begin. From any time
+  // on, a capture is ruled out for at least the time that the farthest grasp point needs to come within reach. Times
+  // beyond the window are included, to report how long to wait.
   std::optional<double> first_within_reach() const {
     constexpr int kMostSteps = 20'000;
     const double horizon = 10 * window_.latest;
@@ -381,9 +381,9 @@ class WindowSearch {
     return t > window_.earliest ? std::optional(t) : std::nullopt;
   }
 
-  // --- Nothing can be reached ---
+  // --- No capture is feasible ---
 
-  // Of points that have come as far as planning the one that is best within reach; else of all.
+  // Among the times at which a plan was attempted, the one best within reach; otherwise among all times.
   const WindowPoint& nearest() const {
     const auto nearer = [](const WindowPoint& a, const WindowPoint& b) { return a.reach_share < b.reach_share; };
     return closest_ ? *closest_ : *std::min_element(report_.points.begin(), report_.points.end(), nearer);
@@ -393,29 +393,29 @@ class WindowSearch {
     std::string text =
         fmt::format("no capture can be planned between t = {:.6g} and {:.6g} s", window_.earliest, window_.latest);
     if (report_.not_before) {
-      text += fmt::format("; by distance none can be reached before t = {:.6g} s{}", *report_.not_before,
-                          *report_.not_before >= 10 * window_.latest ? ", which is as far as was looked" : "");
+      text += fmt::format("; the distance rules out any capture before t = {:.6g} s{}", *report_.not_before,
+                          *report_.not_before >= 10 * window_.latest ? ", the latest time checked" : "");
     }
     const WindowPoint& at = nearest();
-    return text + fmt::format("; at t = {:.6g} s, which comes nearest: {}", at.time, at.reason);
+    return text + fmt::format("; at t = {:.6g} s, the closest attempt: {}", at.time, at.reason);
   }
 
-  CaptureProblem problem_;  // as it stands
+  CaptureProblem problem_;  // as given
   const CaptureWindow window_;
-  CaptureProblem seen_;  // as planning sees it
+  CaptureProblem seen_;  // as the planner sees it
   const MovingFrame frame_;
   const Servicer servicer_;
   const CaptureProgress& progress_;
   const long most_;
   const double step_;
-  std::vector<double> fastest_;  // per grasp; empty: nothing is known by distance alone
+  std::vector<double> fastest_;  // per grasp; empty: distances rule nothing out
   WindowReport report_;
-  std::optional<WindowPoint> closest_;  // of those at which planning has failed, with the grasp points nearest
-  PlanReport closest_plan_;             // what it said there
-  bool found_before_ = false;           // at the time looked at last
-  bool is_whole_try_ = false;           // what first_try() has last returned
-  std::vector<double> failed_from_;     // where the last search without success came to rest; empty: it had success
-  int failures_ = 0;                    // so many in a row
+  std::optional<WindowPoint> closest_;  // failed plan with the closest grasp points
+  PlanReport closest_plan_;             // its report
+  bool found_before_ = false;           // at the time evaluated last
+  bool is_whole_try_ = false;           // whether the last first_try() was the full plan
+  std::vector<double> failed_from_;     // final iterate of the last failed search; empty: it succeeded
+  int failures_ = 0;                    // number of consecutive failures
   long evaluations_ = 0;
   mutable bool stopped_ = false;
 };
@@ -423,7 +423,7 @@ class WindowSearch {
 }  // namespace
 
 CaptureTime choose_capture_time(const CaptureProblem& problem, const CaptureProgress& progress) {
-  // Checked at both ends: what stands before the capture has to come before the earliest.
+  // Checked at both ends of the window: events before the capture must precede the earliest time.
   CaptureProblem checked = problem;
   for (const double duration : {problem.approach->window->latest, problem.approach->window->earliest}) {
     checked.approach->duration = duration;

@@ -1,10 +1,10 @@
-// Joint motion that lets an identification see something (20.7).
+// Joint motion as excitation for an identification (20.7).
 #include "grapnel/approach/phase_setups.hpp"
 
 namespace grapnel {
 namespace {
 
-// Back and forth about `hold`, from rest to rest in every piece, from `begin` on.
+// Adds swings about `hold`, each from rest to rest, starting at `begin`.
 void add_swings(const ExcitationSetup& excitation, double begin, double duration, double hold, std::size_t joint,
                 std::vector<JointPiece>& pieces) {
   const int swings = excitation.swings + static_cast<int>(joint % 3), count = 2 * swings + 1;

@@ -1,4 +1,4 @@
-/// What the momentum integral does not know: flights with everything that acts, and plans that they correct.
+/// Corrections of plans by forward simulation with all loads, for effects outside the momentum integral.
 
 #include <fmt/format.h>
 
@@ -14,16 +14,16 @@ bool ApproachPlanner::disturbed() const {
 
 std::string ApproachPlanner::planned_robot() const {
   std::vector<std::string> differs;
-  if (bends()) differs.push_back("does not bend");
+  if (bends()) differs.push_back("is rigid");
   if (attitude_kept()) {
-    differs.push_back("keeps its base's attitude exactly");
+    differs.push_back("holds its base's attitude exactly");
   } else if (approach_.base_control) {
-    differs.push_back("floats freely, without the attitude control, which is too weak to keep the attitude meanwhile");
+    differs.push_back("floats freely, since the attitude control is too weak to hold the attitude during the motion");
   } else if (has_rotors() && base_.floats()) {
-    differs.push_back("floats freely, its rotors at rest in the base");
+    differs.push_back("floats freely, with its rotors fixed to the base");
   }
-  if (problem_.orbit) differs.push_back("feels no field of the orbit");
-  if (loaded()) differs.push_back("bears no loads");
+  if (problem_.orbit) differs.push_back("has no orbital field");
+  if (loaded()) differs.push_back("has no loads");
   return fmt::format("{}", fmt::join(differs, " and "));
 }
 
@@ -33,14 +33,14 @@ void ApproachPlanner::warn_of_thrusters() {
       control->actuators.value_or(BaseControlSetup::Actuators::wheels) == BaseControlSetup::Actuators::wheels)
     return;
   plan_.warnings.push_back(
-      "approach: planned as if the base's attitude control gave the torque that it asks for at any time, and no "
-      "force; thrusters switch, and the end-effectors will miss by what that does");
+      "approach: the plan assumes a base torque equal to the attitude control's demand at all times, and no force; the "
+      "thrusters switch on and off, and the end-effectors miss their goals by the resulting error");
 }
 
 std::string ApproachPlanner::disturbances() const {
   return std::string(problem_.orbit ? "the orbit's field, " : "") +
          (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
-         (flown_.gyros.empty() ? "" : "the control moment gyros, ") + (bends() ? "what yields, " : "") +
+         (flown_.gyros.empty() ? "" : "the control moment gyros, ") + (bends() ? "flexible bodies, " : "") +
          "the loads or the base's attitude control";
 }
 
@@ -86,7 +86,7 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
   watch.each_step = each_step();
   IntegrationSetup integration = problem_.integration;
   if (watch.probe) {
-    // Between its ends a long step is known to order 7 only.
+    // Inside a long step the state is known to order 7 only.
     constexpr double kSteps = 400;
     const double most = (end - begin_) / kSteps;
     integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
@@ -120,25 +120,23 @@ std::string ApproachPlanner::explain_base(const ReachProblem& reach) {
   if (!base_.floats()) return {};
   const double span = reach.start.end - time_;
   const std::string by_momentum = fmt::format(
-      "; a plan moves joints, and the base only by their reactions: the servicer's initial momentum moves its "
-      "centre of mass by {:.4g} m in the {:.6g} s of this segment",
+      "; a plan moves the joints, and the base by their reactions only: the servicer's initial momentum moves its "
+      "centre of mass by {:.4g} m during the {:.6g} s of this segment",
       norm(motion_.com_at(reach.start.end) - motion_.com_at(time_)), span);
   std::optional<Drift> d;
   try {
     d = drift(reach);
   } catch (const std::runtime_error&) {
-    return by_momentum;  // the flight failed: nothing is known of it
+    return by_momentum;  // the simulation failed: no result
   }
   if (!d || (d->distance() < kWorthMention && d->turn() < kWorthMention)) return by_momentum;
   const Vector3d moved = d->X_WB.p - d->X_WB_free.p;
   return by_momentum +
-         fmt::format(
-             "; {} the base by {:.4g} m ([{:.4g}, {:.4g}, {:.4g}]) and {:.4g} rad beside, with the joints kept "
-             "where they are",
-             loaded() && problem_.orbit ? "loads and the orbit's field move"
-             : loaded()                 ? "loads (external_wrenches) move"
-                                        : "the orbit's field moves",
-             d->distance(), moved[0], moved[1], moved[2], d->turn());
+         fmt::format("; {} the base by a further {:.4g} m ([{:.4g}, {:.4g}, {:.4g}]) and {:.4g} rad with fixed joints",
+                     loaded() && problem_.orbit ? "loads and the orbit's field move"
+                     : loaded()                 ? "loads (external_wrenches) move"
+                                                : "the orbit's field moves",
+                     d->distance(), moved[0], moved[1], moved[2], d->turn());
 }
 
 ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach, const std::string& what) {
@@ -180,9 +178,10 @@ std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::
   };
   watch.looks = 128;
   fly_disturbed(reach, position, rate, spline, watch);
-  std::string text = fmt::format("; flown with joints that follow exactly, its base turns by up to {:.3g} rad from {}",
-                                 turn, attitude_kept() ? "the attitude that it is to keep" : "its initial attitude");
-  if (share > 0) text += fmt::format(", and its wheels come to {:.3g} of their largest rates", share);
+  std::string text =
+      fmt::format("; in a simulation with exact joint tracking, its base rotates by up to {:.3g} rad from {}", turn,
+                  attitude_kept() ? "its desired attitude" : "its initial attitude");
+  if (share > 0) text += fmt::format(", and its wheels reach {:.3g} of their maximum rates", share);
   return text;
 }
 
@@ -198,7 +197,7 @@ FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::ve
   result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
   if (reach.demand == RateDemand::given) return result;
   const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
-  // A base that is to keep its attitude turns by what its control lags.
+  // An attitude-controlled base rotates by the lag of its control.
   const DemandedRates demanded =
       demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, turn_beside(end));
   for (std::size_t j = 0; j < rate.size(); ++j) {
@@ -224,9 +223,8 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
   if (flown.found) {
     if (asks_of_way(reach) && is_to_be_said_what_flies()) {
       plan_.warnings.push_back(fmt::format(
-          "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of "
-          "the robot that {}; how far the one that flies keeps limits and clearance, with the final values that "
-          "bring it to its points, is watched in the run{}",
+          "approach: the plan satisfies joint limits, clearance and other path constraints for a robot that {}; the "
+          "simulated robot uses corrected final values, and the run checks its limits and clearance{}",
           planned_robot(), what_it_does(reach, solution.position, solution.rate, spline)));
     }
     return solution;
@@ -235,20 +233,20 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
   report(reach, solution);
   std::string text;
   for (std::size_t i = 0; i < solution.miss.size(); ++i) {
-    text += fmt::format("{}end-effector '{}' stays {:.3g} m", text.empty() ? "" : ", ", reach.goals[i].name,
+    text += fmt::format("{}end-effector '{}' remains {:.3g} m", text.empty() ? "" : ", ", reach.goals[i].name,
                         solution.miss[i].distance);
     if (reach.goals[i].orientation != Goal::Orientation::free)
       text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
   }
   throw Unplannable(
-      fmt::format("planning the approach{}: without {} there is a solution, with them none "
-                  "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
+      fmt::format("planning the approach{}: a solution without {} exists, but {} corrections did not adapt it to them: "
+                  "{} from its grasp point; another approach.plan.guess may help",
                   what, disturbances(), flown.iterations, text));
 }
 
 std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
                                                      const std::vector<double>& undisturbed) {
-  // Where the end-effectors come to be is given: their error is no matter.
+  // The final poses are given; their error is not considered.
   const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
     FlownEnd end = disturbed_end(reach, p, r, {});
     end.error.setZero();
@@ -260,8 +258,8 @@ std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, 
     return flown.rate;
   }
   plan_.warnings.push_back(
-      fmt::format("approach: final joint rates did not converge under {}; those of the "
-                  "motion without them are taken, and the end-effectors' final motion is not the demanded one",
+      fmt::format("approach: final joint rates did not converge under {}; the rates of the motion without them are "
+                  "used, so the end-effectors' final motion differs from the demanded one",
                   disturbances()));
   return undisturbed;
 }

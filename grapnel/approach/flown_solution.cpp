@@ -9,8 +9,9 @@
 namespace grapnel {
 namespace {
 
-constexpr double kDifference = 1e-6;  // of joint values and rates, for sensitivities: flights are good to 1e-12
-constexpr double kDamping = 1e-3;     // singular values below are damped [m/rad]
+constexpr double kDifference =
+    1e-6;  // of joint values and rates, for finite differences; simulations are accurate to 1e-12
+constexpr double kDamping = 1e-3;     // smaller singular values are damped [m/rad]
 constexpr double kLongestStep = 0.6;  // of one joint in one iteration [rad or m, rad/s or m/s]
 
 // Derivatives of error and gap.
@@ -46,7 +47,8 @@ struct Step {
   double longest() const { return std::max(position.lpNorm<Eigen::Infinity>(), rate.lpNorm<Eigen::Infinity>()); }
 };
 
-// With g + G_q dq + G_r dr = 0 the rates follow from the positions: dr = r0 + K dq; then least norm in dq.
+// Newton step. With g + G_q dq + G_r dr = 0 the rates follow from the positions: dr = r0 + K dq; then minimum norm in
+// dq.
 Step newton_step(const Sensitivities& s, const FlownSolution& at, const std::vector<double>& lower,
                  const std::vector<double>& upper, bool rates_given) {
   const Eigen::Index n = s.gap_rate.rows();
@@ -86,7 +88,7 @@ FlownSolution solve_by_flights(const Flight& flight, std::vector<double> positio
   for (; now.iterations < kMost && now.end.size() > tolerance; ++now.iterations) {
     const bool fresh = !s;
     if (fresh) s = sensitivities(flight, now, !lower.empty());
-    // Given rates leave no gap, whatever changes.
+    // Given rates always have zero gap.
     const bool rates_given = s->gap_rate.isZero(0) && now.end.gap.isZero(0);
     const Step step = newton_step(*s, now, lower, upper, rates_given);
     double fraction = std::min(1.0, kLongestStep / step.longest());
@@ -100,14 +102,14 @@ FlownSolution solve_by_flights(const Flight& flight, std::vector<double> positio
       }
       next.end = flight(next.position, next.rate);
       better = next.end.size() < (1 - 1e-2 * fraction) * now.end.size();
-      if (!fresh && !better) break;  // old sensitivities deserve no patience
+      if (!fresh && !better) break;  // no further steps with outdated sensitivities
     }
     if (!better && fresh) break;
-    // Sensitivities serve as long as they do.
+    // Sensitivities are reused while they reduce the error.
     if (!better || next.end.size() > 0.05 * now.end.size()) s.reset();
     if (better) next.iterations = now.iterations, now = std::move(next);
   }
-  // Flights are good to about the tolerance, and no better.
+  // Simulations are accurate to about the tolerance.
   now.found = now.end.size() <= 10 * tolerance;
   return now;
 }

@@ -61,7 +61,7 @@ CaptureProblem rest_of_approach(const CaptureProblem& problem, const CaptureSyst
     rest.X_WB = root_pose(model, state, system.base);
     rest.V_WB = root_twist(model, state, system.base);
     if (problem.approach->tracking.mode != JointControl::prescribed) {
-      // The momentum is kept, not the base's twist: joints lag behind what they are to follow.
+      // Momentum is preserved rather than the base's twist, since joints lag behind their references.
       const std::array<int, 1> root = {system.base};
       const Kinematics kinematics = forward_kinematics(model, state);
       rest.momentum = momentum_about(model, kinematics, center_of_mass(model, kinematics, root), root);

@@ -3,7 +3,7 @@
 namespace grapnel {
 namespace {
 
-// What every phase of a problem has.
+// Settings common to all phases of a problem.
 PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& system,
                         const std::optional<BaseControlSetup>& control, const State& start) {
   PhaseSetup setup;
@@ -67,7 +67,7 @@ AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSys
 
 namespace {
 
-// The wheels that give the torque on the base, if wheels do.
+// Reaction wheels as the actuators of the base torque, if selected.
 void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
                 const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
   const bool commanded = setup.commanded_root >= 0;
@@ -86,7 +86,7 @@ void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
   setup.actuators.wheel_speeds = control->wheel_speeds;
 }
 
-// The gyros, whose motors always work, and whether they give the torque on the base.
+// Control moment gyros, whose motors are always active, and whether they produce the base torque.
 void use_gyros(const CaptureProblem& problem, const CaptureSystem& system,
                const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
   for (std::size_t g = 0; g < system.gyros.size(); ++g)
@@ -99,7 +99,7 @@ void use_gyros(const CaptureProblem& problem, const CaptureSystem& system,
   setup.actuators.steering = control ? control->steering.value_or(GyroSteering{}) : GyroSteering{};
 }
 
-// The thrusters, if they drive the base or take out the wheels' momentum.
+// The thrusters, if they actuate the base or unload the wheels.
 void use_thrusters(const CaptureProblem& problem, const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
   if (setup.actuators.one_by_one && (problem.control->base_actuators || !problem.control->log->thruster.empty()))
     setup.actuators.thrusters = make_thruster_bank(problem.robot);
@@ -172,7 +172,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
       control.approaching ? problem.approach->base_control : post->base_control;
   PhaseSetup setup = common_setup(problem, system, base, start);
   if (setup.attitude && control.attitude) setup.attitude->R_WD = *control.attitude;
-  // A base that is held in the approach is released at the first grasp.
+  // A base held during the approach is released at the first grasp.
   const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grasps.empty();
   setup.held_root = held ? system.base : -1;
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
@@ -193,7 +193,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     }
     if (!post || post->joints == PostImpactSetup::Joints::free) continue;
     drive.control = control_of(post->joints);
-    if (drive.control == JointControl::prescribed) {  // locked where it is
+    if (drive.control == JointControl::prescribed) {  // locked at its present value
       const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
       drive.trajectory = JointTrajectory::at_rest(here);
       continue;

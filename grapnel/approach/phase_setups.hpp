@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// From the problem's settings to what drives a phase.
+/// Converts a problem's settings to the drives and controllers of a phase.
 
 #include <span>
 
@@ -11,41 +11,41 @@
 
 namespace grapnel {
 
-/// Loads on the bodies that a model has; others are left out.
+/// Loads on the bodies of the model; loads on other bodies are dropped.
 std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads);
 
-/// Attitude control of the base from a setting; without a desired attitude it keeps that of `state`.
+/// Attitude control of the base; without a desired attitude it holds the attitude of `state`.
 AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state);
 
-/// The approach along these trajectories (one per robot joint), tracked as set; `ideal`: followed exactly without
-/// noise, whatever the tracking, and the base's torque from outside where thrusters give it.
+/// The approach along these trajectories (one per robot joint) with the configured tracking. `ideal`: exact tracking
+/// without noise for any setting, and an external torque on the base in place of thrusters.
 PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                           const std::vector<JointTrajectory>& joints, bool ideal);
 
-/// What the robot's joints and base do in a piece of the run, between two events.
+/// Control of joints and base during one part of the run, between two events.
 struct SegmentControl {
-  bool approaching = true;            // before the approach's end: joints follow their trajectories,
-  std::vector<bool> settled;          // per robot joint: but these, whose arm holds a target, are as post_impact says
-  std::vector<double> hold;           // per robot joint: where it is held, or leaves from, once settled [rad or m]
-  double post_impact_begin = 0;       // [s]; not read while approaching
-  std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
-  std::shared_ptr<JointLaw> law;      // that works in it; its joints do nothing else
+  bool approaching = true;       // before the approach's end: joints follow their trajectories,
+  std::vector<bool> settled;     // per robot joint: except these, whose arm holds a target; post_impact applies to them
+  std::vector<double> hold;      // per robot joint: initial or held value once settled [rad or m]
+  double post_impact_begin = 0;  // [s]; not read while approaching
+  std::optional<Rotationd>
+      attitude;                   // desired R_WD of the base control; absent: the attitude at the begin of this part
+  std::shared_ptr<JointLaw> law;  // active control law; controls its joints exclusively
 };
 
-/// A gyro of the robot, in the order of its file, in a model that has it.
+/// A gyro of the robot, in the order of its file, in a model that contains it.
 MomentGyro moment_gyro(const MomentGyroSetup& gyro, const CaptureSystem& system, std::size_t index);
-/// The valves of the robot's thrusters, all closed; null without any.
+/// The valves of the robot's thrusters, all closed; null without thrusters.
 std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
 
-/// What drives joints by post_impact.
+/// Joint control for a setting of post_impact.
 JointControl control_of(PostImpactSetup::Joints joints);
-/// Whether joints that hold afterwards move to a posture, or to let an identification see something.
+/// Whether held joints move after the impact: to a posture, or as excitation for an identification.
 bool moves_afterwards(const PostImpactSetup& post);
-/// What a joint that has settled follows.
+/// Reference trajectory of a settled joint.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
 
-/// What drives a piece of the run. Clock and thrusters are new ones, which have seen no time; joints under a controller
-/// have none yet.
+/// Setup of one part of the run. Clock and thrusters are newly created; joints under a controller get none here.
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 

@@ -11,7 +11,7 @@ bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia,
   const std::array<double, 3> J = {inertia.xx, inertia.yy, inertia.zz};
   for (int k = 0; k < 3; ++k) {
     const double stiffness = std::hypot(control.kp[k], control.kd[k] * w);
-    // What is fed forward leaves the gains nothing of the joints' motion, but they have to be there.
+    // Feedforward compensates the joints' motion, but the gains must not be zero.
     if (control.feedforward ? stiffness == 0 : J[static_cast<std::size_t>(k)] * w * w > stiffness) return false;  // (2)
   }
   return true;

@@ -9,12 +9,12 @@ namespace grapnel {
 ReachBound reach_bound(const Model& model, int root, int frame, bool floats) {
   const std::vector<Body>& bodies = model.bodies();
   const std::size_t n = bodies.size();
-  std::vector<double> carried(n, 0.0);  // of the mass
+  std::vector<double> carried(n, 0.0);  // share of the mass
   std::vector<bool> on_the_way(n, false);
   std::vector<Vector3d> v(n, Vector3d::zero());
   const Frame& hand = model.frames()[frame];
   for (int b = hand.body; b >= 0; b = bodies[b].parent) on_the_way[b] = true;
-  // Parents come before what they carry.
+  // Parents precede their children.
   for (std::size_t b = n; b-- > 0;) {
     if (bodies[b].root != root) continue;
     carried[b] += bodies[b].description.mass;
@@ -32,7 +32,7 @@ ReachBound reach_bound(const Model& model, int root, int frame, bool floats) {
     Vector3d& parent = v[bodies[b].parent];
     parent += share * body.X_PF.p;
     if (velocity_count(body.joint.type) == 0) {
-      parent += body.X_PF.R * v[b];  // one rigid body with it
+      parent += body.X_PF.R * v[b];  // rigidly attached
       continue;
     }
     bound.length += norm(v[b]);

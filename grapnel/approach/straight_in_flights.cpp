@@ -1,5 +1,5 @@
-/// Straight in where the momentum integral does not know all: flights of the plan say what is left, and what of it the
-/// next plan has to allow for.
+/// Final straight approach under disturbances: forward simulations of the plan determine the remaining errors, and the
+/// next plan compensates them.
 
 #include <fmt/format.h>
 
@@ -11,12 +11,12 @@
 namespace grapnel {
 namespace {
 
-// Of what is missed in flight a warning speaks from here on [m, rad and their rates].
+// Minimum simulated error that triggers a warning [m, rad and their rates].
 constexpr double kWorthSaying = 1e-7;
-// Flights are good to about this [m, rad and their rates].
+// Accuracy of simulations [m, rad and their rates].
 constexpr double kArrivedInFlight = 10 * kArrived;
 
-// Numbers over a piece of way, as Chebyshev series on parts of it.
+// Functions of time over a segment, as Chebyshev series on parts of it.
 class Recorded {
  public:
   Recorded(double begin, double end, std::size_t numbers) : series_(numbers) {
@@ -54,7 +54,8 @@ class Recorded {
   std::vector<JointTrajectory> series_;
 };
 
-// What of a flight StraightInSurroundings says of the servicer: centre of mass, momentum, angular velocity of the base.
+// Recorded quantities of the servicer for StraightInSurroundings: centre of mass, momentum, angular velocity of the
+// base.
 constexpr std::size_t kCom = 0, kAngular = 3, kLinear = 6, kTurn = 9, kOfServicer = 12;
 // Of each target: position, quaternion, twist.
 constexpr std::size_t kPlace = 0, kQuaternion = 3, kSpin = 7, kVelocity = 10, kOfTarget = 13;
@@ -65,7 +66,7 @@ double largest_of(const std::vector<GoalGap>& gaps) {
   return largest;
 }
 
-// Of several end-effectors the largest of each, in words: what is asked of it and by how much it is missed.
+// Message: for each demanded quantity the largest error over the end-effectors.
 std::string in_words(const std::vector<GoalGap>& gaps) {
   GoalGap most;
   const auto larger = [](Vector3d& kept, const Vector3d& v) {
@@ -79,10 +80,10 @@ std::string in_words(const std::vector<GoalGap>& gaps) {
   const auto say = [&](const Vector3d& v, const char* what) {
     if (norm(v) > kWorthSaying) missed.push_back(fmt::format("{:.2g} {}", norm(v), what));
   };
-  say(most.position, "m from their points");
-  say(most.turn, "rad from the orientation asked for");
-  say(most.velocity, "m/s from the relative velocity asked for");
-  say(most.spin, "rad/s from the relative angular velocity asked for");
+  say(most.position, "m from their grasp points");
+  say(most.turn, "rad from the demanded orientation");
+  say(most.velocity, "m/s from the demanded relative velocity");
+  say(most.spin, "rad/s from the demanded relative angular velocity");
   return fmt::format("{}", fmt::join(missed, ", "));
 }
 
@@ -119,7 +120,7 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   double before = std::numeric_limits<double>::infinity();
   const auto correct = [&](const Gaps& gaps) {
     in.surroundings = around;
-    // What series say too roughly of a load that begins at once, say, goals make up for.
+    // Corrections of the goals compensate inaccuracies of the series, for example at a sudden change of a load.
     constexpr double kNoGain = 0.9;
     const double now = largest_of(gaps);
     if (now > kNoGain * before) shift_goals(gaps, in);
@@ -129,7 +130,7 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
 }
 
 ApproachPlanner::Flown ApproachPlanner::correct_by_flights(const ByFlights& steps, int most) {
-  constexpr int kPatience = 2;  // corrections without gain; they need not come nearer every time
+  constexpr int kPatience = 2;  // corrections without improvement; not every correction improves the plan
   const ApproachPlan before = plan_;
   const double time = time_;
   const std::vector<double> position = position_, rate = rate_;
@@ -147,7 +148,7 @@ ApproachPlanner::Flown ApproachPlanner::correct_by_flights(const ByFlights& step
       planned = steps.plan();
     } catch (const Unplannable&) {
       if (!best) throw;
-      ends = true;  // corrected too far, to where there is no plan
+      ends = true;  // the correction made the plan infeasible
     }
     Gaps left;
     if (!planned.empty()) {
@@ -259,10 +260,12 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
 void ApproachPlanner::warn_of_flown_miss(const Flown& flown) {
   const std::string missed = in_words(flown.gaps);
   if (missed.empty()) return;
-  plan_.warnings.push_back(fmt::format(
-      "approach: straight_in, flown under {}, leaves the end-effectors up to {}, no less: {}", disturbances(), missed,
-      flown.beside > kWorthSaying ? "the plan changes what acts by more than corrections make up for"
-                                  : "the joints cannot give more"));
+  plan_.warnings.push_back(
+      fmt::format("approach: straight_in, simulated under {}, leaves the end-effectors up to {}, and corrections do "
+                  "not reduce this: {}",
+                  disturbances(), missed,
+                  flown.beside > kWorthSaying ? "each correction changes the loads by more than it compensates"
+                                              : "the joints cannot produce the required motion"));
 }
 
 void ApproachPlanner::come_in_bending(StraightInProblem& in) {
@@ -278,10 +281,10 @@ void ApproachPlanner::come_in_bending(StraightInProblem& in) {
   const auto correct = [&](const Gaps& gaps) { shift_goals(gaps, in); };
   const std::string missed = in_words(correct_by_flights({plan, fly_it, correct}, kMost).gaps);
   plan_.warnings.push_back(fmt::format(
-      "approach: straight_in brings the end-effectors of the robot that bends to {} in the end; it is planned for the "
-      "one that does not bend, from whose way they differ by what bends{}",
-      missed.empty() ? "where they are to be, moving as they are to" : "up to " + missed,
-      plan_.report.way ? "; so are limits and what else is asked of the way, which the run watches" : ""));
+      "approach: straight_in brings the end-effectors of the flexible robot to {} at its end; it is planned for a "
+      "rigid robot, and the path of the end-effectors differs by the deflection{}",
+      missed.empty() ? "the demanded poses and velocities" : "up to " + missed,
+      plan_.report.way ? "; the same holds for joint limits and other path constraints, which the run checks" : ""));
 }
 
 std::vector<Goal> ApproachPlanner::final_goals(const StraightInProblem& in) const {

@@ -1,4 +1,5 @@
-/// The last piece straight in: to the stand-off, and along the approach direction in the tumbling target's frame.
+/// The final straight approach: planning to the stand-off, then along the approach direction in the tumbling target's
+/// frame.
 
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@
 namespace grapnel {
 namespace {
 
-// Of two parts of a way.
+// Combines the figures of two parts of a path.
 WayFigures both(const WayFigures& a, const WayFigures& b) {
   WayFigures f = a;
   f.position_margin = std::min(a.position_margin, b.position_margin);
@@ -26,7 +27,7 @@ WayFigures both(const WayFigures& a, const WayFigures& b) {
   return f;
 }
 
-// Root mean square over the piece, of all joints together: the terms are orthonormal.
+// Root mean square over the segment, of all joints together: the terms are orthonormal.
 double norm_of(const SelfMotion& z) {
   return std::sqrt(std::inner_product(z.coefficients.begin(), z.coefficients.end(), z.coefficients.begin(), 0.0));
 }
@@ -79,7 +80,7 @@ std::vector<GoalGap> ApproachPlanner::come_in(StraightInProblem& in, const std::
   const ReachSolution s = plan_stand_off(in, guess).solution;
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
-  in.rate_begin = s.rate;  // to the last digit: rates must not jump where the pieces meet
+  in.rate_begin = s.rate;  // exactly, so that rates are continuous between segments
   StraightInPath path = plan_straight_in(base_, in);
   take_straight_in(in, path);
   return std::move(path.gaps);
@@ -101,17 +102,17 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
   const std::vector<double> chosen = solution.position;
   const long before = plan_.report.rhs_evaluations;
   const auto much = [&] {
-    constexpr long kMuch = 550'000;  // evaluations times joints: well half a second
+    constexpr long kMuch = 550'000;  // evaluations times joints: more than half a second
     return (plan_.report.rhs_evaluations - before) * base_.joints() > kMuch;
   };
   StandOff best = try_stand_off(in, reach, std::move(solution));
   std::optional<StandOff> now = best;
-  // More take pieces that pass a singularity, of which the first is enough.
+  // Segments through a singularity take more steps; one such result is sufficient.
   constexpr long kFewSteps = 2000;
   in.most_steps = std::min<std::int64_t>(in.most_steps, kFewSteps);
   std::mt19937_64 generator(reach.seed);
   for (int i = 0; !best.piece.kept; ++i) {
-    // The piece itself says where it would begin.
+    // The straight approach proposes its initial state.
     constexpr int kNearer = 3;
     constexpr double kNoNearer = 0.9;
     for (int k = 0; now && !now->piece.kept && k < kNearer && !(i >= kEnough && much()); ++k) {
@@ -122,14 +123,14 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
       if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
       if (now->piece.violation > kNoNearer * violation) break;
     }
-    // Far from it after so many, or after so much work, it is taken for impossible.
+    // If the violation is still large after this number of attempts or amount of work, the search ends.
     constexpr double kFar = 0.1;
     const bool far = best.piece.violation > kFar;
     if (best.piece.kept || i == kElsewhere || (far && elsewhere >= kEnoughFar) || (i >= kEnough && much())) break;
-    // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
+    // Other configurations: random changes of the grasping arms, larger with every attempt.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
-      constexpr double kFarther = 0.5;  // each time [rad or m]
+      constexpr double kFarther = 0.5;  // increment per attempt [rad or m]
       const double shift = kFarther * (i + 1) * random_number(generator);
       const bool grasps = std::any_of(reach.goals.begin(), reach.goals.end(),
                                       [&](const Goal& g) { return base_.carries(static_cast<int>(j), g.frame); });
@@ -140,7 +141,7 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
     ++tried, ++elsewhere;
     if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
   }
-  // One that keeps its limits, but passes a singularity, is better than none: it comes with a warning.
+  // A segment within its limits that passes a singularity is accepted, with a warning.
   if (!best.piece.kept && !best.piece.trouble.empty()) refuse_straight_in(in, reach, best, tried);
   if (tried > 1) take_objective(reach, best.solution);
   best.solution.way = both(best.solution.way.value_or(WayFigures{}), best.piece.figures);
@@ -175,7 +176,7 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(Straigh
     if (!solution.found || solution.approximate) return std::nullopt;
     return try_stand_off(in, reach, std::move(solution));
   };
-  // The way there costs most: it is planned where the piece that follows is kept.
+  // The path to the stand-off is the most expensive part; it is planned once the straight approach is feasible.
   near.way = {};
   const std::optional<StandOff> bare = plan(guess);
   if (!bare || !bare->piece.trouble.empty()) return bare;
@@ -200,20 +201,20 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
   plan_.report.found = false;
   const bool is_free = best.piece.self_motions > 0;
   throw Unplannable(fmt::format(
-      "planning the approach, straight in: the end-effectors arrive, but no motion of the joints was found that keeps "
-      "what approach.plan asks for on the piece of way from t = {:.4g} s on; from the nearest of {} configurations at "
-      "the stand-off {}{}; {}",
+      "planning the approach, straight in: the end-effectors arrive, but no joint motion was found that satisfies the "
+      "path constraints of approach.plan from t = {:.4g} s on; from the best of {} configurations at the stand-off "
+      "{}{}; {}",
       in.begin, tried, best.piece.trouble,
       is_free ? ""
-              : ", and the joints have no freedom beside what the end-effectors are to do: as many rows are asked for "
-                "as there are joints that can move them",
+              : ", and the joints have no self-motion: the end-effectors' motion imposes as many conditions as there "
+                "are joints that move them",
       is_free ? "a longer straight_in.duration, a shorter stand_off or another guess may help"
               : "orientation: axis or free, roll: free, a longer straight_in.duration, a shorter stand_off or another "
                 "guess may help"));
 }
 
 void ApproachPlanner::require_arrival(const StraightInPath& path) {
-  constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+  constexpr double kMissed = 1e-3;  // [m and rad]; a smaller error gives a warning
   report_gaps(path.gaps);
   double largest = 0;
   std::string text;
@@ -221,26 +222,25 @@ void ApproachPlanner::require_arrival(const StraightInPath& path) {
     const double distance = norm(path.gaps[i].position), angle = norm(path.gaps[i].turn);
     largest = std::max({largest, distance, angle});
     if (distance <= kMissed && angle <= kMissed) continue;
-    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
-                        plan_.report.miss[i].end_effector, distance, angle);
+    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its grasp point",
+                        text.empty() ? "" : "; ", plan_.report.miss[i].end_effector, distance, angle);
   }
   if (text.empty()) {
     if (largest > 1e-9) {
-      plan_.warnings.push_back(
-          fmt::format("approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+      plan_.warnings.push_back(fmt::format(
+          "approach: straight in, the final errors of the end-effectors are up to {:.3g} m or rad", largest));
     }
     return;
   }
   plan_.report.found = false;
   throw Unplannable(fmt::format(
       "planning the approach, straight in: {}: {}", text,
-      path.damped
-          ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
-                        "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
-                        "(initial.joints, plan.guess) may help",
-                        path.damped_begin)
-          : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
-                        "approach_direction may help")));
+      path.damped ? fmt::format("its arm reaches a singularity of the generalized Jacobian at t = {:.4g} s (for "
+                                "example, fully extended) and cannot move beyond it; a shorter stand_off or another "
+                                "initial configuration of the arm (initial.joints, plan.guess) may help",
+                                path.damped_begin)
+                  : std::string("its joints cannot produce the demanded motion; a longer duration, orientation: free "
+                                "or another approach_direction may help")));
 }
 
 void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
@@ -265,8 +265,8 @@ void ApproachPlanner::take_straight_in(const StraightInProblem& in, const Straig
                     path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
   } else if (path.unmet > 1e-9) {
     plan_.warnings.push_back(
-        fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
-                    "is left unmet, at t = {:.4g} s",
+        fmt::format("approach: straight in, the joints cannot produce the demanded motion; up to {:.3g} (m/s or rad/s) "
+                    "is unmet, at t = {:.4g} s",
                     path.unmet, path.unmet_time));
   }
 }

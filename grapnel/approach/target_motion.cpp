@@ -14,13 +14,13 @@
 namespace grapnel {
 namespace {
 
-// Of the orientation, per step [rad]. It costs some microseconds, and an error here is one in all that follows.
+// Tolerance of the orientation per step [rad]. Its cost is a few microseconds; all later results depend on it.
 constexpr double kTurnTolerance = 1e-14;
-// Some 20 a turn.
+// About 20 per revolution.
 constexpr long kMostSteps = 1'000'000;
 
-// A body on which nothing but gravity acts: its angular momentum L about the centre of mass is constant in W and turns
-// it by w_B = J^-1 R^T L, which is integrated; the centre of mass is on a parabola.
+// Motion of a body under gravity alone. Its angular momentum L about the centre of mass is constant in W, and w_B =
+// J^-1 R^T L is integrated; the centre of mass follows a parabola.
 TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                         const Vector3d& gravity) {
   const Rotationd& R0 = at_t0.X_WT.R;
@@ -112,7 +112,7 @@ Goal::Orientation orientation_of(const GraspSetup& grasp) {
                                                               : Goal::Orientation::free;
 }
 
-// Read only where an orientation by axis asks for it, and then it is there.
+// Used only for orientation by axis, which requires it.
 Vector3d approach_axis(const CaptureProblem& problem, const GraspSetup& grasp) {
   return end_effector_of(problem, grasp).approach_axis.value_or(Vector3d{1, 0, 0});
 }
@@ -133,7 +133,7 @@ std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& mode
     g.orientation = orientation_of(grasp);
     if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
     g.axis_E = approach_axis(problem, grasp);
-    // Half of what the gripper can do is left for the control.
+    // Half of the gripper's envelope is reserved for control errors.
     if (const auto& envelope = end_effector_of(problem, grasp).envelope) {
       g.accepted_distance = std::isfinite(envelope->position) ? 0.5 * envelope->position : 0;
       g.accepted_angle = std::isfinite(envelope->angle) ? 0.5 * envelope->angle : 0;

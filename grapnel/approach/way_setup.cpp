@@ -26,8 +26,8 @@ std::vector<int> tied_to(const Model& model, int body) {
 
 namespace {
 
-// Bodies of a model with pieces on springs, two by two, whose links are not watched against each other: those of one
-// link, and of links next to each other, whose shapes overlap at the joint between them.
+// Ignores pairs of bodies in a model with segments on springs: segments of one link, and of adjacent links, whose
+// shapes overlap at their common joint.
 void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
                        std::vector<std::pair<int, int>>& ignored) {
   const CaptureProblem rigid = rigid_problem(problem);
@@ -41,7 +41,7 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
                       &b = links.bodies()[pair.body_b].description.name;
     pairs.emplace(a, b), pairs.emplace(b, a);
   }
-  std::set<std::string> pieces;  // with shapes
+  std::set<std::string> pieces;  // that have shapes
   for (const auto& [body, geometry] : robot.geometry) pieces.insert(body);
   for (const std::string& a : pieces) {
     for (const std::string& b : pieces) {
@@ -53,7 +53,7 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
   }
 }
 
-// What moves as one with a grasp's end-effector, and other pieces of those links.
+// Bodies rigidly attached to a grasp's end-effector, and other segments of those links.
 std::vector<int> hand_of(const CaptureSystem& system, const GraspSetup& grasp) {
   const Model& model = system.model;
   std::vector<int> bodies;
@@ -96,7 +96,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     if (!checked.empty() && checked[i]) continue;
     for (int body : hand_of(system, g)) ignored.emplace_back(body, targets[target_index(problem, g.target)]);
   }
-  // A target that is caught is a child of the grasping link, and still may touch that link alone.
+  // A captured target is a child of the grasping link and may touch only that link.
   return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
@@ -153,7 +153,7 @@ WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& mo
     const Vector3d& share = array.shares()[i];  // row of A^+
     const double largest = wheels[i].inertia * wheels[i].rate;
     const double null_before = before[i] - dot(share, h_0), null_wanted = wanted[i] - dot(share, h_d);
-    // Without wheel_speed_rate nothing fades, and what stays is what there was.
+    // Without wheel_speed_rate the null motion is constant.
     result.wheels.push_back({problem.robot.wheels[i].name, (1 / largest) * share, null_wanted / largest,
                              (null_before - null_wanted) / largest});
   }
@@ -167,7 +167,7 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const 
   const Model& model = system.model;
   auto bodies = std::make_shared<WayBodies>();
   bodies->model = make_clearance_model(problem, system, std::vector<bool>(problem.grasps.size(), true));
-  // Targets move as planned, with their panels at rest on them.
+  // Targets move as planned, with their panels at rest.
   struct Placed {
     std::size_t body, target;
     Posed X_TB;
@@ -200,7 +200,7 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const 
     h.frame = servicer.model.frame_index(g.end_effector);
     h.target = target_body_index(system, target_index(problem, g.target));
     h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;
-    double reach = 0;  // of the hand's shapes from the end-effector
+    double reach = 0;  // maximum distance of the gripper's shapes from the end-effector
     for (std::size_t s = 0; s < bodies->model.shapes().size(); ++s) {
       const int body = bodies->model.shapes()[s].body;
       if (std::find(hand.begin(), hand.end(), body) == hand.end()) continue;

@@ -90,20 +90,20 @@ BlockWork block_work(const Campaign& campaign) {
 
 namespace {
 
-// Longer pieces of motion are not for lanes, where one case would keep a whole block waiting: they are integrated
-// alone, from their start, under the time limit. A number of steps and no time, so that it depends on the case alone.
+// Longer segments are not integrated in lanes, where one case would delay a whole block: they are integrated alone,
+// from their start, under the time limit. The limit is a number of steps, not a time, so that it depends only on the
+// case.
 constexpr long kMostSteps = 50'000;
 
-// Whether a margin that ends a piece of motion may have come to zero in a step, of which the ends are known: between
-// them it is taken to change at most twice as fast as in the mean over this step or one of the two before
-// (docs/theory.md, section 6.5).
+// Whether a margin that ends a segment may have reached zero within a step with known values at its ends: the rate of
+// change is assumed to be at most twice the mean rate over this step or one of the two previous steps (docs/theory,
+// section 6.5).
 class MarginBound {
  public:
   /// The margin at the end of the next step, or at the start of the motion.
   bool may_fall(double t, double margin) {
     const double before = margin_, elapsed = t - time_;
-    // A step that has been asked about, and did not count for another reason, has left no trace that could be taken
-    // back.
+    // A step that is rejected for another reason leaves no state to restore.
     if (elapsed <= 0 && std::isfinite(time_)) return true;
     const bool first = !(elapsed > 0);
     const double slope = first ? 0 : std::abs(margin - before) / elapsed;
@@ -119,7 +119,7 @@ class MarginBound {
   std::array<double, 2> slopes_{0, 0};  // of the last two steps
 };
 
-// A case on its way.
+// A case under computation.
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
 
@@ -127,21 +127,21 @@ struct Flight {
   CaseClock clock;
   std::unique_ptr<StudyCase> point;     // steps refer to it
   std::unique_ptr<CaptureSteps> steps;  // null: the row is complete
-  const MotionTask* task = nullptr;     // to be done next, in lanes
+  const MotionTask* task = nullptr;     // next task, in lanes
   std::optional<lanes::LaneStructure> structure;
-  // Under way in lanes that ask it what acts (lanes::take_turn); null: they do not.
+  // Run in lanes that evaluate its controllers (lanes::take_turn); null: none.
   std::unique_ptr<PhaseDynamics> dynamics;
-  std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
-  MarginBound margin;          // of what ends it
+  std::exception_ptr trouble;  // thrown by a monitor of the current segment
+  MarginBound margin;          // of its end condition
 
-  /// Whether its task goes in lanes together with those of such a task.
+  /// Whether its task can share lanes with the given task.
   bool goes_with(const lanes::LaneStructure& of, bool watched, bool may_stop) const {
     return !task->watch == !watched && !task->stop == !may_stop && *structure == of;
   }
 };
 
-// Shows a state to what watches the piece of motion that a flight is in. What goes wrong there is the case's, and
-// kept until its lane has finished.
+// Passes a state to the monitors of a flight's current segment. Their exceptions belong to the case and are stored
+// until its lane has finished.
 void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector<double>& motor) {
   if (flight.trouble) return;
   const Model& model = *flight.task->model;
@@ -155,14 +155,14 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
   try {
     flight.task->watch(view.time, state, motor);
     flight.clock.check();
-  } catch (const CaseStopped&) {  // the block is given up
+  } catch (const CaseStopped&) {  // the block is abandoned
   } catch (const std::exception&) {
     flight.trouble = std::current_exception();
   }
   flight.clock.pause();
 }
 
-// Time that is a case's own.
+// Time attributed to one case.
 class OnClock {
  public:
   explicit OnClock(CaseClock& clock) : clock_(clock) { clock_.resume(); }
@@ -174,7 +174,7 @@ class OnClock {
   CaseClock& clock_;
 };
 
-// Why a controller cannot go on. Throws anything else that has been thrown.
+// Why a controller cannot continue. Rethrows all other exceptions.
 std::string message_of(const std::exception_ptr& thrown) {
   try {
     std::rethrow_exception(thrown);
@@ -183,7 +183,7 @@ std::string message_of(const std::exception_ptr& thrown) {
   }
 }
 
-// Whether the piece of motion that a flight is in may go on beyond a state, since what ends it has not come.
+// Whether a flight's current segment continues beyond a state, because its end condition is not met.
 bool goes_on(const lanes::LaneView& view, Flight& flight, State& state) {
   if (!flight.task->stop || flight.trouble) return true;
   state.q = view.q, state.v = view.v;
@@ -265,7 +265,7 @@ class LaneBlock {
       begin_some();
       fly_all();
     } while (next_ < end_ && !stop_.stop_requested());
-    if (stop_.stop_requested()) return {};  // cases may be under way, or given up: the block is
+    if (stop_.stop_requested()) return {};  // cases may be incomplete: the block is abandoned
     std::vector<CaseRow> rows;
     for (auto& flight : flights_) {
       flight->row.success = is_success(campaign_, flight->row);
@@ -275,21 +275,21 @@ class LaneBlock {
   }
 
  private:
-  // Does a part of a case's work; what goes wrong in it is the case's reason.
+  // Runs a part of a case; an exception becomes the case's reason.
   template <class Work>
   void attempt(Flight& flight, Work&& work) {
     try {
       flight.clock.resume();
       work();
     } catch (const CaseStopped&) {
-      close(flight);  // the block is given up
+      close(flight);  // the block is abandoned
     } catch (const std::exception& error) {
       take(flight, failed_case(error_text(error), campaign_.columns.size()));
     }
     flight.clock.pause();
   }
 
-  // As many cases as may be under way. Whether there was any to begin.
+  // Starts cases up to the limit. Returns whether any was started.
   bool begin_some() {
     const std::uint64_t first = next_;
     while (next_ < end_ && under_way_ < most_ && !stop_.stop_requested()) {
@@ -316,7 +316,7 @@ class LaneBlock {
     });
   }
 
-  // To the next piece of motion that is for lanes, or to the end; what is not is integrated on the way.
+  // Continues to the next segment for lanes, or to the end; other segments are integrated alone.
   void go_on(Flight& flight) {
     while ((flight.task = flight.steps->next())) {
       const MotionTask& task = *flight.task;
@@ -324,14 +324,14 @@ class LaneBlock {
       IntegrationSetup integration = task.integration;
       integration.max_steps = std::min(integration.max_steps, kMostSteps);
       flight.structure = lanes::lane_structure(*task.model, *task.setup, integration);
-      // A step or more per tick, of all cases alike: their number says little of a case.
+      // One step or more per sample time in all cases: their number does not characterize a case.
       if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
       return;
     }
     take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
   }
 
-  // Alone, from the beginning: what a piece of motion has asked its controller and sensors cannot be taken back.
+  // Alone, from the beginning: calls of controllers and sensors during a segment cannot be undone.
   void start_anew(Flight& flight) {
     flight.steps.reset();
     take(flight, run_case(*flight.point, campaign_.mode, campaign_.columns, flight.clock.watch()));
@@ -352,7 +352,7 @@ class LaneBlock {
     flight.point.reset();
   }
 
-  // Takes all flights to their ends, pieces of motion of one structure together.
+  // Runs all flights to their ends, segments of equal structure together.
   void fly_all() {
     for (std::vector<Flight*> waiting = waiting_from(0); !waiting.empty(); waiting = waiting_from(0)) {
       while (!waiting.empty()) {
@@ -371,7 +371,7 @@ class LaneBlock {
     return waiting;
   }
 
-  // Takes those out that go in lanes with the first of them.
+  // Extracts the flights that can share lanes with the first.
   static std::vector<Flight*> take_together(std::vector<Flight*>& waiting) {
     const Flight& first = *waiting.front();
     const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
@@ -382,9 +382,9 @@ class LaneBlock {
     return together;
   }
 
-  // Begins further cases, if many may be, and takes them as far as where they go in lanes with `together`, which they
-  // join. Whether there was any to begin. Where most places are taken, by cases that wait for other lanes, the few left
-  // would fill none.
+  // Starts further cases if many slots are free, and runs them to a segment that can share lanes with `together`, which
+  // they join. Returns whether any was started. With few free slots, because most cases wait for other lanes, the new
+  // cases would not fill a lane block.
   bool begin_more(const lanes::LaneStructure& structure, bool watched, bool may_stop, std::vector<Flight*>& together) {
     const std::size_t begun = flights_.size();
     if (2 * under_way_ > most_ || !begin_some()) return false;
@@ -404,8 +404,8 @@ class LaneBlock {
     }
   }
 
-  // One piece of motion of each of these, and with `refill` of further cases of the block that come to such a piece.
-  // `structure` by value: the flights go on to other pieces of motion meanwhile.
+  // Integrates one segment of each flight, and with `refill` of further cases of the block that reach such a segment.
+  // `structure` by value: the flights continue to other segments during the loop.
   void fly(const lanes::LaneStructure structure, std::vector<Flight*> together, bool refill) {
     const bool watched = together.front()->task->watch != nullptr;
     const bool may_stop = together.front()->task->stop != nullptr;
@@ -440,10 +440,10 @@ class LaneBlock {
         if (broken_off) result.failure = message_of(outcome.error);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        // Alone the rest is looked into closely, and modes change at a wheel's largest rate.
+        // Integration alone resolves the remainder, and modes change at a wheel's largest rate.
         const bool goes_on_alone =
             outcome.status == lanes::LaneStatus::handed_back || outcome.status == lanes::LaneStatus::at_largest_rate;
-        // Alone, from the start, it says what runs away, or why loops cannot be kept closed.
+        // Integration alone, from the start, reports the diverging quantity, or why loops cannot be closed.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
                                (goes_on_alone && (dynamics || outcome.time == flight.task->begin)) ||
                                (!goes_on_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
@@ -494,10 +494,10 @@ class LaneBlock {
   const CaptureDetail detail_;
   const lanes::InstructionSet set_;
   const std::stop_token& stop_;
-  const std::size_t most_;                        // cases under way at once
+  const std::size_t most_;                        // largest number of concurrent cases
   std::vector<std::unique_ptr<Flight>> flights_;  // begun, in the order of their cases
   std::size_t under_way_ = 0;
-  std::uint64_t next_ = 0, end_ = 0;  // cases to be begun
+  std::uint64_t next_ = 0, end_ = 0;  // cases to start
 };
 
 }  // namespace
@@ -505,9 +505,9 @@ class LaneBlock {
 std::string reason_alone(const MotionTask& task) {
   if (!task.only_here.empty()) return task.only_here;
   std::string reason = lanes::lane_obstacle(*task.model, *task.setup, task.integration, task.begin, task.end);
-  // A case that is handed back goes on from where it is, and what it has asked at a tick cannot be asked again.
+  // A case that leaves the lanes continues from its state, and evaluations at a sample time cannot be repeated.
   if (reason.empty() && task.stop && lanes::lane_structure(*task.model, *task.setup, task.integration).control.by_case)
-    reason = "grasps close on arrival while sensors, controllers or thrusters work";
+    reason = "grasps close on arrival while sensors, controllers or thrusters are active";
   return reason;
 }
 

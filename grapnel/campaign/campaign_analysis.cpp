@@ -10,12 +10,12 @@
 #include "grapnel/campaign/statistics.hpp"
 #include "grapnel/study/case_pool.hpp"
 
-// What of the results' variance goes with which input.
+// Attribution of the results' variance to inputs.
 namespace grapnel {
 namespace {
 
 constexpr std::size_t kGroups = 20;      // of success_by
-constexpr std::size_t kWorstCases = 10;  // unless the campaign says how many
+constexpr std::size_t kWorstCases = 10;  // unless the campaign states the number
 
 void check_heads(const Campaign& campaign, const CampaignTable& table) {
   const auto same = [](const auto& asked, const std::vector<CampaignTable::Head>& heads) {
@@ -66,7 +66,7 @@ CampaignReport::Numbers describe(const Rows& rows, const CampaignTable::Head& he
   return result;
 }
 
-// Equal values stay together.
+// Equal values stay in one group.
 CampaignReport::SuccessBy success_by(const Rows& rows, const std::vector<double>& input, const Ranking& ranking) {
   CampaignReport::SuccessBy by;
   const std::size_t n = ranking.order.size();
@@ -84,7 +84,7 @@ CampaignReport::SuccessBy success_by(const Rows& rows, const std::vector<double>
   return by;
 }
 
-/// By which numbers worst cases are looked for: the campaign's, then those that criteria limit.
+/// Numbers that define the worst cases: those of the campaign, then those that criteria limit.
 std::vector<CampaignReport::Worst> worst_lists(const Campaign& campaign) {
   std::vector<CampaignReport::Worst> lists;
   const auto add = [&](std::size_t number, bool largest, bool magnitude) {
@@ -140,7 +140,7 @@ std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
   return rankings;
 }
 
-// Independent pieces of work, from 0 to n - 1, on several threads; not on dozens, each of which holds a column.
+// Runs independent tasks 0 to n - 1 on several threads; not on dozens, because each holds a column in memory.
 template <class Work>
 void for_each_of(std::size_t n, int threads, const Work& work) {
   constexpr int kMostThreads = 8;
@@ -160,9 +160,9 @@ void describe_columns(const Rows& rows, int threads, CampaignReport& report) {
 
 }  // namespace
 
-// An input as its influence is measured. In a campaign over a design it may stand for an offset on what the design
-// makes of the scenario, a plan's joint values for instance: then what counts is how far it is from its mean at the
-// design point, or its influence would be the design's.
+// An input for the measurement of its influence. In a campaign over a design it may be an offset on a value that
+// depends on the design, such as a plan's joint values: then the deviation from its mean at the design point is used,
+// because otherwise its influence would include that of the design.
 std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numbers) {
   if (rows.campaign.design.empty()) return numbers;
   const std::uint64_t cases = rows.campaign.cases;
@@ -218,13 +218,13 @@ using InputGroup = CampaignReport::InputGroup;
 using Measure = CampaignReport::Measure;
 
 constexpr std::size_t kMostMeasures = 64;     // success and columns
-constexpr std::size_t kRowsOfGroups = 20000;  // of more rows so many, spread evenly, tell what groups explain
-constexpr double kRounding = 1e-9;            // of a column's numbers, or of others of their kind
+constexpr std::size_t kRowsOfGroups = 20000;  // largest number of rows, evenly spread, for fits of groups
+constexpr double kRounding = 1e-9;            // relative to a column's numbers, or to others of their unit
 constexpr double kNothing = 1e-15;            // [SI]
 
 // --- Groups ---
 
-// What an input is a coordinate of: "targets.a.grasp_points.grip" of its position and its orientation,
+// The object of which an input is a coordinate: "targets.a.grasp_points.grip" for its position and its orientation,
 // "targets.a.state" of pose, "targets.a.state.angular_velocity" of "…/x".
 std::string owner_of(const std::string& input) {
   std::string path = input.substr(0, input.rfind('/'));
@@ -266,8 +266,8 @@ std::string parent_of(const std::string& name) {
 
 double largest_of(const Description& d) { return d.count == 0 ? 0 : std::max(std::abs(d.least), std::abs(d.largest)); }
 
-// Whether a column's numbers differ by rounding alone: compared with themselves, with the other components of their
-// vector, and with all other columns of their unit.
+// Whether a column's numbers differ only by rounding error: relative to themselves, to the other components of their
+// vector, and to all other columns of their unit.
 class Rounding {
  public:
   explicit Rounding(const CampaignReport& report) : report_(report) {
@@ -294,7 +294,7 @@ class Rounding {
   std::map<std::string, double> vectors_, units_;
 };
 
-/// Columns that are compared with the inputs: what criteria read, then what tells of tolerances, then all others.
+/// Columns that are compared with the inputs: those that criteria read, then shares of tolerances, then all others.
 std::vector<std::size_t> columns_to_measure(const Campaign& campaign) {
   std::vector<std::size_t> chosen;
   const auto add = [&](std::size_t i) {
@@ -313,7 +313,7 @@ class Influences {
   Influences(const Rows& rows, const std::vector<Ranking>& inputs, CampaignReport& report)
       : rows_(rows), inputs_(inputs), report_(report) {
     report.groups = groups_of(rows.campaign);
-    // Rows by the multiples of the golden ratio: evenly spread, and in no step with the digits of Sobol's sequence.
+    // Rows at multiples of the golden ratio: evenly spread, and not aligned with the digits of Sobol's sequence.
     for (std::size_t row = 0; row < rows.count(); ++row) {
       const auto place = static_cast<std::uint32_t>((row * 0x9e3779b97f4a7c15u) >> 32);
       if (rows.count() <= kRowsOfGroups ||
@@ -342,11 +342,11 @@ class Influences {
       else if (group.inputs.size() == 1)
         result.groups.push_back(result.inputs[group.inputs.front()]);
       else {
-        const std::lock_guard one_at_a_time(fitting_);  // a fit keeps the basis for rows that it was used for last
+        const std::lock_guard one_at_a_time(fitting_);  // a fit caches the basis of its last rows
         result.groups.push_back(together(result, group, fits_[fit++].of(some)));
       }
       const double share = result.groups.back().first_order;
-      // Of an input that never changes nothing is known, and nothing is explained.
+      // A constant input explains nothing.
       if (!std::isnan(share)) result.unexplained -= std::max(share, 0.0);
       if (group.inputs.size() > 1 && std::isnan(share)) result.unexplained = NAN;
     }
@@ -356,7 +356,7 @@ class Influences {
 
   void measure_criteria() {
     const std::vector<Criterion>& criteria = rows_.campaign.success;
-    if (criteria.size() < 2) return;  // a single one is success itself, where cases are ok
+    if (criteria.size() < 2) return;  // a single criterion equals success for cases that are ok
     for (const Criterion& criterion : criteria) {
       std::vector<double> truth(rows_.count(), NAN);
       std::vector<double> numbers(rows_.campaign.columns.size() + rows_.campaign.inputs.size(), NAN);
@@ -402,7 +402,7 @@ class Influences {
   }
 
  private:
-  // A fit of all may miss what one of them alone explains, as of a success within a window.
+  // A fit of all inputs may explain less than one input alone, for example for success within a window.
   static Sensitivity together(const Measure& measure, const InputGroup& group, Sensitivity all) {
     if (std::isnan(all.first_order)) return all;
     for (const std::size_t i : group.inputs) {
@@ -441,7 +441,7 @@ class Influences {
   const Rows& rows_;
   const std::vector<Ranking>& inputs_;
   CampaignReport& report_;
-  std::vector<std::size_t> picked_;     // rows that groups are fitted to
+  std::vector<std::size_t> picked_;     // rows for the fits of groups
   std::vector<Ranking> axes_;           // of the design
   std::vector<GroupSensitivity> fits_;  // of groups with several inputs
   std::mutex fitting_;

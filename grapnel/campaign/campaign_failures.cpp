@@ -1,4 +1,4 @@
-// Why cases are no success, and what a rate of success does not say.
+// Reasons for which cases are not a success, and warnings about success rates.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,13 +14,13 @@ namespace {
 
 using Reason = CampaignReport::Reason;
 
-constexpr std::size_t kRowsAtOnce = 1 << 14;  // where many columns are needed together
+constexpr std::size_t kRowsAtOnce = 1 << 14;  // for code that needs many columns together
 constexpr std::size_t kMostReasons = 50;
-constexpr std::size_t kMostKinds = 10000;  // of reasons that are counted each
+constexpr std::size_t kMostKinds = 10000;  // of reasons that are counted separately
 constexpr std::size_t kExamples = 3;
-constexpr double kEdge = 1e-9;  // a grasp that closes by an event is on its tolerance's edge to rounding
+constexpr double kEdge = 1e-9;  // a grasp that closes by an event is at its tolerance to within rounding error
 
-// Calls `take` with every row that is ok and its numbers, of which those at `reads` are there.
+// Calls `take` with every row that is ok and its numbers, of which only those at `reads` are set.
 template <class Take>
 void for_each_ok_row(const Rows& rows, const std::set<std::size_t>& reads, Take&& take) {
   std::map<std::size_t, std::vector<double>> block;
@@ -41,13 +41,13 @@ void for_each_ok_row(const Rows& rows, const std::set<std::size_t>& reads, Take&
 
 // --- Grasps ---
 
-// Where a grasp's outcome stands among the columns.
+// The columns of a grasp's outcome.
 struct GraspColumns {
   std::string end_effector;
   std::size_t captured = 0;
   std::vector<std::pair<std::string, std::size_t>> tolerances;  // by name: value over tolerance
 
-  // The tolerance that is missed by the largest factor; the number of tolerances if none is.
+  // The tolerance that is exceeded by the largest factor; the number of tolerances if none is exceeded.
   std::size_t limiting(const std::vector<double>& numbers) const {
     std::size_t worst = tolerances.size();
     for (std::size_t t = 0; t < tolerances.size(); ++t) {
@@ -116,8 +116,8 @@ CampaignReport::CriterionCount not_counted(const Campaign& campaign, const Crite
   return made;
 }
 
-// What a row fails by, in numbers that are quickly compared: per criterion its verdict, per grasp its limiting
-// tolerance, plus one; 0: it closed.
+// The failure of a row as numbers for fast comparison: per criterion its verdict, per grasp its limiting tolerance,
+// plus one; 0: it closed.
 using Signature = std::vector<std::uint16_t>;  // not bytes: g++ 12 warns falsely of their comparison at -O3
 
 class CriteriaCounter {
@@ -154,7 +154,7 @@ class CriteriaCounter {
       const auto verdict = static_cast<Verdict>(signature[c]);
       CampaignReport::CriterionCount& counted = report_.criteria[c];
       counted.met += verdict == Verdict::yes;
-      // Where one fails, what could not be checked, as impulses where nothing was caught, counts for nothing.
+      // If a criterion fails, criteria that could not be checked, such as impulses without a capture, do not count.
       const bool fails = refused > 0 ? verdict == Verdict::no : verdict != Verdict::yes;
       counted.only_this += fails && (refused > 0 ? refused : unmet) == 1;
       counted.not_checked += verdict == Verdict::not_checked;
@@ -210,12 +210,12 @@ class CriteriaCounter {
   CampaignReport& report_;
   const std::vector<Criterion>& criteria_;
   const std::vector<GraspColumns> grasps_;
-  bool capture_ = false;    // a criterion asks whether grasps close
+  bool capture_ = false;    // a criterion requires closed grasps
   std::size_t judged_ = 0;  // column
   std::map<Signature, Reason> kinds_;
 };
 
-// Of failed conservation checks the kind is that they failed; which row by how much is in the cases' reasons.
+// Failed conservation checks are one kind; the reasons of the cases name the row and its value.
 std::string kind_of(const std::string& reason) {
   constexpr std::string_view kConservation = "conservation check failed";
   return reason.starts_with(kConservation) ? std::string(kConservation) : without_numbers(reason);
@@ -260,7 +260,7 @@ void count_grasps(const Rows& rows, CampaignReport& report) {
 
 void count_reasons(const Rows& rows, CampaignReport& report) {
   const std::vector<std::int32_t> numbers = rows.table.reasons();
-  std::map<std::int32_t, std::string> texts;  // of the last ones: many rows have the same
+  std::map<std::int32_t, std::string> texts;  // cache of the last texts: many rows have the same
   std::map<std::pair<std::uint8_t, std::string>, Reason> kinds;
   for (std::size_t row = 0; row < rows.count(); ++row) {
     if (rows.ok(row)) continue;
@@ -295,23 +295,23 @@ void say_what_is_not_said(const Campaign& campaign, CampaignReport& report) {
   const auto say = [&](std::string text) { report.warnings.push_back(std::move(text)); };
   if (ok == 0) return;
   if (campaign.success.empty())
-    say("there is no criterion: every case that came to its end counts as a success, and nothing about it was checked");
+    say("no criteria are given: every completed case counts as a success without further checks");
   const bool all_assumed = report.assumed > 0 && report.assumed == report.success;
   if (report.assumed > 0)
     say(
-        fmt::format("{} successes that the grasps close is assumed: end-effectors without an 'envelope' hold whatever "
-                    "they meet, and nothing was checked",
+        fmt::format("{} successes the grasps are assumed to close: end-effectors without an 'envelope' hold without a "
+                    "check of position and velocity",
                     all_assumed ? "in all" : fmt::format("in {} of {}", report.assumed, report.success)));
   for (std::size_t c = 0; c < campaign.success.size(); ++c) {
     const CampaignReport::CriterionCount& counted = report.criteria[c];
     const std::string name = "criterion '" + campaign.success[c].name() + "'";
     if (counted.undecided > 0)
-      say(fmt::format(
-          "{} was not checked in {} of {} cases, where a number that it reads does not exist: they count as "
-          "no success",
-          name, counted.undecided, ok));
+      say(
+          fmt::format("{} was not checked in {} of {} cases, because a number that it reads does not exist: they do "
+                      "not count as a success",
+                      name, counted.undecided, ok));
     if (counted.met == ok && !(all_assumed && reads_capture(campaign, campaign.success[c])))
-      say(fmt::format("{} never fails: all {} cases that are ok meet it, so that it decides nothing", name, ok));
+      say(fmt::format("{} never fails: all {} cases that are ok meet it, so it has no effect", name, ok));
     else if (counted.met == 0 && counted.not_checked < ok)
       say(fmt::format("{} never holds: none of {} cases that are ok meets it", name, ok));
   }
@@ -319,7 +319,7 @@ void say_what_is_not_said(const Campaign& campaign, CampaignReport& report) {
 
 std::string without_numbers(const std::string& reason) {
   const auto is_digit = [&](std::size_t i) { return i < reason.size() && reason[i] >= '0' && reason[i] <= '9'; };
-  // Digits in names stay: "tip-1", "arm2".
+  // Digits in names remain: "tip-1", "arm2".
   const auto in_word = [&](std::size_t i) {
     const auto c = static_cast<unsigned char>(reason[i]);
     return std::isalnum(c) || c == '_' || c == '-' || c == '.' || c == '/' || c == '\'' || c >= 0x80;

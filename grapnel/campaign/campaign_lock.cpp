@@ -31,13 +31,13 @@ namespace fs = std::filesystem;
   throw std::runtime_error("cannot write " + path.string() + ": " + std::generic_category().message(error));
 }
 
-// --- Who a process is ---
+// --- Identity of a process ---
 
 struct Holder {
-  std::string host, boot, space;  // machine; its kernel's run; name space of process numbers
+  std::string host, boot, space;  // machine; boot id; name space of process ids
   long pid = 0;
-  std::string start;  // of the process, in the kernel's ticks: a number that is used again starts later
-  std::string since;  // for people
+  std::string start;  // start time of the process in kernel ticks: distinguishes reused process ids
+  std::string since;  // for messages
 };
 
 std::string first_line(const fs::path& path) {
@@ -86,7 +86,7 @@ std::string text_of(const Holder& h) {
                      h.space, h.start);
 }
 
-// Nothing if the text is not one of ours, or empty.
+// Empty if the text has another format, or is empty.
 std::optional<Holder> holder_from(const std::string& text) {
   std::map<std::string, std::string> values;
   std::istringstream lines(text);
@@ -99,11 +99,11 @@ std::optional<Holder> holder_from(const std::string& text) {
                 values["start"], values["since"]};
 }
 
-// Whether it can be said from here that the process is gone, or is there.
+// Whether the process is known to have ended, or to exist.
 enum class Fate { gone, there, unknown };
 Fate fate_of(const Holder& holder) {
   const Holder me = myself();
-  if (holder.host == me.host && holder.boot != me.boot) return Fate::gone;  // the machine was started again
+  if (holder.host == me.host && holder.boot != me.boot) return Fate::gone;  // the machine was rebooted
   if (holder.host != me.host || holder.boot != me.boot || holder.space != me.space) return Fate::unknown;
   if (::kill(static_cast<pid_t>(holder.pid), 0) != 0 && errno == ESRCH) return Fate::gone;
   const std::string start = start_of(holder.pid);
@@ -112,7 +112,7 @@ Fate fate_of(const Holder& holder) {
 
 // --- A file with the system's lock ---
 
-// Bytes of the file "lock" that locks are about; they need not exist.
+// Byte ranges of the file "lock" for locks; they need not exist.
 constexpr off_t kFolderByte = 1 << 20, kTurnByte = kFolderByte + 1;
 
 struct flock range(short type, off_t byte) {
@@ -137,7 +137,7 @@ Taken take(int descriptor, short type, off_t byte, bool wait) {
   return Taken::yes;
 }
 
-// A lock's file: open, and the one that the path names (a holder removes it when it ends).
+// The file of a lock: open, and identical to the file at the path (a holder removes it when it ends).
 class LockFile {
  public:
   explicit LockFile(fs::path path) : path_(std::move(path)) { open(); }
@@ -207,30 +207,29 @@ class LockFile {
   throw FolderInUse(fmt::format("'{}' is in use: {}{}", folder.string(), who, more));
 }
 
-// Once the system gave the lock, or has none: whether the holder that the text names is there all the same.
+// After the system granted the lock, or without locks: whether the holder in the text still exists.
 void expect_gone(const fs::path& folder, const LockFile& file, bool system_gave) {
   const std::optional<Holder> holder = holder_from(file.text());
   if (!holder) return;
   const Fate fate = fate_of(*holder);
   if (fate == Fate::gone) return;
-  // The same kernel knows of all its locks.
+  // The same kernel manages all its locks.
   if (system_gave && holder->boot == myself().boot) return;
   if (fate == Fate::there) in_use(folder, holder, "");
   const double age = file.age(), gone = static_cast<double>(CampaignLock::kGone.count());
   if (age >= gone) return;
   in_use(folder, holder,
-         fmt::format(" (its last sign of life is {:.0f} s old; if it is gone, this works again {:.0f} s from now, or "
-                     "after removing {})",
+         fmt::format(" (its last heartbeat is {:.0f} s old; if it has ended, retry in {:.0f} s, or after removing {})",
                      age, gone - age, file.path().string()));
 }
 
-// "lock.task-3-of-8", "lock.rank-2": not what a user calls lock.yaml.
+// "lock.task-3-of-8", "lock.rank-2": not a user's lock.yaml.
 bool is_writers(const fs::path& file) {
   const std::string name = file.filename().string();
   return name.starts_with("lock.task-") || name.starts_with("lock.rank-");
 }
 
-// Some other writer with a name that lives, for a message.
+// Another live named writer, for a message.
 std::optional<Holder> some_writer(const fs::path& folder) {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -244,11 +243,19 @@ std::optional<Holder> some_writer(const fs::path& folder) {
   return std::nullopt;
 }
 
-// Files of writers with names, none of which is there.
+// Files of named writers that have ended.
 void remove_writers(const fs::path& folder) {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none))
     if (is_writers(entry.path())) fs::remove(entry.path(), none);
+}
+
+// Whether no living process is named as the holder of a lock that the system does not give.
+constexpr int kOrphanTries = 100;
+constexpr std::chrono::milliseconds kOrphanWait{20};
+bool is_orphaned(const fs::path& folder, const LockFile& file) {
+  const std::optional<Holder> alone = holder_from(file.text());
+  return !(alone && fate_of(*alone) != Fate::gone) && !some_writer(folder);
 }
 
 }  // namespace
@@ -266,7 +273,13 @@ struct CampaignLock::Held {
 
 CampaignLock::CampaignLock(const fs::path& folder, const std::string& writer)
     : held_(std::make_unique<Held>(folder / "lock")) {
-  const Taken whole = held_->folder.take(writer.empty() ? F_WRLCK : F_RDLCK, kFolderByte);
+  const short type = writer.empty() ? F_WRLCK : F_RDLCK;
+  Taken whole = held_->folder.take(type, kFolderByte);
+  // A child process in which a killed holder read a table shares its lock, and ends soon after it.
+  for (int tries = 0; whole == Taken::no && tries < kOrphanTries && is_orphaned(folder, held_->folder); ++tries) {
+    std::this_thread::sleep_for(kOrphanWait);
+    whole = held_->folder.take(type, kFolderByte);
+  }
   if (whole == Taken::no) {
     const std::optional<Holder> alone = holder_from(held_->folder.text());
     in_use(folder, alone && fate_of(*alone) != Fate::gone ? alone : some_writer(folder), "");
@@ -277,7 +290,7 @@ CampaignLock::CampaignLock(const fs::path& folder, const std::string& writer)
     const Taken own = held_->writer->take(F_WRLCK, kFolderByte);
     if (own == Taken::no) in_use(folder, holder_from(held_->writer->text()), fmt::format(" as {}", writer));
     expect_gone(folder, *held_->writer, own == Taken::yes);
-    held_->folder.write("");  // of one that is gone
+    held_->folder.write("");  // of a holder that has ended
   } else if (whole == Taken::cannot) {
     if (const auto other = some_writer(folder)) in_use(folder, other, "");
   }
@@ -293,7 +306,7 @@ CampaignLock::~CampaignLock() {
   held_->beat.request_stop();
   held_->beat.join();
   if (held_->writer) held_->writer->remove();
-  // The folder's file goes with the last holder.
+  // The last holder removes the folder's file.
   if (!held_->writer || take(held_->folder.descriptor(), F_WRLCK, kFolderByte, false) == Taken::yes)
     held_->folder.remove();
 }

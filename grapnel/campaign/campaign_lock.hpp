@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Who writes to a campaign's folder. The operating system's lock decides where there is one: it goes with its process,
-/// however that ends. Where there is none (some network file systems), and between machines, a text with a heartbeat
-/// does. Thread safety: one thread per object; each object has a thread of its own for the heartbeat.
+/// Exclusive access to a campaign's folder. A lock of the operating system is used if available: it ends with its
+/// process. Without such locks (some network file systems), and between machines, a file with a heartbeat is used.
+/// Thread safety: one thread per object; each object has a separate thread for the heartbeat.
 
 #include <chrono>
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace grapnel {
 
-/// Something about a campaign's folder that keeps this program from using it; what() says what, and what to do.
+/// A campaign's folder cannot be used; what() states the reason and the remedy.
 struct StoreError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -22,11 +22,12 @@ struct FolderInUse : StoreError {
   using StoreError::StoreError;
 };
 
-/// While it lives, no other process has the folder; with the name of a writer, none that has no name or the same.
-/// A lock whose process is gone is taken over.
+/// During its lifetime no other process has the folder; with the name of a writer, no process without a name or with
+/// the same name. A lock whose process has ended is taken over.
 class CampaignLock {
  public:
-  /// How often the holder marks the file, and after how long without a mark a holder on another machine counts as gone.
+  /// Interval of the heartbeat, and the time without a heartbeat after which a holder on another machine is considered
+  /// to have ended.
   static constexpr std::chrono::seconds kBeat{10}, kGone{90};
 
   /// `writer`: letters, digits, '-', '_'; empty: alone. @throws FolderInUse naming host, process and since when;
@@ -36,8 +37,8 @@ class CampaignLock {
   CampaignLock(const CampaignLock&) = delete;
   CampaignLock& operator=(const CampaignLock&) = delete;
 
-  /// While it lives, no other writer, named or not, is between making and ending one: for what named writers change
-  /// together. Waits.
+  /// During its lifetime no other writer, named or not, holds such an object: for changes shared by named writers. The
+  /// constructor waits.
   class Turn {
    public:
     explicit Turn(const CampaignLock& lock);

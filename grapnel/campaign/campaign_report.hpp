@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What the rows of a campaign or a sweep say: campaign.json, study.json, the terminal's summary, and what they do not
-/// say (warnings). CampaignReport and SweepReport are these documents; campaign_json.cpp describes their fields, from
-/// which docs/formats/campaign.md and study.md follow.
+/// Results from the rows of a campaign or a sweep: campaign.json, study.json, the terminal's summary, and warnings.
+/// CampaignReport and SweepReport are these documents; campaign_json.cpp describes their fields, from which
+/// docs/formats/campaign.md and study.md are generated.
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace grapnel {
 
-/// Numbers of all rows, without the rows: campaign.json.
+/// Statistics of all rows: campaign.json.
 struct CampaignReport {
   struct Settings {
     std::string name, description, file, sha256, seed;
@@ -30,7 +30,7 @@ struct CampaignReport {
   };
   struct Limit {
     std::string name;
-    bool at_most = true;  // else at least
+    bool at_most = true;  // false: at least
     double bound = 0;
     bool magnitude = false;
   };
@@ -68,7 +68,7 @@ struct CampaignReport {
     std::uint64_t count = 0;
     std::vector<Sensitivity> inputs;
     std::vector<Sensitivity> groups;  // rank correlations of groups of one only
-    double unexplained = 0;           // share of the variance that no group explains by itself; NaN if one is unknown
+    double unexplained = 0;           // share of the variance that no group alone explains; NaN if one is unknown
     Of of = Of::column;
   };
   struct Case {
@@ -81,20 +81,20 @@ struct CampaignReport {
   struct Worst {
     std::size_t number = 0;  // of the columns
     std::string name, unit;  // of this one
-    bool largest = true;     // else least
+    bool largest = true;     // false: smallest
     bool magnitude = false;
     std::vector<Case> cases;
   };
-  /// What became of one grasp, over the rows that are ok.
+  /// Results of one grasp, over the rows that are ok.
   struct Grasp {
     struct Tolerance {
       std::string name;
-      std::uint64_t exceeded = 0;  // in so many rows
-      std::uint64_t limiting = 0;  // and missed by the largest factor
+      std::uint64_t exceeded = 0;  // number of rows
+      std::uint64_t limiting = 0;  // number of rows in which it was exceeded by the largest factor
     };
     std::string end_effector;
     std::uint64_t captured = 0, missed = 0;
-    std::vector<Tolerance> tolerances;  // of its envelope; none: nobody judged it
+    std::vector<Tolerance> tolerances;  // of its envelope; empty: no envelope
   };
   struct Example {
     std::uint64_t index = 0;
@@ -118,15 +118,15 @@ struct CampaignReport {
   std::vector<InputGroup> groups;  // every input is in one
   std::vector<Measure> measures;   // the first is success; numbers that are all the same are left out
   std::uint64_t measures_left_out = 0;
-  std::vector<std::string> rounding;  // columns whose numbers differ by rounding alone: no measures
+  std::vector<std::string> rounding;  // columns whose numbers differ only by rounding error
   std::vector<Worst> worst;
   std::vector<Reason> reasons;
   std::uint64_t reasons_left_out = 0;  // cases with others
   std::vector<Reason> failures;        // why cases are no success, each counted once: their status, or unmet criteria
   std::uint64_t failures_left_out = 0;
   std::vector<Grasp> grasps;
-  std::uint64_t assumed = 0;          // successes in which a grasp was taken to hold, with nothing to judge it by
-  std::vector<std::string> warnings;  // what the numbers above do not say
+  std::uint64_t assumed = 0;          // successes with a grasp that is assumed to hold without an envelope
+  std::vector<std::string> warnings;  // limits of the numbers above
   std::vector<StudyAxis> axes;        // of the design
   std::vector<SuccessMapPoint> success_map;
   std::string text;  // of the campaign file
@@ -136,7 +136,7 @@ struct CampaignReport {
 template <>
 const Type& type_of<CampaignReport>();
 
-/// What a sweep is and how its points ended, for those who read its table.csv: study.json.
+/// Settings of a sweep and how its points ended: study.json.
 struct SweepReport {
   struct Settings {
     std::string name, file, sha256;
@@ -153,25 +153,24 @@ struct SweepReport {
 template <>
 const Type& type_of<SweepReport>();
 
-/// Each of `threads`, of which it uses eight at most, reads a column at a time: about 200 bytes a row at once, whatever
-/// the number of columns. The same rows give
-/// the same report, bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if
-/// the table is of another campaign.
+/// Each of at most eight of the `threads` reads one column at a time: about 200 bytes per row, for any number of
+/// columns. The same rows give the same report, bit for bit. `version` is the program's. @throws std::runtime_error
+/// naming path and error, also if the table belongs to another campaign.
 CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version,
                                 int threads = 1);
 
 /// Text of campaign.json.
 std::string campaign_json(const CampaignReport& report);
 
-/// What the terminal shows at the end: probability with its interval, criteria, why cases are no success, quantiles of
-/// the criteria's numbers, what matters most, worst cases with the command that replays each.
+/// Summary for the terminal: probability with its interval, criteria, reasons for which cases are not a success,
+/// quantiles of the criteria's numbers, the most influential inputs, worst cases with the command that replays each.
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report);
 
 /// Text of study.json.
 std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version);
 
-/// The same for a terminal: points and how they ended, the axes, least and greatest of what people look for first, and
-/// the reasons of points that are not ok, the most frequent first.
+/// The same for a terminal: points and how they ended, the axes, minimum and maximum of the main columns, and the
+/// reasons of points that are not ok, the most frequent first.
 std::string sweep_summary(const Campaign& sweep, std::span<const CaseRow> rows);
 
 /// How many rows have a status.
@@ -183,9 +182,9 @@ std::string replay_command(const Campaign& campaign, std::uint64_t k);
 /// A reason without its numbers, so that cases of one kind are counted together: "no convergence at t = … s".
 std::string without_numbers(const std::string& reason);
 
-// --- The rows as the parts of the analysis read them. For campaign_*.cpp. ---
+// --- Access to the rows for the parts of the analysis. For campaign_*.cpp. ---
 
-/// What every part of the analysis reads.
+/// Input of all parts of the analysis.
 struct Rows {
   const Campaign& campaign;
   const CampaignTable& table;
@@ -203,7 +202,7 @@ struct Rows {
   }
 };
 
-/// Writes `criteria`, `failures` of rows that are ok, `assumed`, and what decides in the success map.
+/// Writes `criteria`, `failures` of rows that are ok, `assumed`, and the decisive criteria of the success map.
 void count_criteria(const Rows& rows, CampaignReport& report);
 /// Writes `reasons`, and adds them to `failures`.
 void count_reasons(const Rows& rows, CampaignReport& report);
@@ -214,7 +213,7 @@ void say_what_is_not_said(const Campaign& campaign, CampaignReport& report);
 /// Writes `groups`, `measures` and `rounding`. `inputs`: their rankings; reads `columns`.
 void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, int threads, CampaignReport& report);
 
-/// An input as its influence is measured: without what the design makes of it.
+/// An input for the measurement of its influence: without the influence of the design.
 std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numbers);
 
 /// The name of a number by its index among columns and inputs.

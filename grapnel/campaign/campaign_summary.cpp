@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::size_t kMostLines = 8;  // of any table
 constexpr std::size_t kShownReasons = 6;
-constexpr std::size_t kMostInputs = 3;  // that matter most, per number
+constexpr std::size_t kMostInputs = 3;  // of the most influential inputs, per number
 constexpr double kMatters = 0.01;       // first-order index below which an input is not named
-constexpr double kUnexplained = 0.05;   // share below which it is not said
+constexpr double kUnexplained = 0.05;   // share below which it is not shown
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; }
 
@@ -38,10 +38,10 @@ std::string head(const Campaign& campaign, const CampaignReport& report) {
   if (report.rows < campaign.total()) text += fmt::format(", {} not done", campaign.total() - report.rows);
   const Proportion success = report.success_rate();
   if (const std::uint64_t lost = report.rows - report.status[0]; lost > 0)
-    text += fmt::format("\n{} without a result: counted as no success", lost);
+    text += fmt::format("\n{} without a result: not counted as a success", lost);
   std::string assumed;
   if (report.assumed > 0)
-    assumed = fmt::format(", {} assumed to hold, not judged",
+    assumed = fmt::format(", {} assumed to hold without an envelope",
                           report.assumed == report.success ? "all" : fmt::format("{} of them", report.assumed));
   return text + fmt::format("\nsuccess {} ({:g} % interval {} … {}): {} cases{}\n",
                             percentage(success.estimate, success), 100 * campaign.confidence,
@@ -67,7 +67,7 @@ std::string criteria_text(const CampaignReport& report) {
   return "\n" + table.text();
 }
 
-// Grasps that miss, and by what.
+// Grasps that miss, with the limiting tolerance.
 std::string grasps_text(const CampaignReport& report) {
   std::string text;
   for (const CampaignReport::Grasp& grasp : report.grasps) {
@@ -86,8 +86,8 @@ bool differs_by_rounding(const CampaignReport& report, std::size_t column) {
   return std::find(rounding.begin(), rounding.end(), report.columns[column].head.name) != rounding.end();
 }
 
-// Columns that criteria read; the first ones without criteria. Numbers that are all the same, but for rounding, say
-// nothing.
+// Columns that criteria read; the first ones without criteria. Columns that are constant to within rounding error are
+// omitted.
 std::vector<std::size_t> columns_to_show(const Campaign& campaign, const CampaignReport& report) {
   std::set<std::size_t> wanted;
   for (const Criterion& criterion : campaign.success)
@@ -105,7 +105,7 @@ std::vector<std::size_t> columns_to_show(const Campaign& campaign, const Campaig
 std::string quantiles_text(const Campaign& campaign, const CampaignReport& report) {
   const std::vector<std::size_t> shown = columns_to_show(campaign, report);
   if (shown.empty()) return "";
-  // At most five quantiles fit: the outer ones, the median, and what is next to the ends.
+  // At most five quantiles fit: the outer ones, the median, and those next to the outer ones.
   std::vector<std::size_t> at;
   const std::size_t all = campaign.quantiles.size();
   for (std::size_t q = 0; q < all; ++q)
@@ -127,7 +127,7 @@ std::string quantiles_text(const Campaign& campaign, const CampaignReport& repor
   return "\n" + table.text() + and_more(shown.size(), kMostLines, "columns");
 }
 
-// The inputs, or groups of them, that explain most of a number's variance, and what none of them does.
+// The inputs, or groups of them, that explain most of a number's variance, and the unexplained share.
 std::string influences(const CampaignReport& report, const CampaignReport::Measure& measure) {
   std::vector<std::size_t> order(measure.groups.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -153,8 +153,8 @@ std::string sensitivity_text(const Campaign& campaign, const CampaignReport& rep
   for (const std::size_t i : columns_to_show(campaign, report)) wanted.insert(report.columns[i].head.name);
   const bool grouped = std::any_of(report.groups.begin(), report.groups.end(),
                                    [](const CampaignReport::InputGroup& g) { return g.inputs.size() > 1; });
-  std::string text = grouped ? "\nvariance that goes with one input, or group of inputs, alone:\n"
-                             : "\nvariance that goes with one input alone:\n";
+  std::string text = grouped ? "\nvariance explained by one input, or group of inputs, alone:\n"
+                             : "\nvariance explained by one input alone:\n";
   std::size_t lines = 0;
   std::set<std::string> told;
   for (const CampaignReport::Measure& measure : report.measures) {
@@ -168,7 +168,7 @@ std::string sensitivity_text(const Campaign& campaign, const CampaignReport& rep
 }
 
 std::string campaign_command(std::string file) {
-  // For a shell: a name with other characters stands in quotes.
+  // For a shell: a name with other characters is quoted.
   const bool plain = std::all_of(file.begin(), file.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
     return std::isalnum(byte) || byte >= 0x80 || std::string_view("/._-+,:@%=").find(c) != std::string_view::npos;
@@ -189,13 +189,13 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
     table.row({with_unit(worst.name, worst.unit), number(found.value), fmt::format("--only {}", found.index)});
   }
   if (lines == 0) return "";
-  return fmt::format("\nworst cases; to look at one: {} --only K\n", campaign_command(campaign.file)) + table.text() +
+  return fmt::format("\nworst cases; to run one: {} --only K\n", campaign_command(campaign.file)) + table.text() +
          and_more(lines, kMostLines, "numbers");
 }
 
 std::string failures_text(const CampaignReport& report) {
   if (report.failures.empty()) return "";
-  std::string text = "\nwhy cases are no success:\n";
+  std::string text = "\nreasons for cases that are not a success:\n";
   for (std::size_t i = 0; i < std::min(report.failures.size(), kShownReasons); ++i) {
     const CampaignReport::Reason& reason = report.failures[i];
     const std::string status = reason.status == CaseStatus::ok ? "" : std::string(name_of(reason.status)) + ": ";
@@ -242,7 +242,7 @@ std::string axes_text(const Campaign& sweep) {
   return text.text();
 }
 
-// Least and greatest of a column, and at which points.
+// Minimum and maximum of a column, with their points.
 void extremes_row(const Campaign& sweep, std::span<const CaseRow> rows, std::size_t column, TextTable& text) {
   const CaseRow *least = nullptr, *greatest = nullptr;
   for (const CaseRow& row : rows) {
@@ -260,7 +260,7 @@ void extremes_row(const Campaign& sweep, std::span<const CaseRow> rows, std::siz
 
 std::string extremes_text(const Campaign& sweep, std::span<const CaseRow> rows) {
   TextTable text;
-  text.row({"", "least", "at point", "greatest", "at point"});
+  text.row({"", "minimum", "at point", "maximum", "at point"});
   bool any = false;
   for (std::size_t c = 0; c < sweep.columns.size(); ++c) {
     const std::string& name = sweep.columns[c].name;
@@ -292,7 +292,7 @@ std::string reasons_text(std::span<const CaseRow> rows) {
   return text;
 }
 
-// Of points that are ok: how many say yes, no, or neither. Columns that the study keeps.
+// Counts of yes, no, or neither, over points that are ok, for columns that the study stores.
 std::string verdicts_text(const Campaign& sweep, std::span<const CaseRow> rows) {
   const auto column = [&](const char* name) {
     std::size_t c = 0;
@@ -306,7 +306,7 @@ std::string verdicts_text(const Campaign& sweep, std::span<const CaseRow> rows) 
     if (row.status != CaseStatus::ok) continue;
     if (captured < none && !std::isnan(row.values[captured])) {
       const bool assumed = judged < none && row.values[judged] == 0;
-      ++captures[row.values[captured] == 0 ? "no" : assumed ? "assumed, no envelope judged it" : "yes"];
+      ++captures[row.values[captured] == 0 ? "no" : assumed ? "assumed, no envelope" : "yes"];
     }
     if (feasible < none)
       ++feasibilities[std::isnan(row.values[feasible]) ? "not checked" : row.values[feasible] != 0 ? "yes" : "no"];

@@ -68,7 +68,7 @@ std::vector<std::string> status_names() {
   return {name_of(CaseStatus::ok), name_of(CaseStatus::failed), name_of(CaseStatus::unreachable)};
 }
 
-/// What table.h5 says of the campaign as a whole, and the text of its file.
+/// Attributes of table.h5 for the whole campaign, and the text of its file.
 void write_root(const Handle& file, const Campaign& campaign, const std::string& version) {
   const bool sweep = is_sweep(campaign);
   const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
@@ -91,8 +91,8 @@ void write_root(const Handle& file, const Campaign& campaign, const std::string&
   if (sweep) write_attribute(text, "order", 0);
 }
 
-/// A campaign's table.h5 while it is written. HDF5 is held for one block of rows at a time: reading the shards needs it
-/// too.
+/// Writer of a campaign's table.h5. It holds HDF5 for one block of rows at a time, because reading the shards needs
+/// HDF5 too.
 class CampaignFile {
  public:
   CampaignFile(const fs::path& path, const Campaign& campaign, const std::string& version) : campaign_(campaign) {
@@ -123,7 +123,7 @@ class CampaignFile {
     if (k_.size() == hdf5::kRowsOfChunk) flush();
   }
 
-  /// Writes what is left and closes the file.
+  /// Writes the remaining rows and closes the file.
   void finish() {
     flush();
     const hdf5::Session session;
@@ -203,7 +203,7 @@ class CampaignFile {
   std::vector<GrowingDataset> rows_;      // k, status, success, reason
   std::vector<GrowingDataset> datasets_;  // design, inputs, columns
   std::optional<GrowingDataset> reasons_;
-  // Of rows that are not written yet; numbers in the order of datasets_.
+  // Rows that are not written yet; numbers in the order of datasets_.
   std::vector<std::uint64_t> k_;
   std::vector<int> status_, reason_;
   std::vector<std::uint8_t> success_;
@@ -213,7 +213,7 @@ class CampaignFile {
   int reason_count_ = 0;
 };
 
-/// A sweep's table.h5, made in memory as a whole: datasets of their full size from the beginning.
+/// A sweep's table.h5, built in memory: datasets have their full size from the beginning.
 class SweepFile {
  public:
   explicit SweepFile(const Campaign& sweep)
@@ -295,7 +295,7 @@ void check_row(const CaseRow& row, const Campaign& campaign) {
 
 using EachRow = std::function<void(const TakeRow&)>;
 
-// Writes a file; what goes wrong names its path.
+// Writes a file; errors name its path.
 template <class Write>
 void write_named(const fs::path& path, Write&& write) {
   AtomicFile file(path);
@@ -345,7 +345,7 @@ void write_csv(const fs::path& folder, const Campaign& campaign, const EachRow& 
   });
 }
 
-// All that is on disk, which has been there a moment ago.
+// All rows on disk, which existed a moment ago.
 EachRow rows_of(const fs::path& folder, const Campaign& campaign) {
   return [&folder, &campaign](const TakeRow& take) {
     std::uint64_t count = 0;
@@ -355,7 +355,7 @@ EachRow rows_of(const fs::path& folder, const Campaign& campaign) {
     });
     if (count < campaign.total()) {
       throw std::runtime_error(
-          fmt::format("only {} of {} cases can be read from its shards; the same command computes the others again",
+          fmt::format("only {} of {} cases can be read from its shards; rerun the command to compute the others again",
                       count, campaign.total()));
     }
   };

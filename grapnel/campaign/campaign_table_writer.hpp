@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The rows of a campaign or a sweep as one table: table.h5 and table.csv. A campaign's is made from the shards with
-/// memory that does not grow with their number. docs/formats/campaign.md and study.md are their contract.
-/// result/campaign_table.hpp reads the former.
+/// The rows of a campaign or a sweep as one table: table.h5 and table.csv. The table of a campaign is built from the
+/// shards with bounded memory. docs/formats/campaign.md and study.md are their contract. result/campaign_table.hpp
+/// reads the former.
 
 #include <cstdint>
 #include <filesystem>
@@ -23,14 +23,15 @@ void for_each_row(const std::filesystem::path& folder, const Campaign& campaign,
 /// program's. Both may be written at the same time. @throws std::runtime_error naming path and reason.
 void write_campaign_table(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version);
 void write_campaign_csv(const std::filesystem::path& folder, const Campaign& campaign);
-/// Both, of rows from elsewhere, as a sweep's: `rows` calls what it is given with each, in the order of the indices.
+/// Both files from other rows, such as those of a sweep: `rows` calls its argument with each row, in the order of the
+/// indices.
 void write_campaign_tables(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version,
                            bool with_csv, const std::function<void(const TakeRow&)>& rows);
 
 /// First line of table.csv, and one line per row; with their ends.
 std::string csv_head(const Campaign& campaign);
 std::string csv_line(const Campaign& campaign, const CaseRow& row);
-/// What the line says of the design: the value of each axis at point `point`, a comma before each.
+/// The design part of a line: the value of each axis at point `point`, with a comma before each.
 std::string csv_of_design(const Campaign& campaign, std::uint64_t point);
 
 }  // namespace grapnel

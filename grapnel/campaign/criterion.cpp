@@ -52,13 +52,13 @@ class Parser {
     return true;
   }
 
-  // The letters here, a word for operators and functions.
+  // The word at this position, for operators and functions.
   std::string_view word() const {
     std::size_t length = 0;
     while (at_ + length < text_.size() && (is_letter(text_[at_ + length]) || is_digit(text_[at_ + length]))) ++length;
     return text_.substr(at_, length);
   }
-  // What a message shows of the place.
+  // Description of this position for a message.
   std::string found() const {
     if (at_end()) return "the end";
     std::size_t length = std::max<std::size_t>({1, word().size(), longest_name(rest())});
@@ -71,7 +71,7 @@ class Parser {
     return "'" + shown + (length > kShown ? "…'" : "'");
   }
 
-  // An operand has ended, and what follows continues nothing.
+  // After an operand: the following text is not an operator.
   [[noreturn]] void fail_after_operand() const {
     const auto instead = [&](std::string_view symbol, const char* right) {
       if (rest().starts_with(symbol))
@@ -87,7 +87,7 @@ class Parser {
     instead("≤", "<=");
     instead("≥", ">=");
     instead("≠", "!=");
-    if (text_[at_] == ')') fail("this ')' closes nothing", at_);
+    if (text_[at_] == ')') fail("no '(' is open for this ')'", at_);
     if (text_[at_] == '^') fail("there is no operator '^'; write a product", at_);
     if (text_[at_] == ',') fail("',' separates the arguments of min and max only", at_);
     fail("expected an operator (and, or, <, +, …) or the end, found " + found() +
@@ -214,7 +214,7 @@ class Parser {
       return e;
     }
     if (text_[at_] == '`') return quoted();
-    // A word before a parenthesis is a function, or means to be one.
+    // A word before a parenthesis is a function, or a misspelt function.
     std::size_t after = at_ + word().size();
     while (after < text_.size() && is_space(text_[after])) ++after;
     if (is_letter(text_[at_]) && after < text_.size() && text_[after] == '(' && !is_ahead("not")) return function();
@@ -254,8 +254,8 @@ class Parser {
     return e;
   }
 
-  // Of the longest unit that begins here and ends where a word ends. After a number nothing but a unit begins with a
-  // letter, except the operators `and` and `or`.
+  // The longest unit that begins here and ends at the end of a word. After a number only units, and the operators `and`
+  // and `or`, begin with a letter.
   std::size_t unit_length() const {
     constexpr std::size_t kLongestUnit = 40;
     const auto is_of_word = [](char c) {
@@ -288,7 +288,7 @@ class Parser {
     const std::string_view name = text_.substr(begin + 1, end - begin - 1);
     const auto found = std::find(names_.begin(), names_.end(), name);
     if (found == names_.end())
-      fail("there is no number called '" + std::string(name.substr(0, 100)) + "'" + near_name(name, names_), begin + 1);
+      fail("unknown number '" + std::string(name.substr(0, 100)) + "'" + near_name(name, names_), begin + 1);
     at_ = end + 1;
     skip_spaces();
     return named({{{}, static_cast<std::size_t>(found - names_.begin())}}, begin);
@@ -332,12 +332,12 @@ class Parser {
       fail("expected a number or a name, found " + found(), at_);
     if (name == "and" || name == "or") fail("expected a number or a name before '" + std::string(name) + "'", at_);
     if (name == "status" || name == "success" || name == "reason" || name == "ok")
-      fail("'" + std::string(name) + "' is no number of a case; cases that are not ok are never a success anyway", at_);
+      fail("'" + std::string(name) + "' is not a number of a case; cases that are not ok are never a success", at_);
     if (name.find('*') != std::string_view::npos) fail("no name matches " + found(), at_);
     std::string near = near_name(name, names_);
-    // "captred-1": what is before the operator may be what was meant.
+    // "captred-1": the text before the operator may be a misspelt name.
     if (near.empty()) near = near_name(name.substr(0, name.find_first_of("-/")), names_);
-    fail("there is no number called " + found() + near, at_);
+    fail("unknown number " + found() + near, at_);
   }
 
   std::string_view text_;
@@ -346,8 +346,8 @@ class Parser {
   int depth_ = 0;
 };
 
-/// Finds what names with stars go through together: all of a comparison, of a condition by itself, of an argument of
-/// min or max.
+/// Finds the names with stars that are expanded together: all names of a comparison, of a single condition, of an
+/// argument of min or max.
 class Passes {
  public:
   static void of_condition(Expression& e) {
@@ -379,7 +379,7 @@ class Passes {
       of_condition(e);
     } else if (e.kind == Kind::name && !e.stars.empty()) {
       if (first_ && first_->stars != e.stars)
-        throw CriterionError("the stars of the names here do not stand for the same parts", e.begin);
+        throw CriterionError("the stars of these names do not match the same parts", e.begin);
       if (!first_) first_ = &e;
     } else {
       for (Expression& operand : e.operands) of_number(operand);

@@ -14,17 +14,17 @@
 
 namespace grapnel {
 
-/// What is wrong with an expression, and where in its text.
+/// Error in an expression, with its position in the text.
 struct CriterionError : std::runtime_error {
   CriterionError(std::string message, std::size_t at) : std::runtime_error(std::move(message)), offset(at) {}
-  std::size_t offset;  // of the first character that is wrong, from 0
+  std::size_t offset;  // of the first wrong character, from 0
 };
 
-/// What a criterion asks of a single number, where it can be said so: "a < 0.5" and "abs(a) <= 0.5", also as parts of
+/// Limit of a criterion on a single number, if it can be expressed so: "a < 0.5" and "abs(a) <= 0.5", also as parts of
 /// an `and`.
 struct CriterionLimit {
   std::size_t number = 0;  // index
-  bool at_most = true;     // else at least
+  bool at_most = true;     // false: at least
   double bound = 0;
   bool magnitude = false;  // of the number's magnitude
 };
@@ -35,30 +35,31 @@ class Criterion {
   static constexpr int kDeepest = 100;            // nested parentheses, functions and signs
 
   /// Parses `text` over the numbers called `names` (of a campaign: the columns, then the inputs; of equal names the
-  /// first counts), in `units`; empty: these are not known, or have been compared before. `name`: for results; the text
+  /// first counts), in `units`; empty: unknown, or compared before. `name`: for results; the text
   /// if empty.
   ///
   /// Operators, from loosest to tightest: or; and; not; < <= > >= == != (not chained); + -; * /; unary + -. Operands:
-  /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units, or one
-  /// that is written, "0.2 N s", with which they become SI; what they are compared with, or added to, must then be of
-  /// that dimension.
+  /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units, or an
+  /// explicit unit, "0.2 N s", which converts them to SI; the other operand of a comparison or sum must then have the
+  /// same dimension.
   ///
-  /// Names are written as they are: where an operand may stand, the longest known name wins that ends at the text's
-  /// next other character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b. Names
-  /// with other characters than letters, digits, _ . - / stand in backquotes.
+  /// Names need no quotes: at the position of an operand, the longest known name is used that ends at the next other
+  /// character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b. Names with
+  /// characters other than letters, digits, _ . - / need backquotes.
   ///
-  /// `*` as a whole part of a name, between slashes, means all names that match. A comparison, or a name by itself,
-  /// must then hold for every one; min and max take them all together. Several such names in one comparison, or in one
-  /// argument of min or max, go through the same parts together: "grasps/*/mean_force < grasps/*/peak_force".
+  /// `*` as a whole part of a name, between slashes, means all names that match. A comparison, or a name as a
+  /// condition, must then hold for every one; min and max use all of them. Several such names in one comparison, or in
+  /// one argument of min or max, are expanded together over the same parts: "grasps/*/mean_force <
+  /// grasps/*/peak_force".
   ///
-  /// A number as a condition is true unless it is 0; a condition as a number is 1 or 0. What is NaN, and what compares
-  /// with it, is neither true nor false, its opposite too; a criterion holds only if it is true. min and max of a NaN
-  /// are NaN.
+  /// A number as a condition is true unless it is 0; a condition as a number is 1 or 0. NaN, a comparison with NaN, and
+  /// their negations are neither true nor false; a criterion holds only if it is true. min and max of a NaN are NaN.
   /// @throws CriterionError
   static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "",
                          std::span<const std::string> units = {});
 
-  /// Whether it holds for numbers in the order of the names; not checked where a number that does not exist decides.
+  /// Whether it holds for numbers in the order of the names; not_checked if the result depends on a number that does
+  /// not exist.
   Verdict judge(std::span<const double> numbers) const;
   bool holds(std::span<const double> numbers) const { return judge(numbers) == Verdict::yes; }
   const std::string& text() const { return text_; }

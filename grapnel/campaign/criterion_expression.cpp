@@ -28,7 +28,7 @@ std::vector<std::string_view> parts_of(std::string_view text) {
   return parts;
 }
 
-// Edits that make one word of the other (Levenshtein), whatever the case of the letters; at most `most` + 1.
+// Edit distance (Levenshtein) without regard to case; at most `most` + 1.
 std::size_t edits(std::string_view a, std::string_view b, std::size_t most) {
   if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) > most) return most + 1;
   const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
@@ -81,7 +81,7 @@ std::size_t longest_name(std::string_view text) {
   std::size_t length = 0;
   for (; length < text.size(); ++length) {
     if (is_name_character(text[length])) continue;
-    // A star only as a whole part; elsewhere it multiplies.
+    // A star is a wildcard only as a whole part; otherwise it multiplies.
     const bool begins = length == 0 || text[length - 1] == '/';
     const bool ends = length + 1 == text.size() || text[length + 1] == '/' || !is_name_character(text[length + 1]);
     if (text[length] != '*' || !begins || !ends) break;
@@ -91,7 +91,7 @@ std::size_t longest_name(std::string_view text) {
 
 std::optional<LeadingName> leading_name(std::string_view text, std::span<const std::string> names) {
   const std::size_t longest = longest_name(text);
-  // No name is longer than the longest of them; stars may stand for much and are short themselves.
+  // Names are at most as long as the longest known name; patterns with stars may be shorter.
   std::size_t most = 0;
   for (const std::string& name : names) most = std::max(most, name.size());
   for (std::size_t length = std::min(longest, most); length > 0; --length) {
@@ -105,7 +105,7 @@ std::optional<LeadingName> leading_name(std::string_view text, std::span<const s
 
 std::string near_name(std::string_view word, std::span<const std::string> names) {
   if (word.empty() || word.size() > kLongestCompared) return "";
-  // The end of a long name is what people remember of it.
+  // The end of a long name is the most specific part.
   for (const std::string& name : names) {
     if (name.size() > word.size() && name.ends_with(word) && name[name.size() - word.size() - 1] == '/')
       return "; did you mean '" + name + "'?";
@@ -128,7 +128,7 @@ using Expression = Criterion::Expression;
 using Kind = Expression::Kind;
 using Relation = Expression::Relation;
 
-// 1, 0, or NaN: what compares with a number that does not exist is neither true nor false.
+// 1, 0, or NaN: a comparison with a number that does not exist is neither true nor false.
 double compare(double a, Relation relation, double b) {
   if (std::isnan(a) || std::isnan(b)) return NAN;
   switch (relation) {
@@ -151,7 +151,7 @@ double compare(double a, Relation relation, double b) {
 // A number as a condition.
 double truth(double value) { return std::isnan(value) ? value : value != 0 ? 1 : 0; }
 
-// The least of three-valued conditions, 0 < NaN < 1, or the largest: "and", "or".
+// The minimum or maximum of three-valued conditions, 0 < NaN < 1: "and", "or".
 double joined(std::span<const Expression> parts, std::span<const double> numbers, std::size_t pass, double decides) {
   double result = 1 - decides;
   for (const Expression& part : parts) {
@@ -220,7 +220,7 @@ Relation mirrored(Relation relation) {
   }
 }
 
-// `side` at most or at least `bound`: what that says of each of its numbers.
+// `side` at most or at least `bound`: the limits that follow for its numbers.
 void collect_limit(const Expression& side, bool at_most, double bound, std::vector<CriterionLimit>& limits) {
   if (side.kind == Kind::name) {
     for (const std::size_t index : side.indices) limits.push_back({index, at_most, bound, false});
@@ -231,13 +231,13 @@ void collect_limit(const Expression& side, bool at_most, double bound, std::vect
   }
 }
 
-// What is known of an expression's dimension. Plain numbers take any.
+// The known dimension of an expression. Plain numbers match any dimension.
 struct Dimension {
   enum class Kind { any, known, unknown };
   Kind kind = Kind::any;
   std::array<int, 4> powers{};  // known: as of units
-  bool is_stated = false;       // a number with a unit takes part
-  bool is_si = true;            // else a name's numbers are in a unit such as deg
+  bool is_stated = false;       // contains a number with a unit
+  bool is_si = true;            // false: a name's numbers have a unit such as deg
   std::string text;             // for messages
 };
 
@@ -314,7 +314,7 @@ class UnitCheck {
     return all;
   }
 
-  // Operands that must be of one dimension, once a unit is written.
+  // Operands that must have the same dimension if a unit is written.
   Dimension of_equals(const Expression& e, const char* how) const {
     Dimension first;
     for (const Expression& operand : e.operands) {

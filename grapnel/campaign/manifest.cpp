@@ -84,7 +84,7 @@ Json document_of(const Manifest& manifest) {
           {"text", c.text}};
 }
 
-// --- From JSON; nlohmann's exceptions say what is missing or of another type ---
+// --- From JSON; exceptions of nlohmann::json name missing keys and wrong types ---
 
 template <class T>
 std::vector<T> heads_from(const Json& list) {
@@ -162,7 +162,7 @@ Manifest manifest_from(const Json& document) {
   return manifest;
 }
 
-// What was changed since it was written. Takes the checksum out of the document.
+// Detects changes since it was written. Removes the checksum from the document.
 void expect_checksum(Json& document, const std::filesystem::path& path) {
   const auto found = document.find(kChecksum);
   if (found == document.end() || !found->is_string())
@@ -170,13 +170,12 @@ void expect_checksum(Json& document, const std::filesystem::path& path) {
   const std::string stated = found->get<std::string>();
   document.erase(kChecksum);
   if (checksum_text(json_text(document)) != stated)
-    throw std::runtime_error(path.string() +
-                             ": damaged: it says something else than what was written, its checksum does not match");
+    throw std::runtime_error(path.string() + ": damaged: its contents were changed, the checksum does not match");
 }
 
 std::string damaged(const std::filesystem::path& path, const std::string& fault) {
-  return fault + "\nmove this file away: the command that began " + path.parent_path().string() +
-         " then makes it anew and keeps all rows that are sound; cases that --extend added have to be asked for again";
+  return fault + "\nmove this file to another folder: the command that created " + path.parent_path().string() +
+         " then creates it again and keeps all valid rows; repeat --extend for cases that were added";
 }
 
 // --- Differences ---
@@ -191,13 +190,13 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Where two texts part.
+// The first difference of two texts.
 std::string first_difference(const std::string& was, const std::string& is) {
   const std::vector<std::string> a = lines_of(was), b = lines_of(is);
   std::size_t line = 0;
   while (line < a.size() && line < b.size() && a[line] == b[line]) ++line;
   const auto quoted = [&](const std::vector<std::string>& lines) {
-    return line < lines.size() ? "'" + lines[line] + "'" : std::string("not there");
+    return line < lines.size() ? "'" + lines[line] + "'" : std::string("absent");
   };
   return fmt::format("line {} of its file is {}, not {}", line + 1, quoted(a), quoted(b));
 }
@@ -212,8 +211,8 @@ std::string names_of(const std::vector<T>& heads) {
 }  // namespace
 
 std::uint64_t block_size_for(std::uint64_t total) {
-  // Cases of a block share lanes, of which there are up to eight: small campaigns fill them as long as there are blocks
-  // enough for all processors.
+  // Cases of a block share up to eight lanes: small campaigns use full lanes if there are enough blocks for all
+  // processors.
   constexpr std::uint64_t kLeastBlocks = 256, kLargest = 500, kFewestBlocks = 64, kLanes = 8;
   const std::uint64_t full = std::min(kLanes, total / kFewestBlocks);
   return std::clamp<std::uint64_t>(std::max(full, total / kLeastBlocks), 1, kLargest);
@@ -269,9 +268,9 @@ std::vector<std::string> differences(const Manifest& manifest, const Campaign& c
   };
   if (manifest.version != version)
     lines.push_back(
-        fmt::format("grapnel {} made it, and this is {}: their rows need not agree", manifest.version, version));
+        fmt::format("it was created by grapnel {}, and this is {}: their rows may differ", manifest.version, version));
   if (manifest.arithmetic != arithmetic)
-    lines.push_back(fmt::format("its rows have the arithmetic '{}', not '{}': they differ in last bits",
+    lines.push_back(fmt::format("its rows have the arithmetic '{}', not '{}': they differ in the last bits",
                                 manifest.arithmetic, arithmetic));
   compare("name", "'" + there.name + "'", "'" + campaign.name + "'");
   compare("seed", there.seed, campaign.seed);
@@ -280,12 +279,11 @@ std::vector<std::string> differences(const Manifest& manifest, const Campaign& c
   compare("number of inputs", there.inputs.size(), campaign.inputs.size());
   compare("number of columns", there.columns.size(), campaign.columns.size());
   if (there.sha256 == campaign.sha256) {
-    if (lines.empty() && names_of(there.inputs) != names_of(campaign.inputs)) lines.push_back("its inputs are others");
-    if (lines.empty() && names_of(there.columns) != names_of(campaign.columns))
-      lines.push_back("its columns are others");
+    if (lines.empty() && names_of(there.inputs) != names_of(campaign.inputs)) lines.push_back("its inputs differ");
+    if (lines.empty() && names_of(there.columns) != names_of(campaign.columns)) lines.push_back("its columns differ");
     return lines;
   }
-  lines.push_back(there.text == campaign.text ? "its scenario, or a file that this names, was another"
+  lines.push_back(there.text == campaign.text ? "its scenario, or a file that the scenario names, has changed"
                                               : first_difference(there.text, campaign.text));
   return lines;
 }

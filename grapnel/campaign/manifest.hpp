@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// manifest.json: what a campaign's folder holds. With it rows can be read, merged and reported without the study's
-/// file. docs/formats/campaign.md is its contract. Thread safety: free functions on values.
+/// manifest.json: description of the contents of a campaign's folder. It allows rows to be read, merged and reported
+/// without the campaign file. docs/formats/campaign.md is its contract. Thread safety: free functions on values.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,40 +15,40 @@
 
 namespace grapnel {
 
-/// A manifest that is not as it was written. what() names path and fault, and says how the folder is used again.
+/// A manifest that was changed or damaged. what() names path and error, and states how to use the folder again.
 struct DamagedManifest : StoreError {
   using StoreError::StoreError;
 };
 
 struct Manifest {
-  std::string version;               // of the program that made the rows
+  std::string version;               // of the program that computed the rows
   Campaign campaign;                 // without its functions (draw, problem, scenario_text, those of columns)
   std::uint64_t total = 0;           // cases, those of extensions included
   std::uint64_t block_size = 0;      // cases per shard
   std::vector<std::uint64_t> added;  // cases, by every extension
   std::string arithmetic;            // see arithmetic_here()
-  std::string file_folder = {};      // of the campaign's file, as seen from the result folder; empty: unknown
+  std::string file_folder = {};      // of the campaign's file, relative to the result folder; empty: unknown
 };
 
-/// Cases per shard: so many that shards are few, and so few that all processors of a cluster have some. A function of
-/// the campaign alone, so that tasks of a job array agree.
+/// Cases per shard: large enough for a small number of shards, and small enough to use all processors of a cluster. A
+/// function of the campaign alone, so that tasks of a job array agree.
 std::uint64_t block_size_for(std::uint64_t total);
 
-/// What rows that are made here have in common, bit for bit: "fma" in lanes with fused products, whatever their width;
-/// "sse2" in lanes without; "double" without lanes.
+/// Arithmetic of rows computed on this machine; equal arithmetic gives identical bits: "fma" in lanes with fused
+/// products of any width; "sse2" in lanes without; "double" without lanes.
 std::string arithmetic_here();
 
-/// Of a campaign that begins, whose rows have this arithmetic.
+/// The manifest of a new campaign whose rows have this arithmetic.
 Manifest new_manifest(const Campaign& campaign, const std::string& version,
                       const std::string& arithmetic = arithmetic_here());
 
-/// DIR/manifest.json, with a checksum of all it says. @throws std::runtime_error naming path and reason
+/// Writes DIR/manifest.json with a checksum of its contents. @throws std::runtime_error naming path and reason
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
-/// Nothing if there is none. @throws DamagedManifest also where only its checksum does not match; std::runtime_error
-/// naming path and reason where it cannot be read.
+/// Empty if there is none. @throws DamagedManifest also if only its checksum does not match; std::runtime_error naming
+/// path and reason if it cannot be read.
 std::optional<Manifest> read_manifest(const std::filesystem::path& folder);
 
-/// How a manifest's campaign and its rows' arithmetic differ from another's, a line each, as "its seed is 1, not 2";
+/// Differences of a manifest's campaign and arithmetic from another's, one line each, such as "its seed is 1, not 2";
 /// empty if their cases and columns are the same.
 std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version,
                                      const std::string& arithmetic = arithmetic_here());

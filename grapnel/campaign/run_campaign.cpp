@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-// How many of the campaign's cases are in the blocks of one task of a job array.
+// Number of cases in the blocks of one task of a job array.
 std::uint64_t cases_of(const ShardStore& store, std::uint64_t shard, std::uint64_t shards) {
   std::uint64_t cases = 0;
   const std::uint64_t blocks = block_count(store.block_size(), store.total());
@@ -87,7 +87,7 @@ CaseProgress progress_of(const ShardStore& store, std::vector<ShardStore::Missin
 CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const CampaignOptions& options) {
   std::vector<ShardStore::Missing> missing;
   const CaseProgress begun = progress_of(store, missing, options.shard, options.shards);
-  // Threads learn from one another how many cases take a second.
+  // Threads share the estimate of cases per second.
   std::atomic<std::uint64_t> part_size = 1;
   const auto compute = [&](std::size_t job, const HandIn& hand_in, const std::stop_token& stop) {
     std::uint64_t own = part_size;
@@ -115,7 +115,7 @@ CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const Campai
   } catch (...) {
     try {
       keep_all();
-    } catch (const std::exception&) {  // what came first is what is said
+    } catch (const std::exception&) {  // the first exception is reported
     }
     throw;
   }
@@ -124,7 +124,7 @@ CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const Campai
 std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options,
                                const std::function<void(const CaseRow&)>& take) {
   std::vector<CaseRow> rows;
-  std::map<std::uint64_t, CaseRow> early;  // that wait for others
+  std::map<std::uint64_t, CaseRow> early;  // that wait for earlier rows
   CaseProgress progress;
   progress.total = sweep.total();
   rows.reserve(progress.total);
@@ -139,7 +139,7 @@ std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options
     }
   };
   run_jobs(progress.total, options, progress, compute, put_in_order);
-  for (auto& [k, row] : early) {  // after a stop, those behind a point that is not complete
+  for (auto& [k, row] : early) {  // after a stop, rows after an incomplete point
     rows.push_back(std::move(row));
     if (take) take(rows.back());
   }
@@ -151,30 +151,30 @@ namespace {
 constexpr double kEnough = 1.0 / 3;  // [s]
 constexpr std::uint64_t kGrowth = 4;
 
-// What of the scenario keeps a piece of motion out of lanes, by why that is.
+// The setting of the scenario for each reason that keeps a segment out of lanes.
 struct Setting {
   std::string_view reason, setting;
 };
 constexpr auto kSettings = std::to_array<Setting>({
     {"loads are looked for", "the columns margins/…, which keep.columns can leave out"},
     {"loops are cut", "integration.loops"},
-    {"loops are kept closed otherwise than by projection", "integration.loops"},
+    {"loops are not closed by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},
     {"a law moves the joints together", "post_impact.joints"},
     {"joints stick", "friction.model of the robot's joints"},
     {"joints have stops", "limits.stop of the robot's joints"},
     {"joints have motors", "motor of the robot's joints"},
     {"rotors store momentum", "rotor_axis of the robot's joints, or modes of vibration that turn"},
-    {"dampers work elsewhere than in the robot", "panels of targets"},
-    {"laws work continuously with a model of their own", "without control; post_impact.model"},
-    {"reaction wheels keep speeds of their own continuously", "without control; base_control.wheel_speeds"},
-    {"motors of control moment gyros work", "the robot's gyros"},
+    {"dampers outside the robot", "panels of targets"},
+    {"continuous laws with a separate model", "without control; post_impact.model"},
+    {"continuous control of reaction wheel speeds", "without control; base_control.wheel_speeds"},
+    {"control moment gyros", "the robot's gyros"},
     {"plumes, or gyros, are watched in every step", "plume of the robot's thrusters, or its gyros"},
-    {"thrusters switch by the state", "without control"},
-    {"the base's torque follows the arms continuously", "without control; base_control.feedforward"},
+    {"thrusters switch depending on the state", "without control"},
+    {"continuous feedforward of the base torque", "without control; base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},
-    {"loops close on a base that is fixed or held", "the robot's base"},
-    {"grasps close on arrival while sensors, controllers or thrusters work", "closes_on_arrival, capture_at"},
+    {"closed loops on a fixed or held base", "the robot's base"},
+    {"grasps close on arrival while sensors, controllers or thrusters are active", "closes_on_arrival, capture_at"},
 });
 
 std::string with_setting(const std::string& reason) {
@@ -231,7 +231,8 @@ std::string estimate_text(const CampaignEstimate& estimate) {
 std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k, const std::stop_token& stop) {
   std::vector<std::string> lines;
   if (!campaign.problem) return lines;
-  if (campaign.plan == CampaignPlan::per_case) lines.push_back("every case is planned anew (plan: nominal plans once)");
+  if (campaign.plan == CampaignPlan::per_case)
+    lines.push_back("every case is planned separately (plan: nominal plans once)");
   try {
     const CaseClock clock(campaign, stop);
     const StudyCase point = campaign.problem(k);
@@ -243,24 +244,24 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
     while (const MotionTask* task = steps.next()) {
       const std::string reason = reason_alone(*task);
       if (!reason.empty() && said.insert(task->phase + reason).second)
-        lines.push_back(fmt::format("{} is integrated case by case instead of several at once: {}", task->phase,
+        lines.push_back(fmt::format("{} is integrated case by case instead of in SIMD lanes: {}", task->phase,
                                     with_setting(reason)));
       watched = watched || task->watch != nullptr;
     }
     const CaptureResult result = steps.finish();
     if (point.problem.clearance.enabled && !result.clearance.empty())
-      lines.push_back(reads_clearance(campaign)
-                          ? "distances of all bodies are watched, which the criteria ask for (clearance.ignore leaves "
-                            "pairs out)"
-                          : "distances of all bodies are watched, and no criterion asks for them (clearance: {enabled: "
-                            "false} in 'set')");
+      lines.push_back(
+          reads_clearance(campaign)
+              ? "distances of all bodies are monitored, because criteria use them (clearance.ignore excludes pairs)"
+              : "distances of all bodies are monitored, but no criterion uses them (clearance: {enabled: false} in "
+                "'set')");
     else if (watched)
-      lines.push_back("joints' limits are watched (limits of the robot's joints)");
+      lines.push_back("joint limits are monitored (limits of the robot's joints)");
     for (std::string& line : slow_phases(point.problem, result)) lines.push_back(std::move(line));
   } catch (const CaseStopped&) {
     lines.clear();
   } catch (const std::exception&) {
-    // A case without a result tells nothing about the others' time.
+    // The time of a case without a result does not predict that of the others.
   }
   return lines;
 }

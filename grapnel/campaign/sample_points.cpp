@@ -75,7 +75,7 @@ namespace {
 
 constexpr int kBits = 32;
 
-// XOR of the direction numbers whose bits are set.
+// XOR of the direction numbers at the set bits.
 std::uint32_t combined(const std::uint32_t* directions, std::uint32_t bits) {
   std::uint32_t digits = 0;
   for (; bits != 0; bits &= bits - 1) digits ^= directions[std::countr_zero(bits)];
@@ -111,7 +111,7 @@ std::vector<std::uint32_t> sobol_directions(std::size_t dimensions) {
 SamplePoints::SamplePoints(Sampling sampling, std::size_t dimensions, std::uint64_t cases, std::uint64_t seed)
     : sampling_(sampling), dimensions_(dimensions), cases_(cases), seed_(seed) {
   if (dimensions > kMostDimensions) throw std::invalid_argument("sampling: too many dimensions");
-  if (cases == 0) throw std::invalid_argument("sampling: there must be cases");
+  if (cases == 0) throw std::invalid_argument("sampling: the number of cases must be positive");
   if (sampling != Sampling::sobol || dimensions == 0) return;
   directions_ = sobol_directions(dimensions);
   for (std::uint32_t d = 0; d < dimensions; ++d) {
@@ -132,13 +132,14 @@ double SamplePoints::coordinate(std::uint64_t k, std::uint32_t dimension) const 
   }
   const std::uint64_t block = k / cases_;
   const KeyedPermutation permutation(cases_, seed_, dimension, block);
-  // 22 bits within the part: what is added stays exact for a billion parts, so that no point leaves its own.
+  // 22 bits within the part: the sum is exact for a billion parts, so that every point stays in its part.
   const double within = (static_cast<double>(words[0] >> 10) + 0.5) * 0x1p-22;
   return (static_cast<double>(permutation(k % cases_)) + within) / static_cast<double>(cases_);
 }
 
 void SamplePoints::at(std::uint64_t k, std::span<double> point) const {
-  if (sampling_ == Sampling::sobol && k >> kBits != 0) throw std::invalid_argument("sampling: sobol has 2^32 points");
+  if (sampling_ == Sampling::sobol && k >> kBits != 0)
+    throw std::invalid_argument("sampling: sobol has at most 2^32 points");
   for (std::size_t d = 0; d < dimensions_; ++d) point[d] = coordinate(k, static_cast<std::uint32_t>(d));
 }
 

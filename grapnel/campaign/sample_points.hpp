@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Points in the unit cube, one per case, and what they are made of. Thread safety: plain values; all may be called
-/// from any thread.
+/// Points in the unit cube, one per case, and their generators. Thread safety: plain values; all functions may be
+/// called from any thread.
 
 #include <array>
 #include <cstddef>
@@ -14,10 +14,10 @@
 
 namespace grapnel {
 
-// --- Random numbers that are functions of where they are used: Philox 4x32-10 (Salmon, Moraes, Dror and Shaw 2011).
-// No number depends on which were asked for before it. ---
+// --- Counter-based random numbers: Philox 4x32-10 (Salmon, Moraes, Dror and Shaw 2011). Numbers do not depend on
+// earlier calls. ---
 
-/// What random numbers are for: those of different uses are independent.
+/// Purpose of random numbers: those of different uses are independent.
 enum class RandomUse : std::uint32_t { uniform, permutation, jitter, scramble };
 
 /// Four words of 32 random bits, the function of a seed, an index and a dimension.
@@ -30,16 +30,16 @@ double unit_number(std::uint32_t high, std::uint32_t low);
 /// The same from seed, index and dimension.
 double unit_number(std::uint64_t seed, std::uint64_t index, std::uint32_t dimension);
 
-// --- Permutations of 0 ... N-1 of which one element costs the same as for N = 1 ---
+// --- Permutations of 0 ... N-1 with constant cost per element ---
 
 /// A pseudo-random permutation, chosen by seed, dimension and block. A Feistel network on pairs (a, b) with a < A,
-/// b < B, A B >= N, whose rounds add a random function of the other number; what falls beyond N goes through it again
-/// (cycle walking, Black and Rogaway 2002), which less than one in sqrt(N) does.
+/// b < B, A B >= N, whose rounds add a random function of the other number; values beyond N pass through it again
+/// (cycle walking, Black and Rogaway 2002), which affects less than one in sqrt(N).
 class KeyedPermutation {
  public:
   /// 1 <= size <= 2^48.
   KeyedPermutation(std::uint64_t size, std::uint64_t seed, std::uint32_t dimension, std::uint64_t block);
-  /// Where `i` < size goes.
+  /// The image of `i` < size.
   std::uint64_t operator()(std::uint64_t i) const;
 
  private:
@@ -50,12 +50,12 @@ class KeyedPermutation {
 
 // --- Points ---
 
-/// Point k is a function of sampling, dimensions, cases, seed and k alone, at a cost that does not depend on k. Its
+/// Point k is a function of sampling, dimensions, cases, seed and k alone, with a cost independent of k. Its
 /// coordinates are greater than 0 and less than 1.
 ///
-/// random: coordinates by Philox. latin_hypercube: of the points of each block of `cases` every coordinate has exactly
-/// one in each of `cases` equal parts of (0, 1), anywhere in it; blocks are independent of each other. sobol: the
-/// sequence of Sobol with the direction numbers of Joe and Kuo (2008), as Boost.Random has them, in the order of
+/// random: coordinates by Philox. latin_hypercube: in each block of `cases` points every coordinate has exactly one
+/// value in each of `cases` equal parts of (0, 1), at a random position; blocks are independent of each other. sobol:
+/// the sequence of Sobol with the direction numbers of Joe and Kuo (2008), as Boost.Random has them, in the order of
 /// Antonov and Saleev, its digits scrambled by a random lower triangular matrix and a random digital shift (Matousek
 /// 1998); the first 2^m points, and every aligned block of 2^m, are the same kind of net as Sobol's. Digits beyond 32
 /// are random.

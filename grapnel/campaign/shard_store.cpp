@@ -23,10 +23,10 @@ using hdf5::Handle;
 
 constexpr const char* kShardSchema = "grapnel-campaign-shard/2";
 
-// What is the same in all shards of a campaign and in no other's.
+// Identity of the campaign, stored in all its shards.
 std::string identity(const Campaign& campaign) { return fmt::format("{} {}", campaign.sha256, campaign.seed); }
 
-// A table of numbers, a row after another. HDF5 has no empty extents along rows: without columns nothing is written.
+// A table of numbers by rows. HDF5 has no empty extents along rows: without columns no table is written.
 void write_numbers(const Handle& file, const char* name, const std::vector<CaseRow>& rows,
                    std::vector<double> CaseRow::*numbers) {
   const std::size_t width = (rows.front().*numbers).size();
@@ -37,11 +37,11 @@ void write_numbers(const Handle& file, const char* name, const std::vector<CaseR
     if ((row.*numbers).size() != width) throw std::logic_error("rows of a shard differ in their number of columns");
     all.insert(all.end(), (row.*numbers).begin(), (row.*numbers).end());
   }
-  // Random numbers do not compress, and shards are read once or twice.
+  // No compression: random numbers do not compress, and shards are read once or twice.
   hdf5::write_dataset(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {rows.size(), width}, all.data(), false);
 }
 
-// Reasons repeat: the text of each once.
+// Reasons repeat: each text is stored once.
 void write_reasons(const Handle& file, const std::vector<CaseRow>& rows) {
   std::vector<std::string> texts;
   std::vector<std::int32_t> which;  // -1: none
@@ -84,7 +84,7 @@ std::string image_of(const Campaign& campaign, const std::vector<CaseRow>& rows,
   return hdf5::image_of(file);
 }
 
-// --- Reading, in a child process: a file with a valid seal can still crash HDF5. What does not fit the campaign is
+// --- Reading in a child process: a file with a valid seal can still crash HDF5. Files that do not fit the campaign are
 // foreign ---
 
 struct Foreign {};  // thrown
@@ -92,7 +92,7 @@ struct Foreign {};  // thrown
 Handle open_image(const std::string& bytes) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
   check(H5Pset_fapl_core(access.id(), 1 << 20, false), "file in memory");
-  std::string copy = bytes;  // HDF5 takes a pointer that is not const
+  std::string copy = bytes;  // HDF5 requires a non-const pointer
   check(H5Pset_file_image(access.id(), copy.data(), copy.size()), "file in memory");
   return {H5Fopen("shard", H5F_ACC_RDONLY, access.id()), H5Fclose, "shard"};
 }
@@ -183,14 +183,14 @@ std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& ro
 
 namespace {
 
-// In the child: HDF5 is its own.
+// In the child, which has its own state of HDF5.
 std::optional<std::vector<CaseRow>> rows_in_file(const std::filesystem::path& path, const Campaign& campaign,
                                                  const Block& block, const std::string& arithmetic) {
   try {
     std::string bytes = file_bytes(path);
     const std::size_t sealed = bytes.size();
     unseal(bytes);
-    if (bytes.size() == sealed) return std::nullopt;  // cut short: every shard has a seal
+    if (bytes.size() == sealed) return std::nullopt;  // truncated: every shard has a seal
     const Handle file = open_image(bytes);
     return rows_of(file, campaign, block, arithmetic);
   } catch (const Foreign&) {
@@ -229,7 +229,7 @@ std::optional<std::vector<CaseRow>> take_shard(FromChild& child, const Campaign&
     row.values = child.numbers<double>();
     if (row.index != block.begin + i || status > static_cast<std::uint64_t>(CaseStatus::unreachable) ||
         row.inputs.size() != campaign.inputs.size() || row.values.size() != campaign.columns.size())
-      throw std::runtime_error("damaged: a row of a shard is not as it should be");
+      throw std::runtime_error("damaged: a row of a shard is invalid");
     row.status = static_cast<CaseStatus>(status);
     rows.push_back(std::move(row));
   }
@@ -247,7 +247,7 @@ double seconds_for(const std::filesystem::path& path) {
 void read_shards(const std::filesystem::path& folder, const Campaign& campaign, const std::vector<Block>& blocks,
                  const std::string& arithmetic,
                  const std::function<void(const Block&, std::optional<std::vector<CaseRow>>)>& take) {
-  // One child for many shards; where a shard ends it, another one continues behind that.
+  // One child for many shards; if a shard crashes it, another child continues after that shard.
   for (std::size_t done = 0; done < blocks.size();) {
     const std::size_t begin = done;
     const auto send = [&](ToParent& parent) {
@@ -256,9 +256,9 @@ void read_shards(const std::filesystem::path& folder, const Campaign& campaign, 
     };
     double seconds = reading_seconds(0);
     for (std::size_t i = begin; i < blocks.size(); ++i) seconds += seconds_for(shard_path(folder, blocks[i].number));
-    bool taking = false;  // what `take` throws is not the shard's
+    bool taking = false;  // exceptions of `take` do not concern the shard
     try {
-      std::optional<hdf5::Session> session(std::in_place);  // the child inherits HDF5 as no thread is using it
+      std::optional<hdf5::Session> session(std::in_place);  // the child inherits HDF5 while no thread uses it
       read_in_child(seconds, send, [&](FromChild& child) {
         session.reset();
         while (done < blocks.size()) {
@@ -310,9 +310,9 @@ std::string refusal(const fs::path& folder, const std::vector<std::string>& line
   std::string text = fmt::format("'{}' holds another campaign:", folder.string());
   for (const std::string& line : lines) text += "\n  " + line;
   return text +
-         "\nchoose another folder with -o, or take back the change; to add cases to a campaign that is there, leave "
+         "\nchoose another folder with -o, or revert the change; to add cases to an existing campaign, keep "
          "its "
-         "file as it is and use --extend";
+         "file unchanged and use --extend";
 }
 
 }  // namespace
@@ -321,7 +321,7 @@ ShardStore::ShardStore(fs::path folder, const Campaign& campaign, const StoreOpt
     : folder_(made(std::move(folder))), campaign_(campaign), lock_(folder_, options.writer) {
   refuse_link(folder_ / "shards");
   make_folder(folder_ / "shards");
-  if (options.writer.empty()) {  // nobody else writes here
+  if (options.writer.empty()) {  // no other writer
     remove_leftovers(folder_, 0);
     remove_leftovers(folder_ / "shards", 0);
   }
@@ -356,21 +356,21 @@ void ShardStore::extend(std::uint64_t cases) {
         "choose another folder with -o");
   if (cases > kMostCases)
     throw ForeignFolder(fmt::format("--extend {}: a campaign has at most {} cases", cases, kMostCases));
-  // The same command after a kill goes on.
+  // Rerunning the command after a kill continues the extension.
   if (!manifest_.added.empty() && manifest_.added.back() == cases && !missing().empty()) return;
   raise_total(manifest_.total + cases);
 }
 
 void ShardStore::raise_total(std::uint64_t total) {
   if (total > kMostCases)
-    throw ForeignFolder(fmt::format("the campaign would have {} cases, at most {} are possible", total, kMostCases));
+    throw ForeignFolder(fmt::format("the campaign would have {} cases, the limit is {}", total, kMostCases));
   manifest_.added.push_back(total - manifest_.total);
   manifest_.total = total;
   write_manifest(folder_, manifest_);
   known_.clear();  // the last block may have become longer
 }
 
-// Whose files are there: looking into the folder is much quicker than for every file that may be in it.
+// Blocks with existing files: listing the folder is much faster than testing every possible file.
 std::vector<bool> ShardStore::present(std::uint64_t blocks) const {
   std::vector<bool> there(blocks);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / "shards")) {
@@ -382,7 +382,7 @@ std::vector<bool> ShardStore::present(std::uint64_t blocks) const {
   return there;
 }
 
-// Reads those of the blocks that are not known to be complete: complete ones stay.
+// Reads only the blocks that are not known to be complete.
 void ShardStore::learn(const std::vector<Block>& blocks) const {
   std::vector<Block> unknown;
   for (const Block& block : blocks) {
@@ -439,7 +439,7 @@ void ShardStore::write(const Block& block, const std::vector<CaseRow>& rows) {
 void for_each_block(const fs::path& folder, const Campaign& campaign,
                     const std::function<void(std::vector<CaseRow>&&)>& take) {
   const std::optional<Manifest> manifest = read_manifest(folder);
-  if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
+  if (!manifest) throw std::runtime_error(folder.string() + ": not a campaign folder (manifest.json is missing)");
   const std::uint64_t blocks = block_count(manifest->block_size, manifest->total);
   std::vector<Block> all;
   for (std::uint64_t number = 0; number < blocks; ++number)

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Where a campaign's rows are on disk: one file per block, which holds its first rows or all; whatever happens, a file
-/// is the one before or the one after a write. docs/formats/campaign.md is the files' contract. Thread safety: one
-/// thread writes; missing() and write() are called by one thread at a time.
+/// Storage of a campaign's rows: one file per block with its first rows or all rows; files are replaced atomically.
+/// docs/formats/campaign.md is the files' contract. Thread safety: one thread writes; missing() and write() are called
+/// by one thread at a time.
 
 #include <cstdint>
 #include <filesystem>
@@ -25,24 +25,24 @@ namespace grapnel {
 std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint64_t number);
 
 /// The bytes of a shard: rows with consecutive indices, all with as many inputs and values. The same rows give the same
-/// bytes, and the same rows bit for bit when they are read. `arithmetic`: what they were made with.
+/// bytes, and the same rows bit for bit when they are read. `arithmetic`: see arithmetic_here().
 std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic);
 
-/// Rows of a block on disk: all, or the first ones if it was not complete when it was written last (RunCampaign hands
-/// in long blocks in parts). Nothing if the file is absent, damaged, of another campaign, of another arithmetic, or of
-/// other cases.
+/// Rows of a block on disk: all, or the first ones if the block was incomplete at the last write (RunCampaign writes
+/// long blocks in parts). Empty if the file is absent, damaged, or of another campaign, another arithmetic or other
+/// cases.
 std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
                                                const Block& block, const std::string& arithmetic);
 
-/// The same of many blocks, in order: `take` gets the rows of each, or nothing. The files are read in a child process,
-/// so that one that crashes HDF5 counts as damaged. @throws std::runtime_error without a process; what `take` throws
+/// The same for many blocks, in order: `take` receives the rows of each, or nothing. A child process reads the files,
+/// so that a file that crashes HDF5 counts as damaged. @throws std::runtime_error without a process; what `take` throws
 void read_shards(const std::filesystem::path& folder, const Campaign& campaign, const std::vector<Block>& blocks,
                  const std::string& arithmetic,
                  const std::function<void(const Block&, std::optional<std::vector<CaseRow>>)>& take);
 
 // --- The folder ---
 
-/// A folder that holds another campaign, or what this one cannot go on with.
+/// A folder with another campaign, or with contents that this campaign cannot continue.
 struct ForeignFolder : StoreError {
   using StoreError::StoreError;
 };
@@ -50,9 +50,9 @@ struct ForeignFolder : StoreError {
 struct StoreOptions {
   std::string version;          // the program's
   std::string writer;           // of several that write to one folder (ranks, tasks of a job array); empty: alone
-  std::uint64_t extend = 0;     // cases to add; the same again goes on with an extension that is not complete
-  std::uint64_t total = 0;      // at least so many cases in all, as other folders of the campaign have
-  std::string arithmetic = {};  // of the rows that are written; empty: what this machine's have
+  std::uint64_t extend = 0;     // cases to add; the same value continues an incomplete extension
+  std::uint64_t total = 0;      // minimum number of all cases, as in other folders of the campaign
+  std::string arithmetic = {};  // of the written rows; empty: that of this machine
 };
 
 /// What is on disk.
@@ -63,8 +63,8 @@ struct StoreCounts {
 
 class ShardStore {
  public:
-  /// Opens or begins DIR for writing: takes the lock, compares the manifest, removes leftovers of killed writers (if no
-  /// others write), adds the cases of an extension.
+  /// Opens or creates DIR for writing: takes the lock, compares the manifest, removes leftovers of killed writers (if
+  /// no others write), adds the cases of an extension.
   /// @throws FolderInUse, ForeignFolder, DamagedManifest, std::runtime_error (disk)
   ShardStore(std::filesystem::path folder, const Campaign& campaign, const StoreOptions& options);
   ~ShardStore();
@@ -76,21 +76,22 @@ class ShardStore {
   std::uint64_t block_size() const { return manifest_.block_size; }
   /// Of all rows in the folder.
   const std::string& arithmetic() const { return manifest_.arithmetic; }
-  /// Whether a campaign was here before.
+  /// Whether the folder had a campaign before.
   bool was_there() const { return was_there_; }
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// A block that is not complete, and its rows that are there.
+  /// An incomplete block and the number of its rows on disk.
   struct Missing {
     Block block;
-    std::uint64_t rows = 0;  // the first so many are on disk
+    std::uint64_t rows = 0;  // number of first rows on disk
   };
   /// Blocks with numbers `shard` modulo `shards` that are not complete, increasing. Reads those shards (complete ones
-  /// once): damaged ones count as absent. `counts`, if given, gets what is there of these blocks.
+  /// once); damaged ones count as absent. `counts`, if given, receives the counts of these blocks.
   std::vector<Missing> missing(std::uint64_t shard = 0, std::uint64_t shards = 1, StoreCounts* counts = nullptr) const;
-  /// The rows of a block that are there. Any thread.
+  /// The rows of a block on disk. Any thread.
   std::vector<CaseRow> rows(const Block& block) const;
-  /// Writes the first rows of a block, or all. @throws std::runtime_error with path and reason; what was there stays.
+  /// Writes the first rows of a block, or all. @throws std::runtime_error with path and reason; the previous file
+  /// remains.
   void write(const Block& block, const std::vector<CaseRow>& rows);
 
  private:
@@ -112,8 +113,8 @@ class ShardStore {
   mutable std::vector<Known> known_;  // per block, as last seen
 };
 
-/// Calls `take` with the rows in a campaign's folder, a block at a time, in the order of the indices. What is absent,
-/// damaged or of another campaign is left out. @throws std::runtime_error if there is no manifest.
+/// Calls `take` with the rows in a campaign's folder, a block at a time, in the order of the indices. Rows that are
+/// absent, damaged or of another campaign are skipped. @throws std::runtime_error if there is no manifest.
 void for_each_block(const std::filesystem::path& folder, const Campaign& campaign,
                     const std::function<void(std::vector<CaseRow>&&)>& take);
 

@@ -42,7 +42,7 @@ double quantile_of_sorted(std::span<const double> sorted, double p) {
   const auto below = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(sorted.size() - 1)));
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   const double part = at - static_cast<double>(below);
-  // Not a + part (b - a): the difference of large numbers of both signs need not be finite.
+  // Not a + part (b - a): the difference of large numbers of opposite signs may overflow.
   return sorted[below] == sorted[above] ? sorted[below] : (1 - part) * sorted[below] + part * sorted[above];
 }
 
@@ -57,7 +57,7 @@ Proportion wilson(std::uint64_t successes, std::uint64_t trials, double confiden
   const double scale = 1 / (1 + z * z / n);
   const double middle = scale * (p.estimate + z * z / (2 * n));
   const double half = scale * z * std::sqrt(p.estimate * (1 - p.estimate) / n + z * z / (4 * n * n));
-  // The ends are exact where the estimate is at one.
+  // The ends are exact if the estimate is 0 or 1.
   p.lower = successes == 0 ? 0 : std::max(0.0, middle - half);
   p.upper = successes == trials ? 1 : std::min(1.0, middle + half);
   return p;
@@ -65,13 +65,13 @@ Proportion wilson(std::uint64_t successes, std::uint64_t trials, double confiden
 
 namespace {
 
-// A finite number that is to be sorted, and its place.
+// A finite number to sort, and its index.
 struct Ranked {
   std::uint64_t key;
   std::uint32_t index;
 };
 
-// Increases as numbers do, the same for both zeros.
+// Monotonic in the number, equal for both zeros.
 std::uint64_t key_of(double number) {
   const auto bits = std::bit_cast<std::uint64_t>(number + 0.0);
   return bits >> 63 != 0 ? ~bits : bits | std::uint64_t{1} << 63;
@@ -164,7 +164,7 @@ QuantileRanks quantile_ranks(std::uint64_t n, double p, double confidence) {
   tail = 0;
   for (std::uint64_t k = last; k > first && (tail += weight[k - first]) <= beyond; --k)
     ranks.upper = static_cast<std::int64_t>(k) - 1;
-  // Weights outside of first ... last are nothing, and yet order statistics may be there.
+  // Weights outside of first ... last are negligible, but order statistics may be there.
   if (ranks.lower < 0 && first > 0) ranks.lower = static_cast<std::int64_t>(first) - 1;
   if (ranks.upper == static_cast<std::int64_t>(n) && last < n) ranks.upper = static_cast<std::int64_t>(last);
   return ranks;
@@ -176,7 +176,7 @@ Description describe_sorted(std::span<const double> sorted, std::uint64_t missin
   if (!sorted.empty()) {
     const double n = static_cast<double>(sorted.size());
     Sum sum, squares;
-    // About the middle one, so that the mean of equal numbers is that number.
+    // About the median, so that the mean of equal numbers is that number.
     const double middle = sorted[sorted.size() / 2];
     for (const double x : sorted) sum.add((x - middle) / n);
     d.mean = std::clamp(middle + sum.value(), sorted.front(), sorted.back());
@@ -208,7 +208,7 @@ bool are_whole(std::span<const double> sorted) {
          std::all_of(sorted.begin(), sorted.end(), [](double x) { return x == std::floor(x); });
 }
 
-// Where the bins are.
+// The range of the bins.
 Histogram bins_for(std::span<const double> sorted) {
   Histogram h{sorted.front(), sorted.back(), {}, 0, 0};
   if (are_whole(sorted)) {
@@ -279,7 +279,7 @@ std::vector<Group> groups_of(std::span<const double> y) {
   return groups;
 }
 
-// `y` in the order of x, less its mean.
+// `y` in the order of x, minus its mean.
 void first_order_of(std::span<const double> y, Sensitivity& s) {
   const double n = static_cast<double>(y.size());
   double variance = 0;
@@ -317,7 +317,7 @@ RankedNumbers::RankedNumbers(std::span<const double> numbers) : items(numbers.si
   const Ranking ranking = ranking_of(numbers);
   count = ranking.order.size();
   const std::vector<double> ranks = mean_ranks(ranking, numbers.size());
-  // About one of them: large numbers that hardly differ keep their differences.
+  // About one of them, so that nearly equal large numbers keep their differences.
   const double origin = count > 0 ? numbers[ranking.order[count / 2]] : 0;
   for (const std::uint32_t i : ranking.order) mean += (numbers[i] - origin) / static_cast<double>(count);
   mean += origin;
@@ -328,7 +328,7 @@ Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y) {
   const double middle = 0.5 * (static_cast<double>(y.count) + 1);
   std::vector<double> sorted;
   sorted.reserve(y.count);
-  // Sums over pairs of ranks less their mean; of equal x at once, at their mean rank.
+  // Sums over pairs of ranks minus their mean; equal x are summed together at their mean rank.
   double xx = 0, yy = 0, xy = 0;
   double tied = 0, tied_rank = 0;  // how many with the same x so far, and the sum of their y's ranks
   const auto end_tie = [&] {
@@ -357,7 +357,7 @@ Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y) {
 
 namespace {
 
-constexpr double kDependent = 1e-7;  // what is left of a term that follows from those before, relative to itself
+constexpr double kDependent = 1e-7;  // relative remainder below which a term depends on the previous terms
 
 double product(std::span<const double> a, std::span<const double> b) {
   double sum = 0;
@@ -365,7 +365,7 @@ double product(std::span<const double> a, std::span<const double> b) {
   return sum;
 }
 
-// Less their mean; equal ones become zero.
+// Minus their mean; equal numbers become zero.
 void center(std::vector<double>& numbers) {
   if (numbers.empty()) return;
   const double origin = numbers.front();
@@ -375,7 +375,7 @@ void center(std::vector<double>& numbers) {
   for (double& x : numbers) x -= mean;
 }
 
-// About their mean, in units of their standard deviation; what does not exist stays so.
+// About their mean, in units of their standard deviation; missing values remain missing.
 std::vector<double> scaled(std::vector<double> numbers) {
   double count = 0, mean = 0, squares = 0;
   for (const double x : numbers)

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a campaign's numbers say: probabilities with intervals, means, quantiles, histograms, correlations, sensitivity
-/// to uncertain inputs. Each is a free function on plain numbers; what is not finite is left out, and counted.
+/// Statistics of a campaign's numbers: probabilities with intervals, means, quantiles, histograms, correlations,
+/// sensitivity to uncertain inputs. Free functions on plain numbers; non-finite values are excluded and counted.
 
 #include <cstdint>
 #include <span>
@@ -21,13 +21,13 @@ Proportion wilson(std::uint64_t successes, std::uint64_t trials, double confiden
 
 /// The order of numbers, found once and used for all that needs it. For at most 2^32 - 2 numbers.
 struct Ranking {
-  std::vector<std::uint32_t> order;  // indices of the finite numbers, the least first
-  std::vector<std::uint8_t> same;    // 1: as large as the one before it in `order`
+  std::vector<std::uint32_t> order;  // indices of the finite numbers, in ascending order of the numbers
+  std::vector<std::uint8_t> same;    // 1: equal to the previous number in `order`
 };
 /// Equal numbers come in a pseudo-random order that depends on their indices alone: consecutive points of an evenly
-/// spread sample are not neighbours in disguise. O(n). @throws std::length_error
+/// spread sample do not remain neighbours. O(n). @throws std::length_error
 Ranking ranking_of(std::span<const double> numbers);
-/// Rank of every number from 1, equal ones their mean rank; NaN for what is not finite.
+/// Rank of every number from 1, the mean rank for equal numbers; NaN for non-finite numbers.
 std::vector<double> mean_ranks(const Ranking& ranking, std::size_t size);
 
 struct QuantileEstimate {
@@ -45,7 +45,7 @@ struct Description {
   double mean_error = 0;          // standard error of the mean, as if drawn at random
   double standard_deviation = 0;  // with n - 1
   double least = 0, largest = 0;
-  std::vector<QuantileEstimate> quantiles;  // at the asked probabilities
+  std::vector<QuantileEstimate> quantiles;  // at the requested probabilities
 };
 /// Of numbers in increasing order, all finite.
 Description describe_sorted(std::span<const double> sorted, std::uint64_t missing,
@@ -66,11 +66,11 @@ struct Histogram {
   std::int64_t bin_of(double number) const;
 };
 /// Of numbers in increasing order, all finite. Whole numbers over less than 40 have a bin each. Else 10 to 60 bins as
-/// Freedman and Diaconis (1981) have them, over all numbers; but over the middle 99 % and a tenth of it on either side
-/// where all numbers take more than four times as much.
+/// of Freedman and Diaconis (1981), over all numbers; if the range of all numbers is more than four times that of the
+/// middle 99 %, over the middle 99 % and a tenth of it on either side.
 Histogram histogram_of_sorted(std::span<const double> sorted);
 
-// What of a number's variance an uncertain input, or several together, explain, from one and the same sample.
+// Variance of a number explained by an uncertain input, or by several together, from one sample.
 
 /// The first-order Sobol index Var(E[y|x]) / Var(y) of an input, and Spearman's rank correlation. NaN with fewer than
 /// four pairs, or where x or y is constant.
@@ -80,7 +80,7 @@ struct Sensitivity {
   double rank_correlation = 0;
 };
 
-/// A number that is compared with inputs: what each comparison needs is made once.
+/// A number for comparisons with inputs; common data is prepared once.
 struct RankedNumbers {
   explicit RankedNumbers(std::span<const double> numbers);
 
@@ -93,25 +93,26 @@ struct RankedNumbers {
 };
 
 /// Numbers are sorted by x and made into groups of about n^(1/3) neighbours. Means of next groups have E[y|x] in common
-/// and nothing else, so that half of their mean squared difference is what chance adds to the variance of the means:
-/// with groups of one this is the estimator of Gamboa, Gremaud, Klein and Lagnoux (2022, Bernoulli 28, eq. 10). Larger
-/// groups lessen the noise, of order (n * group)^(-1/2) where x has no influence, and do not mind that next points of
-/// an evenly spread sample (Sobol's sequence) differ systematically in the other inputs, which ruins single neighbours.
+/// and nothing else, so that half of their mean squared difference is the contribution of chance to the variance of the
+/// means: with groups of one this is the estimator of Gamboa, Gremaud, Klein and Lagnoux (2022, Bernoulli 28, eq. 10).
+/// Larger groups reduce the noise, of order (n * group)^(-1/2) where x has no influence, and are insensitive to the
+/// systematic differences of successive points of an evenly spread sample (Sobol's sequence) in the other inputs, which
+/// make single neighbours unusable.
 ///
 /// `x`: the ranking of the input, which is finite wherever y is. O(n). The error is that of the efficient influence
 /// function 2 y f - f^2 - S y^2, f = E[y|x] (Da Veiga and Gamboa 2013), with f from the groups beside.
 Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y);
 
-/// The variance of a number that goes with a group of inputs: Var(E[y|x1 ... xd]) / Var(y), of which neighbours in many
-/// dimensions tell little, as far as a quadratic function of the inputs has it. That is the share of the variance of
-/// the least squares fit, less what chance adds to it (adjusted R^2, Ezekiel 1930): a lower bound but for chance, exact
-/// for what is quadratic, a half to nine tenths of what is yes or no.
+/// The variance of a number explained by a group of inputs, Var(E[y|x1 ... xd]) / Var(y), approximated by a quadratic
+/// function of the inputs, because neighbours in many dimensions are not informative. It is the share of the variance
+/// of the least squares fit, corrected for chance (adjusted R^2, Ezekiel 1930): a lower bound except for chance, exact
+/// for quadratic functions, a half to nine tenths for yes/no values.
 class GroupSensitivity {
  public:
-  /// Of groups with more inputs no products are in the fit.
+  /// For groups with more inputs the fit has no products.
   static constexpr std::size_t kMostCrossed = 12;
 
-  /// `inputs`: of each its numbers, all with as many rows.
+  /// `inputs`: the numbers of each input, all with the same number of rows.
   explicit GroupSensitivity(const std::vector<std::vector<double>>& inputs);
 
   /// Of one number, NaN where it does not exist. The error is that of a squared multiple correlation (Olkin and Finn

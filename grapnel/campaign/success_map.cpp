@@ -25,7 +25,7 @@ std::string cell(const SuccessMapPoint& point) {
   return point.success.trials == 0 ? "-" : percentage(point.success.estimate, point.success);
 }
 
-// The first axis downwards, the second to the right, as many columns at a time as fit.
+// The first axis downwards, the second to the right, in blocks of columns that fit.
 std::string matrix(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   constexpr std::size_t kColumns = 9;
   const StudyAxis &down = campaign.design[0], &right = campaign.design[1];
@@ -64,7 +64,7 @@ std::string lines(const Campaign& campaign, std::span<const SuccessMapPoint> poi
   return table.text();
 }
 
-// The headline, and what decides.
+// The headline, and the decisive criteria.
 std::string headline(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   std::string text =
       fmt::format("{} of {} points have a probability of success of 0.9 or more (lower end of its {:g} % interval)\n",
@@ -80,7 +80,7 @@ std::string headline(const Campaign& campaign, std::span<const SuccessMapPoint> 
           fmt::format("{}{} at {}", list.empty() ? "" : ", ",
                       c < campaign.success.size() ? campaign.success[c].name() : "cases that are not ok", decided[c]);
   }
-  return list.empty() ? text : text + paragraph("what fails most often: " + list, "");
+  return list.empty() ? text : text + paragraph("most frequent failures: " + list, "");
 }
 
 }  // namespace

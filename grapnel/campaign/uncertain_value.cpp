@@ -52,7 +52,7 @@ constexpr double kF[] = {1.0,
                          1.42151175831644588870e-7,
                          2.04426310338993978564e-15};
 
-// The normal quantile between the probabilities of `low` and `high`, at the part u of the way.
+// The normal quantile between the probabilities of `low` and `high`, at the fraction u between them.
 double cut_normal(double low, double high, double u) {
   // Above the middle, probabilities near 1 would lose digits: there it is the mirror image.
   if (low > 0) return -cut_normal(-high, -low, 1 - u);

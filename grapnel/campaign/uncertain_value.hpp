@@ -62,7 +62,7 @@ std::size_t chosen(std::span<const double> running_sums, double u);
 /// What a drawn number is to the scenario's own: it takes its place, multiplies it, or is added to it.
 enum class ValueForm { value, factor, offset };
 
-/// Numbers one by one, each with a distribution of its own.
+/// Independent numbers, each with its distribution.
 struct IndependentNumbers {
   std::vector<NumberDistribution> distributions;  // per number
   ValueForm form = ValueForm::value;

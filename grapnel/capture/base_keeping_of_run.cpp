@@ -4,7 +4,8 @@
 namespace grapnel {
 namespace {
 
-// Of the base's turning by the joints, as the law begins: what is less is no more than rounding.
+// Threshold of the joints' influence on the base's rotation at the start of the law; smaller values are rounding
+// errors.
 constexpr double kNoTurning = 1e-9;
 
 class BaseKeepingOfRun : public LawOfRun {
@@ -58,7 +59,7 @@ class BaseKeepingOfRun : public LawOfRun {
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
   Rotationd R_WD_ = Rotationd::identity();
-  BaseKeepingLaw law_;                       // of the piece at hand
+  BaseKeepingLaw law_;                       // of the current piece
   std::optional<BaseKeepingReport> report_;  // of all pieces
 };
 

@@ -14,7 +14,7 @@ const Body& joint_body(const CaptureSystem& system, std::size_t joint) {
   return system.model.bodies()[system.model.joints()[system.robot_joints[joint]]];
 }
 
-// --- What joints do ---
+// --- Motion of the joints ---
 
 RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame)
     : problem_(problem), frame_(frame) {
@@ -22,8 +22,8 @@ RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, con
     clock_ = std::make_shared<ControlClock>(problem.control->timing, bodies.system.robot_joints.size());
   if (problem.control && problem.control->external && !problem.control->source)
     throw CaptureProblemError(
-        "control.external: the program that simulates gives the controller, as Problem.simulate(controller=...) of the "
-        "Python module does, and here there is none");
+        "control.external: the calling program must provide the controller, as Problem.simulate(controller=...) of the "
+        "Python module does, but it provided none");
   thrusters_ = make_thruster_bank(problem.robot);
   control_.approaching = problem.approach.has_value();
   control_.settled.assign(bodies.system.robot_joints.size(), false);
@@ -34,7 +34,7 @@ bool RunJoints::settle_to(PostImpactSetup::Joints joints) const {
   return problem_.post_impact && problem_.post_impact->joints == joints;
 }
 
-// Laws that hold a posture take their set points from the readings of the sensors that exist.
+// Laws that hold a posture take their set points from sensor readings, if there are sensors.
 State RunJoints::known_posture(const RunBodies& bodies) const {
   return sensors_ ? sensors_->known_posture(bodies.system, bodies.state, bodies.time) : bodies.state;
 }
@@ -85,14 +85,14 @@ PhaseSetup RunJoints::setup(const RunBodies& bodies) {
   PhaseSetup setup = segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
   setup.clock = clock_;
   if (setup.actuators.thrusters) setup.actuators.thrusters = thrusters_;
-  if (setup.controller) return setup;  // a law's
+  if (setup.controller) return setup;  // by the law
   const auto is_commanded = [](const JointDrive& drive) { return drive.control == JointControl::controller; };
   if (setup.commanded_root >= 0 || std::any_of(setup.drives.begin(), setup.drives.end(), is_commanded))
     setup.controller = controller(bodies);
   return setup;
 }
 
-// The plugin, which is made once a run.
+// The plugin, which is created once per run.
 std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
   if (controller_) return controller_;
   const ControlSetup& control = *problem_.control;
@@ -249,7 +249,7 @@ Momentumd CaptureRun::momentum_about_origin() const {
   return momentum_about(bodies.free.model, forward_kinematics(bodies.free.model, bodies.state), Vector3d::zero());
 }
 
-// Problems are large: with all of its grasps it is the problem itself.
+// Problems are large: with all its grasps it is returned without a copy.
 const CaptureProblem& CaptureRun::with_grasps(const std::vector<std::size_t>& grasps) {
   bool all = grasps.size() == problem.grasps.size();
   for (std::size_t i = 0; all && i < grasps.size(); ++i) all = grasps[i] == i;
@@ -274,7 +274,7 @@ PhaseEnd CaptureRun::describe_now() const {
 
 namespace {
 
-// An envelope's excess counts as met within rounding, as decide_grasps() has it.
+// An envelope's excess below this counts as met, as in decide_grasps().
 constexpr double kMet = 1e-9;
 
 double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
@@ -299,7 +299,7 @@ std::vector<std::size_t> GraspSchedule::undecided(GraspSetup::Closes how) const 
 
 std::vector<std::size_t> GraspSchedule::due_at(double now) const {
   std::vector<std::size_t> due = undecided(GraspSetup::Closes::at_time);
-  // Earlier ones too: an impact in time may have passed over them.
+  // Earlier ones, too: a compliant impact may have passed them.
   std::erase_if(due, [&](std::size_t i) {
     return problem_.grasps[i].closes_at > now && !is_now(problem_.grasps[i].closes_at, now);
   });
@@ -393,14 +393,14 @@ std::vector<bool> GraspSchedule::opened() const {
 
 void GraspSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]->target_moved = distance; }
 
-// A grasp that has not been decided on by the end of the run.
+// The outcome of a grasp without a decision at the end of the run.
 GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const {
   const GraspSetup& g = problem_.grasps[grasp];
   const bool waits = g.closes == GraspSetup::Closes::on_arrival;
   const double time = g.closes == GraspSetup::Closes::at_time ? g.closes_at : end;
   GraspOutcome missed =
       outcome(grasp, false,
-              waits ? "did not come within its envelope before the run's end" : "the run ended before it was to close",
+              waits ? "did not come within its envelope before the run's end" : "the run ended before its closing time",
               time, at_end.deviation);
   if (waits) missed.judged = at_end.judged, missed.limiting = at_end.limiting;
   return missed;
@@ -411,7 +411,7 @@ void GraspSchedule::write(double last_look, const CaptureSystem& system, const S
   if (!first_time_) return;
   result.capture_time = *first_time_;
   const double end = std::max(*first_time_, last_look);
-  // After a failure nobody knows where things are.
+  // After a failure the positions are unknown.
   GraspDecision unknown;
   unknown.deviation = {NAN, NAN, NAN, NAN};
   std::vector<GraspDecision> at_end(outcomes_.size(), unknown);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a run works on: the problem, the bodies as they now are, what controls the joints, which grasps close when, who
-/// observes, and the result.
+/// The working data of a run: the problem, the bodies' current state, the joints' control, the schedule of grasps, the
+/// monitors, and the result.
 
 #include <map>
 #include <memory>
@@ -21,45 +21,45 @@
 
 namespace grapnel {
 
-// Which grasps close when, and what became of each.
+// The closing times of grasps, and their outcomes.
 
 class GraspSchedule {
  public:
-  /// The problem must outlive the schedule. Grasps are named by their position in it.
+  /// The problem must outlive the schedule. Grasps are identified by their index in the problem.
   explicit GraspSchedule(const CaptureProblem& problem);
 
-  /// Undecided grasps whose stated time has come, within rounding.
+  /// Undecided grasps whose stated time has been reached, to within rounding.
   std::vector<std::size_t> due_at(double now) const;
-  /// At the approach's end: all that is left to close together, and what is stated for that time.
+  /// At the approach's end: all remaining grasps that close together, and those stated for that time.
   std::vector<std::size_t> due_together(double now) const;
   /// Undecided grasps that close on arrival and whose end-effectors are within their envelopes.
   std::vector<std::size_t> arrived(const CaptureSystem& system, const State& state) const;
   /// Whether there are undecided grasps that close together, and all are within their envelopes.
   bool together_in_envelopes(const CaptureSystem& system, const State& state) const;
-  /// Falls to zero as soon as an end-effector arrives, or, with `together`, all of those that close together are in
-  /// their envelopes; empty if nothing is waited for. `system` must outlive it.
+  /// Falls to zero when an end-effector arrives, or, with `together`, when all that close together are in their
+  /// envelopes; empty if there is nothing to wait for. `system` must outlive it.
   StopCondition stop_condition(const CaptureSystem& system, bool together) const;
   /// Stated times of undecided grasps.
   std::vector<double> stated_times() const;
-  /// Whether grasps are left that close at stated times or on arrival.
+  /// Whether any grasps remain that close at stated times or on arrival.
   bool any_left() const;
 
-  /// Decides on undecided grasps at the present state. Those that close.
+  /// Decides on undecided grasps in the current state. Returns those that close.
   std::vector<std::size_t> decide(const std::vector<std::size_t>& grasps, const CaptureSystem& system,
                                   const State& state, double time);
-  /// Takes it back: there is no contact, for this reason.
+  /// Revokes the decision: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
-  /// Per grasp, whether it has been decided on and does not hold: it was missed, it rebounded or it was released.
+  /// Per grasp, whether it has been decided on and does not hold: missed, rebounded or released.
   std::vector<bool> opened() const;
-  /// contact.gap: translate_target moved its target by a distance [m].
+  /// For contact.gap: translate_target moved its target by this distance [m].
   void moved(std::size_t grasp, double distance);
 
-  /// What became of every grasp, in a run that was last looked at at the time `last_look`; nothing if the run did not
-  /// come so far. `system` and `state`: at the run's end.
+  /// Writes the outcome of every grasp, in a run last evaluated at the time `last_look`; writes nothing if the run did
+  /// not reach it. `system` and `state`: at the run's end.
   void write(double last_look, const CaptureSystem& system, const State& state, CaptureResult& result) const;
 
-  /// Whether a time is `now` within rounding.
+  /// Whether a time equals `now` to within rounding.
   static bool is_now(double t, double now);
 
  private:
@@ -78,66 +78,66 @@ struct RunFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Servicer and targets: where they are, and what holds what.
+/// Servicer and targets: their state, and the grasps that hold.
 struct RunBodies {
   explicit RunBodies(const CaptureProblem& problem) : free(make_capture_system(problem)), system(free) {}
 
   const CaptureSystem free;     // all targets free
-  CaptureSystem system;         // as it is now: targets that are held hang on the arms that hold them
-  std::vector<HeldGrasp> held;  // grasps that hold now, in the free system's bodies
+  CaptureSystem system;         // current system: held targets hang on the arms that hold them
+  std::vector<HeldGrasp> held;  // grasps that currently hold, in the free system's bodies
   State state;                  // of `system`
   double time = 0;              // [s]
 };
 
-/// What the robot's joints are to do: their plan, and what becomes of it once their arm holds a target.
+/// The motion commanded to the robot's joints: their plan, and their behaviour once their arm holds a target.
 class RunJoints {
  public:
   RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame);
 
-  /// Through which set points are known, from now on; null: they are the true values. It outlives this.
+  /// Sets the sensors from which set points are taken; null: true values. The sensors outlive this.
   void observe(const SensorRun* sensors) { sensors_ = sensors; }
-  /// The bodies' state with the posture as laws know it now; see SensorRun::known_posture().
+  /// The bodies' state with the posture as the laws currently know it; see SensorRun::known_posture().
   State known_posture(const RunBodies& bodies) const;
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
-  /// Of sampled control; null without it.
+  /// The clock of sampled control; null without it.
   const std::shared_ptr<ControlClock>& clock() const { return clock_; }
-  /// Whether joints that have settled do this after the approach.
+  /// Whether settled joints have this mode after the approach.
   bool settle_to(PostImpactSetup::Joints joints) const;
   bool is_settled(std::size_t joint) const { return control_.settled[joint]; }
   std::size_t size() const { return control_.settled.size(); }
 
   void follow(std::vector<JointTrajectory> trajectories) { trajectories_ = std::move(trajectories); }
-  /// The joints between the base and a grasp's end-effector do from now on what they do after the approach.
+  /// Switches the joints between the base and a grasp's end-effector to their mode after the approach.
   void settle_arm(const RunBodies& bodies, std::size_t grasp);
-  /// All do; the approach is over.
+  /// Switches all joints; ends the approach.
   void settle_all(const RunBodies& bodies);
-  /// A phase of the motion after the approach begins: what `move` says counts from now on.
+  /// Begins a phase of the motion after the approach: `move` counts time from here.
   void begin_post_impact(double time) { control_.post_impact_begin = time; }
-  /// The problem has another phase than `before`: joints that followed something keep their set points where they go on
-  /// following, else they are held where they are.
+  /// The next phase after `before` begins: joints that continue to follow a reference keep their set points; the others
+  /// are held at their current positions.
   void next_phase(const PostImpactSetup& before, const RunBodies& bodies);
-  /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
+  /// Sets the attitude to be controlled, from the setting or the current one; absent: no attitude control.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
-  /// The law that works from now on, if any does.
+  /// Sets the law that moves the joints together; null: none.
   void obey(std::shared_ptr<JointLaw> law) { control_.law = std::move(law); }
-  /// What drives the system from now on. @throws ControllerError if a plugin is needed and cannot be had.
+  /// The drives of the system from now on. @throws ControllerError if a plugin is needed but not available.
   PhaseSetup setup(const RunBodies& bodies);
   /// The same for the approach followed exactly, without noise.
   PhaseSetup exact_approach(const RunBodies& bodies) const;
-  /// Whether motors work, or attitude control, in such a motion.
+  /// Whether motors or attitude control are active in this motion.
   bool are_controlled() const;
-  /// Whether drives are cut at their effort limits in it.
+  /// Whether drives saturate at their effort limits in it.
   bool efforts_are_cut() const;
-  /// What joints follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
+  /// The references of the joints: in the approach, and afterwards if they move to a posture; otherwise empty.
   std::vector<JointTrajectory> references() const;
-  /// The base's attitude that is kept; absent: it is not controlled.
+  /// The controlled attitude of the base; absent: none.
   const std::optional<Rotationd>& kept_attitude() const { return control_.attitude; }
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
   std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
-  /// The same, and what impact.joints and impact.modes ask of the others.
+  /// The same, and the held rates from impact.joints and impact.modes.
   std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
 
  private:
@@ -149,9 +149,9 @@ class RunJoints {
   const CaptureProblem& problem_;
   const MovingFrame frame_;
   const SensorRun* sensors_ = nullptr;
-  std::shared_ptr<ControlClock> clock_;        // of the whole run; null: laws speak continuously
+  std::shared_ptr<ControlClock> clock_;        // of the whole run; null: continuous control
   std::shared_ptr<ThrusterBank> thrusters_;    // likewise; null: there are none
-  std::shared_ptr<Controller> controller_;     // likewise, once it is needed
+  std::shared_ptr<Controller> controller_;     // likewise, created on first use
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   SegmentControl control_;
 };
@@ -160,13 +160,13 @@ class RunJoints {
 const Body& joint_body(const CaptureSystem& system, std::size_t joint);
 
 struct CaptureRun {
-  /// `the_problem` is as the frame sees it. @throws CaptureProblemError, ModelError.
+  /// `the_problem` is given in the frame of the computation. @throws CaptureProblemError, ModelError.
   CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
              CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result);
 
-  /// The first piece of a phase has its plain name, others are numbered.
+  /// The first piece of a phase has its plain name; further pieces are numbered.
   std::string next_name(const std::string& phase);
-  /// Between the representations: all targets free, or hanging on the arms that hold them.
+  /// Convert between the representations: all targets free, or hanging on the arms that hold them.
   void to_free();
   void to_joined();
   /// Momentum of everything about the origin, in W; the bodies are in the free system.
@@ -174,19 +174,19 @@ struct CaptureRun {
   /// The problem with some of its grasps. Valid until the next call.
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
   PhaseEnd describe_now() const;
-  /// The name of the phase at hand.
+  /// The name of the current phase.
   const std::string& phase_name() const { return phase_names_[motion_phase_]; }
-  /// From now on the problem has the next phase; false: there is none.
+  /// Advances the problem to its next phase; false: there is none.
   bool next_motion_phase();
 
  private:
-  std::unique_ptr<CaptureProblem> staged_;  // of a sequence of phases: those that are over are taken out; else null
+  std::unique_ptr<CaptureProblem> staged_;  // of a sequence of phases: without completed ones; else null
   std::vector<std::string> phase_names_;
   std::size_t motion_phase_ = 0;
 
  public:
-  const CaptureProblem& problem;  // its first phase is the one at hand
-  const MovingFrame frame;        // in which all states are
+  const CaptureProblem& problem;  // its first phase is the current one
+  const MovingFrame frame;        // of all states
   const CaptureDetail detail;
   const CaptureProgress progress;
   CaptureResult& result;
@@ -195,15 +195,15 @@ struct CaptureRun {
   GraspSchedule schedule;
   LawRun law;
   IdentificationRun identification;
-  const std::shared_ptr<SensorRun> sensors;  // null: nothing is read
+  const std::shared_ptr<SensorRun> sensors;  // null: no sensors
   RunMonitor monitor;
   bool rebounded = false;                   // something has rebounded
-  bool condition_met = false;               // what ends the phase at hand holds
-  std::vector<std::string> unstable_gains;  // of the approach, in words
+  bool condition_met = false;               // the end condition of the current phase holds
+  std::vector<std::string> unstable_gains;  // of the approach, as text
 
  private:
   std::map<std::string, int> pieces_;   // of phases, by name
-  std::optional<CaptureProblem> part_;  // the problem with part_grasps_ alone
+  std::optional<CaptureProblem> part_;  // the problem with part_grasps_ only
   std::vector<std::size_t> part_grasps_;
 };
 

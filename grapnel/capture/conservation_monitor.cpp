@@ -15,10 +15,10 @@ namespace {
 
 enum Row : std::size_t { kLinear, kAngular, kWorkEnergy, kEnergy, kRows };
 
-// Deviation over scale. A scale of zero is that of a run in which nothing moves and no time passes.
+// Deviation over scale. The scale is zero only if nothing moves and no time passes.
 double relative(double deviation, double scale) { return deviation == 0 || scale == 0 ? deviation : deviation / scale; }
 
-// The largest so far; a NaN stays.
+// Running maximum; a NaN is kept.
 void raise(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
@@ -31,7 +31,7 @@ void raise(GroupScale<double>& largest, const GroupScale<double>& scale) {
 
 bool is_zero(const Momentumd& h) { return dot(h.linear, h.linear) == 0 && dot(h.angular, h.angular) == 0; }
 
-// Which parts are in each tree of a model.
+// The parts in each tree of a model.
 std::vector<std::vector<int>> parts_of_trees(const CaptureSystem& system) {
   const std::vector<int> tree_of = trees_of_bodies(system.model);
   std::vector<std::vector<int>> parts(tree_of.empty() ? 0 : *std::max_element(tree_of.begin(), tree_of.end()) + 1);
@@ -95,12 +95,13 @@ void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
   find_trees();
 }
 
-// Against what is expected; `impulse`: what has entered since, [moment about the centre of mass; force] over time.
+// Updates a group and compares it with the expected momentum. `impulse`: what was added since the last sample, [moment
+// about the centre of mass; force] over time. Returns the drift.
 ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQuantities& now,
                                                      const Momentumd& impulse) {
   if (!group.known) group.expected = now.h;
   if (group.known && !is_zero(group.entered)) {
-    // From the origin to the centre of mass, which has moved: l_c = l_c0 + H - c0 x H - (c - c0) x (p0 + H).
+    // Shift from the origin to the centre of mass, which has moved: l_c = l_c0 + H - c0 x H - (c - c0) x (p0 + H).
     const Vector3d p = group.expected.linear + group.entered.linear;
     group.expected.angular +=
         group.entered.angular - cross(group.now.com, group.entered.linear) - cross(now.com - group.now.com, p);
@@ -127,7 +128,7 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
     double work = outside.work;
     if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work - dampers;
     if (!integrals.damper_work.empty()) work += integrals.damper_work[group.trees.front()];
-    // Stops that are met at the phase's first instant have taken their energy before its first sample.
+    // Stops reached at the phase's first instant have removed energy before its first sample.
     if (!group.in_phase) group.phase_energy = energy - work, group.at_phase_start = drift;
     group.in_phase = true;
     group.exchanged = group.before;
@@ -142,7 +143,7 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
 }
 
 void ConservationMonitor::take(const PhaseMeasures& measures) {
-  if (measures.trees.empty()) return;  // nobody has looked
+  if (measures.trees.empty()) return;  // no measures were taken
   started_ = true;
   for (Group& group : groups_) {
     const TreeMeasures& tree = measures.trees.at(group.trees.front());
@@ -156,7 +157,7 @@ void ConservationMonitor::take(const PhaseMeasures& measures) {
     group.reach.raise(tree.reach);
     group.before += tree.exchanged;
     group.exchanged = group.before;
-    // Where the phase goes on with samples, these are against its start, too.
+    // If the phase continues with samples, they are also relative to its start.
     group.phase_energy = tree.start.size.inner_energy, group.at_phase_start = before;
     group.in_phase = true;
   }
@@ -200,14 +201,14 @@ void ConservationMonitor::touch(std::span<const std::size_t> targets) {
   merge(which);
 }
 
-// What has come to rest is judged by the energy that its bodies had before they met or parted.
+// A group at rest is judged relative to the energy of its bodies before they met or parted.
 void ConservationMonitor::inherit(Group& group, const Group& before) {
   const auto is_in = [&](int part) { return std::binary_search(before.parts.begin(), before.parts.end(), part); };
   if (std::any_of(group.parts.begin(), group.parts.end(), is_in))
     group.earlier_energy = std::max({group.earlier_energy, before.earlier_energy, before.scale.energy});
 }
 
-// Groups that have any of these parts are one from now on: momenta add up, about the common centre of mass.
+// Groups with any of these parts become one group: momenta add up, about the common centre of mass.
 void ConservationMonitor::merge(const std::vector<bool>& which) {
   const auto meets = [&](const Group& g) {
     return std::any_of(g.parts.begin(), g.parts.end(), [&](int part) { return which[part]; });
@@ -264,7 +265,7 @@ void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) co
   };
   note(kLinear, group.largest.linear, scale.linear);
   note(kAngular, group.largest.angular, scale.angular);
-  // Where all have come to rest, what is left is what the tolerances leave of the energy before.
+  // If all bodies are at rest, the remaining energy is at the level of the tolerances of the energy before.
   const double inherited = bends_ ? kScaleFloor : kScaleFloor * kScaleFloor;
   const double energy = std::max(scale.energy, inherited * group.earlier_energy);
   note(kWorkEnergy, group.work_energy, energy);
@@ -316,7 +317,7 @@ void ConservationMonitor::write(Ledger& ledger) const {
 
 namespace {
 
-// The tightest tolerances that a scenario may ask for leave rounding alone.
+// Tolerances below this have no effect beyond rounding.
 constexpr double kRounding = 1e-13;
 
 bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
@@ -340,7 +341,7 @@ const char* comparison_loops(const IntegrationSetup& integration) {
   return nullptr;
 }
 
-// Of what is integrated: there the size of the steps decides.
+// Advice for integrated quantities, whose error depends on the step size.
 std::string smaller_steps(const IntegrationSetup& integration) {
   if (integration.method == IntegrationSetup::Method::rk4) {
     return fmt::format(
@@ -349,11 +350,11 @@ std::string smaller_steps(const IntegrationSetup& integration) {
         integration.step);
   }
   if (integration.relative_tolerance > kRounding || integration.absolute_tolerance > kRounding) {
-    return fmt::format(
-        "smaller integration.relative_tolerance and absolute_tolerance may mend it; they are {:.3g} and {:.3g}",
-        integration.relative_tolerance, integration.absolute_tolerance);
+    return fmt::format("reduce integration.relative_tolerance and absolute_tolerance; they are {:.3g} and {:.3g}",
+                       integration.relative_tolerance, integration.absolute_tolerance);
   }
-  return "the tolerances are at rounding already: look for masses, stiffnesses or rates that differ by many orders of "
+  return "the tolerances are already at rounding level: check for masses, stiffnesses or rates that differ by many "
+         "orders of "
          "magnitude";
 }
 
@@ -362,20 +363,21 @@ bool is_at_rounding(const IntegrationSetup& integration) {
          integration.absolute_tolerance <= kRounding;
 }
 
-// Of momentum that is integrated with tolerances that no smaller ones improve.
+// Advice for momentum that smaller tolerances cannot improve.
 std::string rounded_places(double distance) {
   constexpr double kFar = 10;  // [m]
-  const char* others = "look for masses, forces or rates that differ by many orders of magnitude within one group";
-  if (distance < kFar) return fmt::format("the tolerances are at rounding already: {}", others);
+  const char* others = "check for masses, forces or rates that differ by many orders of magnitude within one group";
+  if (distance < kFar) return fmt::format("the tolerances are already at rounding level: {}", others);
   return fmt::format(
-      "the tolerances are at rounding already, but a group of bodies gets {:.3g} m away from the uniform motion with "
-      "which the base begins, where positions are rounded to {:.1g} m: shorter phases, or an initial velocity of the "
-      "base nearer to that of the motion, may mend it; else {}",
+      "the tolerances are already at rounding level, but a group of bodies moves {:.3g} m away from the base's initial "
+      "uniform motion, where positions are rounded to {:.1g} m: use shorter phases, or an initial velocity of the "
+      "base closer to the mean motion; otherwise {}",
       distance, distance * std::numeric_limits<double>::epsilon(), others);
 }
 
 constexpr const char* kImpactEquations =
-    "the equations of the impact are not solved to rounding, and no tolerance mends that: look for masses or inertias "
+    "the equations of the impact are not solved to rounding, and tolerances have no effect: check for masses or "
+    "inertias "
     "that differ by many orders of magnitude, or a nearly singular configuration (impact.rank)";
 
 std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, std::string_view row) {
@@ -386,19 +388,19 @@ std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, s
                       "brake_energy_identity_residual", "friction_cone_residual"});
   if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published &&
       (impact || (momentum && drift.in_impact)))
-    return "impact.law: as_published is there to be compared with: it does not conserve momentum; impact.law: plastic "
+    return "impact.law: as_published is for comparison only: it does not conserve momentum; impact.law: plastic "
            "does";
   if (impact) return kImpactEquations;
   if (momentum && drift.in_impact)
-    return "momentum jumps at an impact, and no tolerance mends that: see the rows of the impact";
+    return "momentum jumps at an impact, and tolerances have no effect: see the rows of the impact";
   if (const char* loops = comparison_loops(integration); loops && !momentum)
-    return fmt::format("integration.loops: {} is there to be compared with; projection keeps loops closed", loops);
+    return fmt::format("integration.loops: {} is for comparison only; use projection, which keeps loops closed", loops);
   if (row == "compliant_energy_residual")
-    return "look for stiffness or damping that differs by many orders of magnitude between grasps and contacts, and "
+    return "check for stiffness or damping that differs by many orders of magnitude between grasps and contacts, and "
            "for "
-           "an impact that is longer than impact.longest; integration tolerances do not act during it";
+           "an impact longer than impact.longest; integration tolerances do not apply to the impact";
   if (momentum && !drift.integrated && integration.root_velocity == IntegrationSetup::RootVelocity::recovered)
-    return "momentum is recovered, not integrated, so that no tolerance mends it: look for positions, speeds or masses "
+    return "momentum is recovered, not integrated, so tolerances have no effect: check for positions, speeds or masses "
            "that differ by many orders of magnitude within one group of bodies";
   if (momentum && is_at_rounding(integration)) return rounded_places(drift.distance);
   return smaller_steps(integration);
@@ -443,17 +445,18 @@ void ImpactMonitor::write(Ledger& ledger) const {
   };
   if (residuals_) {
     add("generalized_momentum_residual", residuals_->momentum,
-        "(3.6): |M dv - J^T P| over |M v| of what takes part in the impact, energy norm");
+        "(3.6): |M dv - J^T P| over |M v| of the bodies in the impact, energy norm");
     add("energy_identity_residual", residuals_->energy,
-        "|dT - P^T (u- + u+) / 2| over the kinetic energy of what takes part in the impact");
+        "|dT - P^T (u- + u+) / 2| over the kinetic energy of the bodies in the impact");
     add("impact_constraint_residual", residuals_->velocity,
-        "relative velocity left in the constrained directions over the largest velocity of what takes part");
+        "remaining relative velocity in the constrained directions over the largest velocity of the bodies");
     add("friction_cone_residual", residuals_->cone,
         "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
   }
   add("compliant_energy_residual", compliant_,
-      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy of what takes "
-      "part; what springs still held when impact.longest ended it counts as missing",
+      "error of the energy balance of a compliant impact (kinetic, elastic, dissipated), over the kinetic energy of "
+      "the "
+      "bodies; elastic energy that remained when impact.longest ended it counts as error",
       1e-8);
   add("brake_energy_identity_residual", brake_, "the same for the impulse that locks the joints");
 }
@@ -462,10 +465,10 @@ namespace {
 
 Vector3d velocity(const GroupQuantities& group) { return (1 / group.size.mass) * group.h.linear; }
 
-// A body at its centre of mass.
+// Quantities of a body at its centre of mass.
 struct BodyQuantities {
   BodyMomentum momentum;
-  double twice_spin_energy = 0;  // w . I w, its joint's rotor's, and what the spin of rotors that it carries adds
+  double twice_spin_energy = 0;  // w . I w, plus the terms of its joint's rotor and of the spin of carried rotors
 };
 
 BodyQuantities body_quantities(const Model& model, const Kinematics& k, const State& state, std::size_t i) {

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// Checks of conservation. In motion: momentum and energy of every group of bodies that touch, at every sample, against
-/// what was there when the group came to be and what has been put in since; a group is the servicer with the targets it
-/// holds, or a free target; while an impact is under way, what meets in it is one. At impacts: how far their solutions
-/// are from what defines them.
+/// Checks of conservation. In motion: momentum and energy of each group of bodies that touch, at each sample, relative
+/// to the initial values of the group and all inputs since. A group is the servicer with the targets it holds, or a
+/// free target; during an impact the bodies that meet are one group. At impacts: the residuals of the equations that
+/// define their solutions.
 
 #include <optional>
 #include <span>
@@ -23,13 +23,13 @@ namespace grapnel {
 
 // Momentum and energy of a system at one instant, body by body from poses and twists.
 
-/// One group of bodies that touch, in W: a tree of the model, or several.
+/// One group of touching bodies, in W: one or more trees of the model.
 struct GroupQuantities {
   Vector3d com = Vector3d::zero();
   Momentumd h = Momentumd::zero();  // [angular about the group's centre of mass; linear]
   GroupSize<double> size = {};
 };
-/// Several groups as one.
+/// Combines several groups into one.
 GroupQuantities together(std::span<const GroupQuantities> groups);
 
 struct ConservedQuantities {
@@ -43,28 +43,28 @@ struct ConservedQuantities {
 };
 ConservedQuantities conserved_quantities(const Model& model, const Kinematics& kinematics, const State& state);
 
-/// Momentum of some bodies, angular about `p_W`, in W: a target that hangs on an arm still has its own.
+/// Momentum of some bodies, angular about `p_W`, in W: also of a target that hangs on an arm.
 Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies,
                          const Vector3d& p_W);
 
-/// Per body, which tree it is in, counted in the order of the roots.
+/// Per body, the index of its tree, in the order of the roots.
 std::vector<int> trees_of_bodies(const Model& model);
 
-/// Where the largest deviations of momentum came in.
+/// The origin of the largest deviations of momentum.
 struct DriftCause {
-  bool in_impact = false;   // at an instant, not in motion
+  bool in_impact = false;   // at an instant, not during motion
   bool integrated = false;  // in a phase whose momentum is integrated instead of recovered
-  double distance = 0;      // largest of a group's centre of mass from the origin of the computation [m]
+  double distance = 0;      // maximum distance of a group's centre of mass from the origin of the computation [m]
 };
 
-/// Fills in LedgerEntry::advice of every row of conservation that fails.
+/// Sets LedgerEntry::advice of each failed conservation row.
 void advise(const CaptureProblem& problem, const DriftCause& drift, Ledger& ledger);
 
-/// What the checks need of one tree in a phase that somebody else has looked at, as closely as it deserves.
+/// Measures of one tree in a phase that was integrated and observed elsewhere.
 struct TreeMeasures {
-  GroupQuantities start;         // as the phase began
+  GroupQuantities start;         // at the start of the phase
   double linear_deviation = 0;   // largest |p(t) - p(start)| [N s]
-  double angular_deviation = 0;  // the same of the angular momentum about the tree's centre of mass [N m s]
+  double angular_deviation = 0;  // likewise of the angular momentum about the tree's centre of mass [N m s]
   double energy_deviation = 0;   // largest |U(t) - U(start) - work|, U: GroupSize::inner_energy [J]
   GroupScale<double> scale{};    // largest in the phase
   TreeExchange exchanged = {};   // in the phase
@@ -73,35 +73,35 @@ struct TreeMeasures {
 struct PhaseMeasures {
   std::vector<TreeMeasures> trees;  // in the order of their roots
   LedgerScale scale;                // of everything; largest in the phase
-  ClosureDefect closures;           // largest of closed loops, from poses and twists
+  ClosureDefect closures;           // maximum of closed loops, from poses and twists
 };
 
 /// Checks momentum and energy of groups of bodies in motion and across impacts.
 class ConservationMonitor {
  public:
   ConservationMonitor(const CaptureProblem& problem, const CaptureSystem& system);
-  /// The model has changed: what hangs together in it.
+  /// Sets a new model, with its trees.
   void set_system(const CaptureSystem& system);
 
-  /// A phase begins: groups are the trees of the model. In a controlled phase motors work and the work-energy balance
-  /// is kept; in another the energy itself. `integrated`: momentum is integrated with the rest, not recovered.
+  /// Begins a phase: groups are the trees of the model. In a controlled phase motors are active and the work-energy
+  /// balance is checked; otherwise the energy itself. `integrated`: momentum is integrated with the state, not
+  /// recovered.
   void begin_phase(bool controlled, bool integrated);
-  /// One sample; the first of a group defines what it conserves.
+  /// Adds one sample; the first of a group defines its conserved values.
   void sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals);
-  /// Instead of all samples of a phase, or of its first part: its measures. Deviations add to those that there were at
-  /// its start.
+  /// The measures of a phase, or of its first part, instead of samples. Deviations add to those at its start.
   void take(const PhaseMeasures& measures);
-  /// The phase's last integrals, so that the next phase goes on from there.
+  /// Stores the phase's final integrals, from which the next phase continues.
   void end_phase(const PhaseIntegrals& integrals);
 
   /// An instant between phases: momentum is checked, energy may jump.
   void instant(const ConservedQuantities& quantities);
-  /// From the last instant on, until the next phase begins, the servicer and these targets are one group.
+  /// From the last instant to the beginning of the next phase, the servicer and these targets are one group.
   void touch(std::span<const std::size_t> targets);
-  /// Momentum that the ground puts into the servicer at once. About the world's origin.
+  /// Adds an impulse of the ground on the servicer, about the world's origin.
   void enter(const Momentumd& momentum);
 
-  /// The rows every run has.
+  /// Writes the rows that every run has.
   void write(Ledger& ledger) const;
   DriftCause cause() const;
 
@@ -111,19 +111,19 @@ class ConservationMonitor {
   };
   struct Group {
     std::vector<int> parts;                  // 0: the servicer; 1 + t: target t. Increasing
-    std::vector<std::size_t> trees;          // of the model at hand
-    bool known = false;                      // it has been looked at
-    GroupQuantities now;                     // at the last look
+    std::vector<std::size_t> trees;          // of the current model
+    bool known = false;                      // it has been sampled
+    GroupQuantities now;                     // at the last sample
     Momentumd expected = Momentumd::zero();  // [angular about the centre of mass; linear]
-    Momentumd entered = Momentumd::zero();   // since the last look, about the world's origin
+    Momentumd entered = Momentumd::zero();   // since the last sample, about the world's origin
     Drift largest, at_phase_start, jump, growth;
     double work_energy = 0, energy = 0;
     double phase_energy = 0;
-    bool in_phase = false;              // the phase has been looked at
+    bool in_phase = false;              // sampled in the current phase
     GroupScale<double> scale{0, 0, 0};  // of its motion
     GroupReach reach;
-    TreeExchange exchanged, before;  // since it came to be; until the present phase began
-    double earlier_energy = 0;       // [J] largest scale of the groups that its parts were in before
+    TreeExchange exchanged, before;  // since the group exists; up to the current phase
+    double earlier_energy = 0;       // [J] maximum scale of the previous groups of its parts
   };
   /// The worst group of a row.
   struct Worst {
@@ -142,11 +142,11 @@ class ConservationMonitor {
   void add_scale(const LedgerScale& scale);
 
   std::vector<std::string> names_;            // of the parts
-  std::vector<std::vector<int>> tree_parts_;  // per tree of the model at hand
+  std::vector<std::vector<int>> tree_parts_;  // per tree of the current model
   std::vector<Group> groups_;
   bool bends_ = false;            // springs store energy, which the absolute tolerance bounds
-  std::vector<Worst> rows_;       // of groups that are no more: the four rows in their order
-  double jump_ = 0, growth_ = 0;  // of groups that are no more, relative
+  std::vector<Worst> rows_;       // of former groups: the four rows in their order
+  double jump_ = 0, growth_ = 0;  // of former groups, relative
   double farthest_ = 0;           // likewise [m]
   SlowestMotion slowest_;
   bool started_ = false;
@@ -160,11 +160,11 @@ class ConservationMonitor {
 class ImpactMonitor {
  public:
   void note(const ImpactResiduals& residuals);
-  /// Of an impact that took time: the residual of its balance of energy.
+  /// Adds the residual of the energy balance of a compliant impact.
   void note_compliant(double energy_residual);
-  /// Of an impulse that locks joints.
+  /// Adds the residual of an impulse that locks joints.
   void note_brake(double energy_identity_residual);
-  /// Nothing where there was no impact.
+  /// Writes nothing without an impact.
   void write(Ledger& ledger) const;
 
  private:

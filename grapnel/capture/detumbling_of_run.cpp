@@ -7,7 +7,7 @@
 namespace grapnel {
 namespace {
 
-// A target is at rest where this part is left of its angular momentum.
+// A target is at rest if its angular momentum is below this fraction of its initial value.
 constexpr double kTumblesNoMore = 1e-6;
 
 class DetumblingOfRun : public LawOfRun {
@@ -25,7 +25,7 @@ class DetumblingOfRun : public LawOfRun {
     LawScope scope{{}, system.closures, problem_.gravity, steady_joints(system)};
     law_ = {};
     law_.torque = post.detumble->torque;
-    // Held for a period, a command must not take more than is there.
+    // A command held for a period must not remove more than the current angular momentum.
     if (problem_.control) {
       const double held = problem_.control->timing.period + problem_.control->timing.delay;
       law_.shortest = 2 * held, law_.settling = std::max(law_.settling, 2 * held);
@@ -97,10 +97,10 @@ class DetumblingOfRun : public LawOfRun {
     report.target = target_, report.begin = time, report.torque_bound = law_.torque;
     report.angular_momentum_before = norm(motion.angular_momentum), report.speed_before = norm(motion.velocity);
     report.expected_duration = detumbling_time(motion.angular_momentum, law_.torque);
-    describe(state, time);  // until more is known
+    describe(state, time);  // until better estimates exist
   }
 
-  // Of a grasp, in the order of DetumblingCommand::limiting.
+  // Names the limits of a grasp, in the order of DetumblingCommand::limiting.
   void name_limits(const HeldGrasp& grasp) {
     const GraspSetup& setup = problem_.grasps[grasp.grasp];
     if (setup.target != target_ || grasp.closure == HeldGrasp::kRedundant) return;
@@ -109,13 +109,13 @@ class DetumblingOfRun : public LawOfRun {
     limited_.push_back(fmt::format("the moment rating of '{}' ({:.6g} N m)", setup.end_effector, rating.moment));
   }
 
-  // What limits allow, and how much too little that is.
+  // Warns if limits prevent the commanded torque, or the rest within the phase.
   void warn(const DetumblingReport& r, std::vector<std::string>& warnings) const {
     if (!r.within_limits) {
       warnings.push_back(
-          fmt::format("post_impact.detumble: at t = {:.6g} s the law cannot keep the limits: even without braking, "
-                      "moving '{}' takes "
-                      "{:.3g} times {}; efforts were scaled down, and the target did not move as asked for",
+          fmt::format("post_impact.detumble: at t = {:.6g} s the law exceeds the limits: even without braking, "
+                      "moving '{}' requires "
+                      "{:.3g} times {}; efforts were scaled down, and the target did not follow its reference",
                       r.largest_demand_time, r.target, r.largest_demand, r.limiting));
     }
     const double left = problem_.post_impact->duration, takes = r.expected_duration / r.first_scale;
@@ -123,15 +123,15 @@ class DetumblingOfRun : public LawOfRun {
     warnings.push_back(
         r.first_scale > 0
             ? fmt::format(
-                  "post_impact.detumble: as the law begins limits leave {:.3g} of the {:.6g} N m of its torque, so "
+                  "post_impact.detumble: at the start of the law, limits reduce its torque to {:.3g} of {:.6g} N m, so "
                   "that '{}' comes to rest after about {:.4g} s; post_impact ends after {:.6g} s",
                   r.first_scale, r.torque_bound, r.target, takes, left)
             : fmt::format(
-                  "post_impact.detumble: as the law begins limits leave nothing of the {:.6g} N m of its torque",
+                  "post_impact.detumble: at the start of the law, limits reduce its torque from {:.6g} N m to zero",
                   r.torque_bound));
   }
 
-  // What the grasps give the target, by the motion of its bodies.
+  // The torque of the grasps on the target, from the motion of its bodies.
   void note_torque(const PhaseSample& sample) {
     const Model& model = system_->model;
     forward_kinematics(model, sample.state, kinematics_);
@@ -153,10 +153,10 @@ class DetumblingOfRun : public LawOfRun {
   }
 
   const CaptureProblem& problem_;
-  std::string target_;  // that is detumbled
+  std::string target_;  // the target to detumble
   const CaptureSystem* system_ = nullptr;
-  DetumblingLaw law_;                 // of the piece at hand
-  std::vector<std::string> limited_;  // what DetumblingCommand::limiting counts, in words
+  DetumblingLaw law_;                 // of the current piece
+  std::vector<std::string> limited_;  // names of the limits that DetumblingCommand::limiting counts
   Kinematics kinematics_;
   std::optional<DetumblingReport> report_;  // of all pieces
 };

@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// The path from a value to its first number that is not finite: "" if it is one itself.
+// The path from a value to its first non-finite number: "" if it is the number itself.
 using Path = std::optional<std::string>;
 
 Path path_in(const Type& type, const void* value, bool also_unknown);
@@ -45,7 +45,8 @@ Path path_in_list(const Type& type, const void* list, bool also_unknown) {
 Path path_in_structure(const Type& type, const void* owner, bool also_unknown) {
   Path found;
   for (const Field& field : type.fields) {
-    if (!field.place || (field.is_present && !field.is_present(owner))) continue;  // what is computed follows from them
+    // derived fields follow from the others
+    if (!field.place || (field.is_present && !field.is_present(owner))) continue;
     if (field.is_null_absent && !also_unknown) continue;
     const auto look = [&](const void* value) {
       if (const Path below = path_in(field.type(), value, also_unknown)) found = "." + std::string(field.key) + *below;
@@ -95,7 +96,7 @@ std::string first_not_finite(const CaptureResult& result) {
   Finder finder;
   finder.look("approach.start", result.approach_start);
   finder.look("approach.end", result.approach_end);
-  finder.look("capture.grasps", result.grasps, true);  // of a run that got to its end all is known
+  finder.look("capture.grasps", result.grasps, true);  // in a run that reached its end, all values are known
   finder.look("impact", result.impact);
   finder.look("later_impacts", result.later_impacts);
   finder.look("phases", result.phases);

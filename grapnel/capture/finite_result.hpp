@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Whether a result's numbers are numbers.
+/// Checks that a result's numbers are finite.
 
 #include <string>
 
@@ -9,10 +9,10 @@
 
 namespace grapnel {
 
-/// The first number of a result's states, grasps, impacts and scales that is infinite or none, as its place in
-/// summary.json: "impact.grasps[left].impulse"; empty if all are finite. Vectors count by their length, which overflows
-/// where their squares do; what may be unknown (null in summary.json) is not looked at. Checks of conservation on such
-/// numbers check nothing: a deviation over an infinite scale is zero.
+/// The first infinite or NaN number of a result's states, grasps, impacts and scales, as its place in summary.json:
+/// "impact.grasps[left].impulse"; empty if all are finite. Vectors are checked by their length, which overflows when
+/// their squares do; values that may be unknown (null in summary.json) are skipped. Conservation checks on such numbers
+/// are meaningless: a deviation over an infinite scale is zero.
 std::string first_not_finite(const CaptureResult& result);
 
 }  // namespace grapnel

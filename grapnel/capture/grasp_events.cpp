@@ -14,7 +14,7 @@ namespace grapnel {
 
 namespace {
 
-// Without an impact nothing is welded, and what is too far away is not captured either.
+// Without an impact no grasp closes; a grasp beyond the gap limit is not captured either.
 void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
   for (std::size_t i : closing) {
@@ -26,10 +26,10 @@ void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
   }
 }
 
-// One that is too far away refuses the impact of all.
+// One grasp with too large a gap refuses the impact of all.
 void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, const Contact& contact) {
   std::string all;
-  std::vector<std::string> own(closing.size(), "contact refused, since another grasp's is");
+  std::vector<std::string> own(closing.size(), "contact refused together with another grasp's contact");
   for (std::size_t i = 0; i < closing.size(); ++i) {
     const GraspSetup& grasp = run.problem.grasps[closing[i]];
     const std::string text =
@@ -44,7 +44,7 @@ void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, 
   throw RunFailure("contact refused: " + all);
 }
 
-// The contact of the grasps that close, by the rule for gaps, after those that hold already.
+// The contact of the grasps that close, by the rule for gaps, after those that already hold.
 Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const CaptureProblem& problem = run.problem;
   const CaptureSystem& free = run.bodies.free;
@@ -82,12 +82,12 @@ bool holds_after(const CaptureProblem& problem, std::size_t grasp, ImpactSetup::
 
 }  // namespace
 
-// --- What happens when ---
+// --- Order of events ---
 
 bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
   const RunBodies& bodies = run.bodies;
   const bool moves = bodies.time < phase.end;
-  if (!moves && run.joints.approaching()) return false;  // what is due at its end closes with the others
+  if (!moves && run.joints.approaching()) return false;  // grasps due at its end close with the others
   close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
   close_grasps(run, run.schedule.due_at(bodies.time));
   if (!moves) return false;
@@ -115,7 +115,7 @@ bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
 void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
   const auto& releases = run.problem.post_impact->releases;
   const double now = run.bodies.time;
-  // In the order of time; an impact in time may have passed over some.
+  // In the order of time; a compliant impact may have passed some.
   for (; phase.released < releases.size(); ++phase.released) {
     const PostImpactSetup::Release& release = releases[phase.released];
     const double due = phase.begin + release.after;
@@ -138,7 +138,7 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
   }
 }
 
-// --- What grasps that close have in common ---
+// --- Common parts of all impact laws ---
 
 Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing) {
   Meeting meeting{run.next_name("contact"), closing, {}};
@@ -148,7 +148,7 @@ Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing) {
   }
   run.to_free();
   meeting.contact = contact_of(run, closing);
-  // Of a target that is put elsewhere the momentum about its own centre of mass stays.
+  // A moved target keeps the momentum about its own centre of mass.
   run.bodies.state = meeting.contact.state;
   return meeting;
 }
@@ -186,19 +186,20 @@ void keep_report(CaptureRun& run, ImpactReport report) {
     to_world(run.frame, h.linear, run.bodies.free.model.mass(), report);
   }
   if (report.energy_created) {
-    warn(fmt::format(
-        "impact: the result has more energy than there was before; the {} hypothesis can do this with friction "
-        "(impact.hypothesis: stronge cannot)",
-        report.hypothesis));
+    warn(
+        fmt::format("impact: the energy increases; the {} hypothesis permits this with friction "
+                    "(impact.hypothesis: stronge cannot)",
+                    report.hypothesis));
   }
   if (!report.inconsistent.empty()) {
-    warn("impact: no motion has the restitution that is asked for; in the least-squares sense it is not met in: " +
+    warn("impact: no motion has the specified restitution; in the least-squares sense it is violated in: " +
          report.inconsistent);
   }
   if (!report.unique) {
     warn(
-        "impact: simultaneous contacts; how they share the impulse depends on their stiffnesses, which this law does "
-        "not know (impact.grasps.rebound.spread)");
+        "impact: simultaneous contacts; the distribution of the impulse depends on their stiffnesses, which this law "
+        "does "
+        "not include (impact.grasps.rebound.spread)");
   }
   if (run.result.impact) {
     run.result.later_impacts.push_back(std::move(report));
@@ -207,20 +208,20 @@ void keep_report(CaptureRun& run, ImpactReport report) {
   }
 }
 
-// Impacts of grasps that close: at once, or resolved in time, where grasps and contacts are springs and dampers until
+// Impacts of closing grasps: instantaneous, or compliant, in which grasps and contacts are springs and dampers until
 // they are at rest or apart; and brakes that lock joints.
 
-// --- At once ---
+// --- Instantaneous impact ---
 
 namespace {
 
-// What has been caught changes what vibrates.
+// The captured target changes the vibration modes.
 void describe_captured(CaptureRun& run) {
   if (run.detail != CaptureDetail::full || run.bodies.system.elastic_joints.empty() || run.bodies.held.empty()) return;
   run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "captured", run.bodies.time));
 }
 
-// Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
+// Sizes are correct by construction, so the solver rejects only numbers: inertias that span more than doubles resolve.
 ImpactOutcome solve_impact(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
   std::vector<std::size_t> all;
@@ -283,11 +284,11 @@ void stop_joints(CaptureRun& run) {
   run.to_joined();
 }
 
-// --- In time ---
+// --- Compliant impact ---
 
 namespace {
 
-// Where a velocity of a joint of the robot is in another representation.
+// Index of a velocity of a robot joint in another representation.
 int velocity_in(const CaptureRun& run, const CaptureSystem& system, int free_velocity) {
   for (std::size_t j = 0; j < run.joints.size(); ++j) {
     if (joint_body(run.bodies.free, j).v == free_velocity) return joint_body(system, j).v;
@@ -295,7 +296,7 @@ int velocity_in(const CaptureRun& run, const CaptureSystem& system, int free_vel
   return free_velocity;
 }
 
-// A contact of grasps that close, without those that hold already.
+// The contact of closing grasps only, without those that already hold.
 Contact without_held(Contact contact, std::size_t held) {
   const auto n = static_cast<std::ptrdiff_t>(held);
   contact.gaps.erase(contact.gaps.begin(), contact.gaps.begin() + n);
@@ -304,8 +305,8 @@ Contact without_held(Contact contact, std::size_t held) {
   return contact;
 }
 
-// Joints that are braked are at rest from the first instant of an impact in time on: what that takes, per held rate.
-// In the joined system, which has no closed loops.
+// Locks braked joints at the first instant of a compliant impact, in the joined system, which has no closed loops.
+// Returns the impulse per held rate.
 std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> held) {
   if (run.problem.impact->joints != ImpactSetup::Joints::braked) return std::vector<double>(held.size(), 0.0);
   const ImpactSolution stopped = plastic_impact(run.bodies.system.model, run.bodies.state, {}, held);
@@ -314,13 +315,14 @@ std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> hel
   return stopped.held_impulses;
 }
 
-// How targets move along contacts' normals afterwards, of what hands had before.
+// Records the targets' speeds along the contacts' normals after the impact, relative to the end-effectors' motion
+// before.
 void note_target_speeds(const Model& model, const State& before, const State& after,
                         std::span<const MeetingContact> contacts, std::span<EffectiveMass> masses) {
   const Kinematics then = forward_kinematics(model, before), now = forward_kinematics(model, after);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const CompliantContact& c = contacts[i].contact;
-    // The target's point that was touched first.
+    // The point of the target that was touched first.
     const Vector3d arm = now.X_WB[c.target_body].R * (inverse(then.X_WB[c.target_body]) * c.p_WC);
     const Vector3d target = shift(now.V_WB[c.target_body], arm).linear;
     const Vector3d hand = shift(then.V_WB[c.robot_body], c.p_WC - then.X_WB[c.robot_body].p).linear;
@@ -328,7 +330,7 @@ void note_target_speeds(const Model& model, const State& before, const State& af
   }
 }
 
-// From the state in which the bodies meet to that in which springs are at rest or apart. In the joined system.
+// Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
 CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, const Meeting& meeting,
                        std::vector<HeldRate> held) {
   RunBodies& bodies = run.bodies;
@@ -374,7 +376,7 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   return outcome;
 }
 
-// Rigid grasps may not allow the rates that springs did.
+// Rigid grasps may not permit the rates that springs permitted; corrects the held joints.
 void correct_held_joints(const Model& model, const std::vector<HeldRate>& held, const ImpactSolution& rest,
                          ImpactReport& report) {
   const std::vector<bool> gave_way = which_gave_way(model, held, rest.velocity);
@@ -386,7 +388,7 @@ void correct_held_joints(const Model& model, const std::vector<HeldRate>& held, 
   }
 }
 
-// Grasps that have come to rest hold rigidly from now on. In the free system.
+// Makes grasps that have come to rest rigid. In the free system.
 void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
   RunBodies& bodies = run.bodies;
   const Model& model = bodies.free.model;
@@ -402,7 +404,7 @@ void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
     report.compliant->residual_impulse = std::max(report.compliant->residual_impulse, norm(c.P_WC.linear));
   const Momentumd before = run.momentum_about_origin();
   bodies.state.v = rest.velocity;
-  const bool grounded = !model.has_free_root(bodies.free.base);  // else nothing can have changed it
+  const bool grounded = !model.has_free_root(bodies.free.base);  // otherwise the momentum cannot have changed
   run.monitor.stiffened(meeting.phase, grounded ? run.momentum_about_origin() - before : Momentumd::zero(), report,
                         yielded.joint_peaks);
 }
@@ -411,12 +413,12 @@ void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
 
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
-  const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: others are asked for meanwhile
+  const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: with_grasps() is called again below
   const Meeting meeting = meet(run, closing);
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   run.to_joined();
   if (!bodies.system.closures.empty())
-    throw RunFailure("impact.law: compliant is not there for targets that are held in closed loops already");
+    throw RunFailure("impact.law: compliant does not support targets that are already held in closed loops");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
   CompliantRun yielded = let_yield(run, with_closing, meeting, held);

@@ -1,58 +1,58 @@
 #pragma once
 
 /// @file
-/// What happens at the instants between pieces of motion, where velocities jump: grasps close or contacts touch, in an
-/// impact at once or in time; joints are locked by their brakes; grasps release.
+/// Events between motion segments, at which velocities jump: grasps close or contacts touch, in an instantaneous or
+/// compliant impact; brakes lock joints; grasps release.
 
 #include "grapnel/capture/capture_run.hpp"
 #include "grapnel/capture/phase_segment.hpp"
 
 namespace grapnel {
 
-// --- What happens when (grasp_events.cpp) ---
+// --- Order of events (grasp_events.cpp) ---
 
-/// Closes what is due at a phase's present instant: grasps that close on arrival or at stated times. What closes
-/// together at the approach's end waits for that. Whether there is motion left in the phase.
+/// Closes grasps that are due at the current instant of a phase: on arrival or at stated times. Grasps that close
+/// together wait for the approach's end. Returns whether motion remains in the phase.
 bool close_due_grasps(CaptureRun& run, const MotionPhase& phase);
 
-/// Decides on grasps of the problem, and lets those meet that are within their envelopes: at once, in one impact; but
-/// what grasps does so before what only touches. Whether any did.
+/// Decides on grasps of the problem, and closes those within their envelopes simultaneously, in one impact; grasps
+/// precede contacts. Returns whether any closed.
 bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps);
 
-/// Opens grasps whose time since the phase's begin has come.
+/// Opens grasps whose release time in the phase has been reached.
 void release_due_grasps(CaptureRun& run, MotionPhase& phase);
 
-// --- What grasps that close have in common, whatever the law (grasp_events.cpp) ---
+// --- Common parts of all impact laws (grasp_events.cpp) ---
 
 /// A contact that begins.
 struct Meeting {
   std::string phase;                 // its name
   std::vector<std::size_t> closing;  // grasps of the problem
-  Contact contact;                   // in the free system: of grasps that hold already, then of these
+  Contact contact;                   // in the free system: grasps that already hold, then these
 };
-/// Puts the bodies into the free system, and targets where the rule for gaps puts them; arms that close settle.
-/// @throws RunFailure where gaps are too wide.
+/// Converts the bodies to the free system, moves targets by the rule for gaps, and settles the arms that close. @throws
+/// RunFailure if gaps are too large.
 Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing);
-/// What has met holds, or is apart again. In the free system. `unfinished`: of an impact in time, per grasp that closes
-/// (may be empty): how it was still under way at its end.
+/// Closes the grasps that hold, and marks the others as parted. In the free system. `unfinished`: for a compliant
+/// impact, per closing grasp (may be empty), its state if the impact was cut short.
 void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law, const ImpactReport& report,
                   std::span<const std::string> unfinished = {});
-/// Puts a report into the result, with margins and warnings.
+/// Adds a report to the result, with margins and warnings.
 void keep_report(CaptureRun& run, ImpactReport report);
 
 // --- Impacts (grasp_events.cpp) ---
 
-/// Grasps close, or contacts touch: in the free system, where those that hold already are constraints like the new
-/// ones.
+/// Instantaneous impact of grasps or contacts: in the free system, in which grasps that already hold are constraints
+/// like the new ones.
 void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, ImpactSetup::Law law);
-/// The impact takes its time: grasps and contacts yield meanwhile, then grasps are rigid.
+/// Compliant impact: grasps and contacts are compliant during the impact, and grasps are rigid afterwards.
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing);
 
 // --- Brakes (grasp_events.cpp) ---
 
-/// Joints that settle stop at once, if brakes hold them after the approach. In the free system.
+/// Stops settled joints immediately, if brakes hold them after the approach. In the free system.
 std::optional<BrakeReport> lock_settled_joints(CaptureRun& run);
-/// The same in the system as it is, where joints settle while no grasp closes.
+/// The same in the current system, if joints settle while no grasp closes.
 void stop_joints(CaptureRun& run);
 
 }  // namespace grapnel

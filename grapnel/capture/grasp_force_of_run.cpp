@@ -41,7 +41,7 @@ class GraspForceOfRun : public LawOfRun {
       const GraspForceSetup::Pair& pair = setup_.pairs[p];
       const auto a = std::find(names.begin(), names.end(), pair.between[0]);
       const auto b = std::find(names.begin(), names.end(), pair.between[1]);
-      if (a == names.end() || b == names.end()) continue;  // let go
+      if (a == names.end() || b == names.end()) continue;  // released
       law.pairs.push_back({static_cast<std::size_t>(a - names.begin()), static_cast<std::size_t>(b - names.begin()),
                            pair.force, begin_ + pair.after, pair.ramp});
       pairs_.push_back(p);
@@ -81,7 +81,7 @@ class GraspForceOfRun : public LawOfRun {
   void write(CaptureResult& result) const override { result.grasp_force = report_; }
 
  private:
-  // Grasps of the target that bear something, as positions in CaptureSystem::grasps.
+  // Grasps of the target that transmit loads, as indices in CaptureSystem::grasps.
   std::vector<std::size_t> holds_of(const CaptureSystem& system) const {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < system.grasps.size(); ++i) {
@@ -99,7 +99,7 @@ class GraspForceOfRun : public LawOfRun {
     report.internal_rank = law_->internal_rank();
   }
 
-  // What the grasps bear, by the solver of the loops, beside the reference.
+  // Records the loads of the grasps, from the loop solver, and their references.
   void note_forces(const PhaseSample& sample) {
     const GraspForceLaw& law = law_->law();
     const std::vector<GraspWrench> wrenches = wrenches_of_grasps(*system_, kinematics_, sample);
@@ -132,7 +132,7 @@ class GraspForceOfRun : public LawOfRun {
   bool begins_ = false;
   double begin_ = 0;           // of post_impact
   std::optional<Posed> X_BT_;  // of the target's own frame, to be held
-  // The piece at hand:
+  // The current piece:
   const CaptureSystem* system_ = nullptr;
   std::vector<std::size_t> places_;  // of holds, in CaptureSystem::grasps
   std::vector<std::size_t> pairs_;   // of the law's pairs, in the setup

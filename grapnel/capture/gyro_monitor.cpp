@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// Steps that follow each other, to rounding, make one hazard.
+// Consecutive steps, to within rounding, form one interval near a singularity.
 constexpr double kSameTime = 1e-9;
 
 void raise_size(double& largest, double value) {
@@ -87,7 +87,7 @@ void GyroMonitor::write(CaptureResult& result) const {
   result.warnings.push_back(
       fmt::format("gyros: for {:.4g} s, first at t = {:.6g} s, the array was near a singularity (measure down to "
                   "{:.3g}, below {:g}), "
-                  "where up to {:.3g} N m of the torque asked for was not given",
+                  "where the torque was up to {:.3g} N m below the command",
                   time, report_.hazards.front().begin, report_.least_singularity_measure, report_.near, lacking));
 }
 

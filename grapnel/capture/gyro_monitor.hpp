@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What control moment gyros do in a run: angles, rates, torques, and where the array comes near a singularity. Thread
-/// safety: one thread at a time.
+/// Observes control moment gyros: angles, rates, torques, and intervals near singularities of the array. Thread safety:
+/// one thread at a time.
 
 #include <span>
 
@@ -17,16 +17,16 @@ class GyroMonitor {
   /// The problem must outlive this.
   explicit GyroMonitor(const CaptureProblem& problem);
 
-  /// A piece of motion begins.
+  /// A motion segment begins.
   void begin_phase(const PhaseDynamics& dynamics);
-  /// Whether steps are to be looked into: gyros are steered.
+  /// Whether steps must be evaluated: gyros are steered.
   bool looks() const { return steered_; }
   void step(const PhaseStep& step);
-  /// The system at some time. `motor`: efforts per Model::joints(); empty where nobody worked them out.
+  /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
   void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
-  /// m (GyroArray) of the array as it is in a state.
+  /// The singularity measure m (GyroArray) of the array in a state.
   double singularity_measure(const CaptureSystem& system, const State& state) const;
-  /// Nothing without gyros, or if nothing was looked at. Warns of hazards.
+  /// Writes nothing without gyros or samples. Warns of intervals near singularities.
   void write(CaptureResult& result) const;
 
  private:

@@ -47,7 +47,7 @@ RateNoise rate_noise_of(const CaptureProblem& problem) {
   RateNoise noise;
   if (!problem.sensors || !problem.control) return noise;
   const double period = problem.control->timing.period;
-  // Rounding as noise of the same variance.
+  // Adds rounding as noise of the same variance.
   const auto with_rounding = [](double deviation, double quantum) {
     return std::sqrt(deviation * deviation + quantum * quantum / 12);
   };
@@ -87,7 +87,7 @@ IdentificationRun::IdentificationRun(const CaptureProblem& problem) : problem_(p
 }
 
 void IdentificationRun::begin_post_impact(double time) {
-  if (!problem_.post_impact->identify) return;  // of a later phase
+  if (!problem_.post_impact->identify) return;  // it belongs to a later phase
   begin_ = time + setup_->from;
   end_ = begin_ + setup_->duration;
 }

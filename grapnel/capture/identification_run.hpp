@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Identification of a held target in a run: samples at the clock's ticks, what they show, and the model that laws work
-/// with before and afterwards (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
+/// Identification of a held target in a run: samples at the clock's sample times, the estimate, and the model that laws
+/// use before and after (docs/theory, section 16 and 18.6-18.8). Thread safety: one thread at a time.
 
 #include <limits>
 #include <memory>
@@ -26,7 +26,7 @@ struct TargetInertia {
 std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size_t target,
                                           const TargetInertia& inertia);
 
-/// Standard deviations of rates, as sensors have them.
+/// Standard deviations of rates, from the sensors' settings.
 RateNoise rate_noise_of(const CaptureProblem& problem);
 
 class IdentificationRun {
@@ -35,17 +35,17 @@ class IdentificationRun {
   explicit IdentificationRun(const CaptureProblem& problem);
 
   void begin_post_impact(double time);
-  /// A piece of motion begins. Samples of another model are forgotten.
+  /// Begins a motion segment. Samples of another model are discarded.
   void begin_piece(const CaptureSystem& system, double time);
-  /// What the laws take the system for in that piece; null: for what it is.
+  /// The model that the laws use in that piece; null: the true one.
   std::shared_ptr<const Model> law_model(const CaptureSystem& system) const;
-  /// A tick: `seen` is what sensors show.
+  /// Takes a sample; `seen` holds the sensor readings.
   void take(const CaptureSystem& system, const PhaseSample& sample, const State& seen);
-  /// The piece ends: what came in from outside.
+  /// Ends the piece: adds external impulses.
   void end_piece(const PhaseIntegrals& integrals);
-  /// When samples end; infinite: there is nothing to wait for [s].
+  /// The end time of the samples; infinite: none [s].
   double next_event() const;
-  /// At that time: says what the samples show.
+  /// Computes and reports the estimate at that time.
   void conclude(const CaptureSystem& system, double time);
   void write(CaptureResult& result) const;
 
@@ -64,7 +64,7 @@ class IdentificationRun {
   Momentumd finished_impulse_ = Momentumd::zero(), first_impulse_ = Momentumd::zero();
   std::optional<Momentumd> first_momentum_;
   std::vector<MotionSample> samples_;
-  std::vector<std::size_t> grasps_;  // that held when the first was taken
+  std::vector<std::size_t> grasps_;  // those that held at the first sample
   std::optional<IdentificationReport> report_;
 };
 

@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// Velocity of the centre of mass of the robot with what it holds; of one on the ground zero.
+// Velocity of the centre of mass of the robot with its held targets; zero for a base on the ground.
 Vector3d drift_of(const CaptureSystem& system, const Kinematics& kinematics) {
   if (!system.model.has_free_root(system.base)) return Vector3d::zero();
   double mass = 0;
@@ -26,7 +26,7 @@ std::vector<std::string> hands_of(const CaptureProblem& problem) {
   return names;
 }
 
-// The law without its hands' references, and the joints between the base and the hands.
+// The law without the end-effectors' references, and the joints between the base and the end-effectors.
 struct Prepared {
   ImpedanceLaw law;
   LawScope scope;
@@ -57,13 +57,13 @@ Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
   return p;
 }
 
-// Where the hands are now, from now on as the centre of mass moves.
+// References: the end-effectors keep their current poses relative to the centre of mass.
 void stay(const CaptureSystem& system, const State& state, double time, ImpedanceLaw& law) {
   const Kinematics k = forward_kinematics(system.model, state);
   for (ImpedanceHand& hand : law.hands) hand.reference = {-1, k.X_WB[hand.body] * hand.X_BE, time, drift_of(system, k)};
 }
 
-// To their grasp points, straight in the targets' frames.
+// References: straight paths to the grasp points, in the targets' frames.
 void go(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time,
         const std::vector<std::string>& names, ImpedanceLaw& law) {
   const Kinematics k = forward_kinematics(system.model, state);
@@ -87,7 +87,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
     reference.turn = rotation_vector(transpose(R_end) * X_TE.R);
     reference.arrival = grasp->relative_velocity, reference.arrival_time = problem.approach->duration;
     reference.way = {time, JointPath{problem.approach->profile, problem.approach->duration - time, 1, 0}};
-    // It begins as the hand moves.
+    // It begins with the end-effector's velocity.
     const Posed& X_WT = k.X_WB[target];
     const Posed X_WE = X_WT * X_TE;
     const Vector3d w = k.V_WB[hand.body].angular - k.V_WB[target].angular;
@@ -97,7 +97,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
   }
 }
 
-// Hands under impedance in a phase: the approach, or the motion after the impact.
+// Impedance control of end-effectors in a phase: the approach, or the motion after the impact.
 class ImpedanceOfRun : public LawOfRun {
  public:
   ImpedanceOfRun(const CaptureProblem& problem, bool approach) : problem_(problem), approach_(approach) {}
@@ -114,7 +114,7 @@ class ImpedanceOfRun : public LawOfRun {
     } else {
       for (std::size_t h = 0; h < references_.size(); ++h) p.law.hands[h].reference = references_[h];
     }
-    p.scope.steady = steady_joints(system);  // but in an impact, where no motor of theirs works
+    p.scope.steady = steady_joints(system);  // except in an impact, in which their motors are not modelled
     law_ = std::make_shared<Impedance>(law_model, std::move(p.law), std::move(p.scope));
     describe(state, time);
     return law_;
@@ -145,7 +145,7 @@ class ImpedanceOfRun : public LawOfRun {
   const CaptureProblem& problem_;
   const bool approach_;
   std::vector<HandReference> references_;
-  std::shared_ptr<Impedance> law_;         // of the piece at hand
+  std::shared_ptr<Impedance> law_;         // of the current piece
   std::optional<ImpedanceReport> report_;  // of all pieces
 };
 
@@ -179,7 +179,7 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
                             problem.impedance->law == ImpedanceSetup::Law::operational_space &&
                             problem.impedance->force == ImpedanceSetup::Force::sensed;
     if (controlled) {
-      const Vector3d& M = problem.impedance->mass;  // along the hand's axes, as they are now
+      const Vector3d& M = problem.impedance->mass;  // along the end-effector's current axes
       const Vector3d n = transposed_times(frame_pose(model, k, model.frame_index(meeting.end_effector)).R, c.n_W);
       mass = 1 / (n[0] * n[0] / M[0] + n[1] * n[1] / M[1] + n[2] * n[2] / M[2]);
       if (problem.impedance->match == ImpedanceSetup::Match::target)

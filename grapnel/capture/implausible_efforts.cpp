@@ -18,7 +18,7 @@ const JointDescription* joint_of(const CaptureProblem& problem, const std::strin
   return nullptr;
 }
 
-// Impacts and brakes have phases of their own, and loads that last as long as is assumed.
+// Impacts and brakes are separate phases, whose loads depend on an assumed duration.
 bool is_motion(const PeakLoad& load) {
   return !load.assumed_duration && !load.phase.starts_with("contact") && !load.phase.starts_with("brake");
 }
@@ -26,7 +26,7 @@ bool is_motion(const PeakLoad& load) {
 }  // namespace
 
 std::vector<std::string> implausible_efforts(const CaptureProblem& problem, const CaptureResult& result) {
-  std::vector<const PeakLoad*> found;  // the largest of each joint
+  std::vector<const PeakLoad*> found;  // the maximum of each joint
   for (const PeakLoad& load : result.peak_loads) {
     if (load.quantity != "driving" || !is_motion(load)) continue;
     const JointDescription* joint = joint_of(problem, load.of);
@@ -45,7 +45,8 @@ std::vector<std::string> implausible_efforts(const CaptureProblem& problem, cons
     warnings.push_back(
         fmt::format("implausible effort: joint '{}' has no effort limit and gives {:.3g} {} at t = {:.6g} s ({}), more "
                     "than {:.0g} {}; "
-                    "the motion from then on is that of a drive that does not exist: state limits.effort of the joint",
+                    "no real drive gives such an effort, so the motion from then on is not realistic: state "
+                    "limits.effort of the joint",
                     load->of, load->peak, slides ? "N" : "N m", load->time, load->phase,
                     slides ? kMostForce : kMostMoment, slides ? "N" : "N m"));
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Efforts that no robot's joint gives, of joints whose limit is not stated.
+/// Warnings of efforts beyond any real robot joint, for joints without an effort limit.
 
 #include <string>
 #include <vector>
@@ -11,8 +11,8 @@
 
 namespace grapnel {
 
-/// A warning per joint without an effort limit that gave more in a phase of motion than 10 kN m or 100 kN, ten times
-/// what the largest space robots' joints give: with joint, effort, time and phase. Reads CaptureResult::peak_loads.
+/// One warning per joint without an effort limit whose effort in a phase of motion exceeded 10 kN m or 100 kN, ten
+/// times the efforts of the largest space robots: with joint, effort, time and phase. Reads CaptureResult::peak_loads.
 std::vector<std::string> implausible_efforts(const CaptureProblem& problem, const CaptureResult& result);
 
 }  // namespace grapnel

@@ -5,7 +5,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kKept = 100;  // impacts at stops
+constexpr std::size_t kKept = 100;  // maximum number of recorded impacts at stops
 
 JointReport::Mode mode_of(const PhaseDynamics& dynamics, std::size_t joint) {
   using Mode = JointReport::Mode;
@@ -49,7 +49,7 @@ void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   }
 }
 
-// Absent without joints that stick.
+// Absent without joints with static friction.
 void JointMonitor::write_row(CaptureResult& result) const {
   constexpr double kRounding = 1e-9;
   std::optional<double> largest;
@@ -60,9 +60,8 @@ void JointMonitor::write_row(CaptureResult& result) const {
     determined = determined && joint.friction_determined;
   }
   if (!largest) return;
-  std::string note = "largest friction of a joint that it holds at rest, over its breakaway effort";
-  if (!determined)
-    note += "; closed loops leave the friction of several joints undetermined: the admissible set of least norm counts";
+  std::string note = "maximum friction effort of a joint at rest, over its breakaway effort";
+  if (!determined) note += "; friction that closed loops leave undetermined is the minimum-norm admissible one";
   result.ledger.entries.push_back({"joint_friction_share", *largest, 1 + kRounding, "1", note, true});
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What joints with sticking friction, stops or known motors do in a run. Thread safety: one thread at a time.
+/// Observes joints with static friction, stops or motor data. Thread safety: one thread at a time.
 
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@ class JointMonitor {
  public:
   /// The dynamics must live until the phase ends.
   void begin_phase(const std::string& name, const PhaseDynamics& dynamics);
-  /// Of a phase that has finished.
+  /// Ends a phase that has finished.
   void end_phase(const PhaseOutcome& outcome);
   void write(CaptureResult& result) const;
 

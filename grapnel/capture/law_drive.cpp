@@ -7,7 +7,7 @@
 namespace grapnel {
 namespace {
 
-// Times that differ by less are one [s].
+// Times that differ by less are equal [s].
 double resolution_at(double time) {
   return 64 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(time));
 }

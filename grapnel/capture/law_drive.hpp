@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// A law that moves all joints together, during an impact in time: continuously, or at the ticks of the run's clock.
+/// A law that moves all joints together, during a compliant impact: continuously, or at the sample times of the run's
+/// clock.
 
 #include <memory>
 
@@ -14,9 +15,9 @@ namespace grapnel {
 
 class LawDrive : public ImpactDrive {
  public:
-  /// `begin`: of the impact, on the scenario's clock. `clock`: of sampled control; null: the law speaks continuously.
-  /// `sensors`: read at its ticks, as far as they read motion; null: the law knows the truth. `system`, clock and
-  /// sensors outlive it.
+  /// `begin`: of the impact, on the scenario's clock. `clock`: of sampled control; null: the law acts continuously.
+  /// `sensors`: read at its sample times, if they measure motion; null: the law receives true values. `system`, clock
+  /// and sensors outlive it.
   LawDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
            std::shared_ptr<ControlClock> clock, SensorRun* sensors = nullptr);
 

@@ -7,10 +7,11 @@
 namespace grapnel {
 namespace {
 
-// Of the singular values that a law divides by, the least over the largest: below, joints move fast for little.
+// Minimum ratio of the smallest to the largest singular value that a law divides by; below it, joint rates become
+// large.
 constexpr double kRankLost = 1e-3;
 
-// How far a joint is from the nearer end of its range, relative to it; an end that is not there is far away.
+// Distance of a joint from the nearer limit, relative to its range; infinite without a limit.
 double room(const JointLimits& limits, double position) {
   const double range = limits.upper - limits.lower;
   return std::min(position - limits.lower, limits.upper - position) / (std::isfinite(range) && range > 0 ? range : 1.0);
@@ -91,7 +92,7 @@ void LawRun::next_phase(CaptureResult& result) {
 
 bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   if (!now_ || !now_->begun || now_->over || now_->part->has_work(system)) return false;
-  // How it moved is known from the end of the piece before: now it hangs on nothing.
+  // The motion up to the release is known from the end of the previous piece.
   now_->part->released_at(time);
   end(LawEnd::released, "");
   return true;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A law that moves all joints together: when it works, when it is over and why.
+/// A law that moves all joints together: when it acts, when it ends and why.
 
 #include <memory>
 #include <optional>
@@ -17,29 +17,29 @@ class LawRun {
   /// The problem must outlive this.
   explicit LawRun(const CaptureProblem& problem);
 
-  /// The motion after the impact begins: from now on its law may work.
+  /// Begins the motion after the impact, in which the law may act.
   void begin_post_impact(const CaptureSystem& system, const State& known);
-  /// A piece of motion begins in which what the law works on is held no more, so that it is over.
+  /// Begins a motion segment; returns whether the law ends because its target is not held any more.
   bool ends_by_release(const CaptureSystem& system, double time);
-  /// A piece of motion begins: the law, if one works in it. `system` lives until the piece ends. `law_model`: what the
-  /// law takes it for; null: for what it is. `known`: the state with the posture as laws know it.
+  /// Begins a motion segment. Returns the law if one acts in it. `system` lives until the piece ends. `law_model`: the
+  /// model that the law uses; null: the true one. `known`: the state with the posture as the laws know it.
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const State& state, const State& known,
                                         double time, std::shared_ptr<const Model> law_model = nullptr);
-  /// The problem has another phase: its law takes the place of the one before, whose report is put into the result.
+  /// The next phase of the problem begins: its law replaces the previous one, whose report is added to the result.
   void next_phase(CaptureResult& result);
-  /// Whether the law of the phase at hand has come to its end.
+  /// Whether the law of the current phase has ended.
   bool is_over() const { return now_ && now_->over; }
-  /// Whether it works in the piece at hand.
+  /// Whether it acts in the current piece.
   bool works() const { return law_ != nullptr; }
 
-  /// Falls to zero where the law is over.
+  /// Falls to zero at the end of the law.
   double margin(double time, const State& state);
-  /// Looks into a step of the piece.
+  /// Evaluates a step of the piece.
   void step(const PhaseStep& step);
-  /// The piece has ended; `stopped`: before its time, with the least margin of everything else that may stop it being
-  /// `other`. Whether the law is over now.
+  /// Ends the piece; `stopped`: before its time, with `other` the minimum margin of all other stop conditions. Returns
+  /// whether the law has ended.
   bool end_piece(const State& state, double time, bool stopped, double other);
-  /// Puts what there is to be said into the result.
+  /// Writes reports and warnings to the result.
   void write(CaptureResult& result) const;
 
  private:
@@ -59,7 +59,7 @@ class LawRun {
   const CaptureProblem& problem_;
   Phase approach_, after_;
   Phase* now_ = nullptr;  // null: no law may work
-  // The piece at hand:
+  // The current piece:
   const CaptureSystem* system_ = nullptr;
   std::shared_ptr<const Model> law_model_;
   std::shared_ptr<JointLaw> law_;

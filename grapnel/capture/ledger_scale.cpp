@@ -6,13 +6,13 @@
 namespace grapnel {
 namespace {
 
-// Share of what was exchanged: an exchange adds up the roundings and the error estimates of many steps.
+// Fraction of the exchanged momentum or energy: an exchange accumulates rounding and integration errors of many steps.
 constexpr double kExchanged = 1e-2;
 // Position errors of some ten roundings, relative to a momentum drift of 1e-11.
 constexpr double kRoundedArm = 2e-4;
-// Motions that are slower than these parts of (radius times rate) and of the fastest speed of the run.
+// A motion is slow below these fractions of (radius times rate) and of the maximum speed of the run.
 constexpr double kSlow = 3e-2, kSlowest = 1e-6;
-// Energy, as part of a mean force times the radius: the square of kScaleFloor.
+// Energy as a fraction of mean force times radius: the square of kScaleFloor.
 constexpr double kHeld = kScaleFloor * kScaleFloor;
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What deviations of momentum and energy are measured against, for one group of bodies that touch: the largest sizes
-/// of its motion, what it exchanged, and floors from its mass, its size, its place and the duration of the run.
-/// Equations: docs/theory.md, section 9.
+/// Scales for deviations of momentum and energy of one group of touching bodies: the maximum size of its motion, its
+/// exchange, and floors from its mass, size, position and the duration of the run. Equations: docs/theory, section
+/// 9.
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -11,7 +11,7 @@
 
 namespace grapnel {
 
-/// Mass, size and place of a group; the largest over time.
+/// Mass, size and position of a group; maxima over time.
 struct GroupReach {
   double mass = 0;      // [kg]
   double radius = 0;    // of gyration about its centre of mass [m]
@@ -20,16 +20,16 @@ struct GroupReach {
 };
 GroupReach reach_of(const GroupSize<double>& size, const Vector3d& com);
 
-/// How slow a motion may be in a run before rounding and tolerances decide about it.
+/// The slowest motion in a run that is resolved, given rounding and tolerances.
 struct SlowestMotion {
-  double rate = 0;   // [1/s]: the largest of 1 / duration of the run and the mean motion of the orbit
+  double rate = 0;   // [1/s]: the maximum of 1 / duration of the run and the mean motion of the orbit
   double speed = 0;  // of the fastest group of the run [m/s]
 };
-/// Its rate; the speed is zero.
+/// Sets the rate; the speed is zero.
 SlowestMotion slowest_motion(const CaptureProblem& problem);
 
-/// `motion`: the largest group_scale() over time. Positive if the group has mass and size, and anything moves or the
-/// run takes time.
+/// `motion`: the maximum group_scale() over time. Positive if the group has mass and size, and anything moves or the
+/// run has a duration.
 GroupScale<double> ledger_scale(const GroupScale<double>& motion, const TreeExchange& exchanged,
                                 const GroupReach& reach, const SlowestMotion& slowest);
 

@@ -16,16 +16,16 @@ namespace grapnel {
 namespace {
 
 constexpr int kNodes = 5;
-constexpr int kGrid = 32;  // parts of a step in which the polynomial is looked at
-// More is only looked for if it is more by this share: repeated peaks are not looked for again for rounding's sake.
+constexpr int kGrid = 32;  // intervals of a step at whose ends the polynomial is evaluated
+// Minimum relative increase for a refined search: equal peaks are not searched again because of rounding.
 constexpr double kWorthwhile = 1e-9;
-// By how much of its range in the step a quantity may exceed what the polynomial says.
+// Margin by which a quantity may exceed the polynomial, as a fraction of its range in the step.
 constexpr double kUncertain = 0.02;
 
 const std::array<double, kNodes> kLobatto{0, 0.5 - 0.5 * std::sqrt(3.0 / 7.0), 0.5, 0.5 + 0.5 * std::sqrt(3.0 / 7.0),
                                           1};
 
-// Lagrange's polynomials of the nodes at the grid.
+// Lagrange polynomials of the nodes, at the grid points.
 using Basis = std::array<std::array<double, kNodes>, kGrid + 1>;
 Basis make_basis() {
   Basis basis;
@@ -41,8 +41,8 @@ Basis make_basis() {
   return basis;
 }
 
-// Where the parabola through values at -1, 0 and 1 is largest, and by how much more than in the middle; nothing if it
-// opens upwards.
+// Maximum of the parabola through values at -1, 0 and 1, and its excess over the middle value; empty if it opens
+// upwards.
 struct Vertex {
   double at, rise;
 };
@@ -52,8 +52,8 @@ std::optional<Vertex> vertex(double before, double middle, double after) {
   return Vertex{-slope / bend, -0.5 * slope * slope / bend};
 }
 
-// Where in the step (0 to 1) the polynomial through the nodes' values is largest in magnitude, and how large; nothing
-// if that is at one of the ends.
+// Position in the step (0 to 1) and value of the maximum magnitude of the interpolating polynomial; empty if it is at
+// an end.
 struct Promise {
   double at, magnitude;
 };
@@ -92,16 +92,16 @@ const PeakSearch::Point& PeakSearch::evaluate(double t, const Quantities& at) {
   return point;
 }
 
-// Towards the largest magnitude near t.
+// Refines the maximum magnitude near t by repeated parabolic interpolation.
 void PeakSearch::climb(std::size_t quantity, double t, double begin, double end, const Quantities& at) {
   constexpr int kMostTries = 8;
-  constexpr double kApart = 0.02, kClose = 0.2;  // of the step, of that
+  constexpr double kApart = 0.02, kClose = 0.2;  // of the step; of kApart
   const double apart = kApart * (end - begin);
   const auto magnitude = [&](double time) {
     return std::abs(evaluate(std::clamp(time, begin, end), at).values[quantity]);
   };
   for (int i = 0; i < kMostTries; ++i) {
-    // All three inside the step.
+    // All three points are inside the step.
     const double center = std::clamp(t, begin + apart, end - apart);
     const std::optional<Vertex> v = vertex(magnitude(center - apart), magnitude(center), magnitude(center + apart));
     if (!v) return;  // no maximum nearby
@@ -145,7 +145,7 @@ void EffortWatch::begin_phase(std::string name) {
 }
 
 void EffortWatch::watch(std::string joint, std::size_t quantity, double limit, bool cut) {
-  constexpr double kTolerance = 1e-9;  // of the limit
+  constexpr double kTolerance = 1e-9;  // relative to the limit
   if (!std::isfinite(limit) || (cut && !(limit > 0))) return;
   const double threshold = limit * (cut ? 1 - kTolerance : 1 + kTolerance);
   for (const double sign : {1.0, -1.0}) {
@@ -165,7 +165,7 @@ void EffortWatch::note(Monitor& monitor, double time, double value) {
 }
 
 void EffortWatch::step(std::span<const PeakSearch::Point> points, const PeakSearch::Quantities& at) {
-  constexpr double kTime = 1e-9;  // of the distance of two points
+  constexpr double kTime = 1e-9;  // relative to the distance of two points
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (Monitor& m : monitors_) {
       const PeakSearch::Point& p = points[i];
@@ -251,8 +251,8 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
   }
   controls_base_ = dynamics.setup().attitude.has_value();
   if (!controls_base_) return;
-  // Its limit bounds what is commanded, and rates nothing: gyros, and thrusters on or off, may give more or less. Where
-  // they do, SaturationMonitor observes what is commanded.
+  // The limit applies to the command, not to a rating: gyros, and thrusters on or off, may give more or less. In that
+  // case SaturationMonitor observes the command.
   const bool gives_the_command = !gives_base_torque_otherwise(dynamics.setup());
   for (int k = 0; k < 3; ++k) {
     const double limit = dynamics.setup().attitude->limit[k];
@@ -261,7 +261,7 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
   }
 }
 
-// Magnitudes, but for efforts, which have signs.
+// Magnitudes, except for efforts, which have signs.
 void LoadMonitor::evaluate(const PhaseSample& sample, std::span<double> values) {
   forward_kinematics(system_->model, sample.state, kinematics_);
   const bool first = determined_.size() != system_->grasps.size();
@@ -295,7 +295,7 @@ void LoadMonitor::step(const PhaseStep& step) {
   efforts_.step(search_.points(), at);
 }
 
-// Nothing is said of what bears nothing and is not rated: free drives, say.
+// Omits loads that are zero and not rated, e.g. of free drives.
 void LoadMonitor::note(PeakLoad load) {
   if (load.peak != 0 || std::isfinite(load.rating)) peaks_.push_back(std::move(load));
 }
@@ -323,7 +323,7 @@ void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, s
   const auto add = [&](const std::string& of, const char* quantity, double value, double after, double rating) {
     note({of, quantity, phase, value, report.time + after, rating, false});
   };
-  // Mean over an assumed time, where the impact takes none.
+  // Mean over an assumed duration, for instantaneous impacts.
   const auto mean = [&](const std::string& of, const char* quantity, double impulse, double rating) {
     note({of, quantity, phase, impulse / report.duration, report.time, rating, true});
   };

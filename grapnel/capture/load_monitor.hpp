@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The largest loads of every phase: what joints and grasps pass on, what drives and base control exert, found in every
-/// step of the integrator; and what impacts add.
+/// The maximum loads of each phase: transmitted by joints and grasps, exerted by drives and base control, found in
+/// every step of the integrator; and the loads of impacts.
 
 #include <functional>
 #include <limits>
@@ -18,16 +18,16 @@
 
 namespace grapnel {
 
-// The largest magnitudes that quantities reach in a motion, and when efforts pass their limits: found step by step on
-// the integrator's dense output, whatever interval of output there is.
+// The maximum magnitudes of quantities during a motion, and the times at which efforts exceed their limits, found step
+// by step on the integrator's dense output, independent of the output interval.
 
-/// A quantity's value of largest magnitude.
+/// The value of maximum magnitude of a quantity.
 struct Peak {
-  double magnitude = -1;  // negative: nothing has been seen
+  double magnitude = -1;  // negative: no value yet
   double time = 0;        // [s]
 };
 
-/// Finds the largest magnitudes of some quantities, step by step.
+/// Finds the maximum magnitudes of quantities, step by step.
 class PeakSearch {
  public:
   /// Writes all quantities at a time.
@@ -37,19 +37,19 @@ class PeakSearch {
     std::vector<double> values;
   };
 
-  /// The first `searched` of `all` quantities have their peaks found; the others are evaluated beside them.
+  /// Peaks are searched for the first `searched` of `all` quantities; the others are evaluated together with them.
   explicit PeakSearch(std::size_t searched = 0, std::size_t all = 0);
 
-  /// Looks at a step from `begin` to `end`, at five points (Lobatto's). Where the polynomial through them promises more
-  /// than has been seen, the true maximum is looked for with parabolas through points close to each other. `fresh`: the
-  /// quantities at `begin` are not those at the last step's end.
+  /// Evaluates a step from `begin` to `end` at five points (Lobatto nodes). If the interpolating polynomial exceeds the
+  /// maximum so far, the true maximum is searched by parabolic interpolation through close points. `fresh`: the
+  /// quantities at `begin` differ from those at the last step's end.
   ///
-  /// The polynomial has to be right about where the largest values are, not about how large they are: it errs by some
-  /// 1e-3 of what a quantity changes in a step of an eighth-order method, the peak found by some 1e-8 of it.
+  /// The polynomial must locate the maximum, not give its value: its error is about 1e-3 of the change of a quantity in
+  /// a step of an eighth-order method; that of the peak is about 1e-8 of it.
   void step(double begin, double end, bool fresh, const Quantities& at);
 
   std::span<const Peak> peaks() const { return peaks_; }
-  /// Everything that was evaluated in the last step, in the order of time; the ends of the step among it.
+  /// All points evaluated in the last step, in the order of time, including the ends of the step.
   std::span<const Point> points() const { return {points_.data(), used_}; }
 
  private:
@@ -58,22 +58,21 @@ class PeakSearch {
 
   std::size_t all_;
   std::vector<Peak> peaks_;
-  std::vector<Point> points_;  // room is kept from step to step
+  std::vector<Point> points_;  // storage is reused between steps
   std::size_t used_ = 0;
 };
 
-/// Notes when drives run at the limits of their effort, or motions take more than these allow, from what PeakSearch has
-/// evaluated.
+/// Records intervals in which drives are at their effort limits, or motions need more, from the points of PeakSearch.
 class EffortWatch {
  public:
   void begin_phase(std::string name);
-  /// An effort (entry `quantity` of the points) with a finite limit on its magnitude. `cut`: the drive saturates there;
-  /// else beyond it the limit is violated.
+  /// Adds an effort (entry `quantity` of the points) with a finite limit on its magnitude. `cut`: the drive saturates
+  /// at the limit; otherwise exceeding it is a violation.
   void watch(std::string joint, std::size_t quantity, double limit, bool cut);
-  /// The next step: its points, and the quantities between them, where a limit is crossed. What passes a limit and
-  /// comes back between two points goes unseen.
+  /// Adds the next step: its points, and the quantities between them, for crossing times. A limit exceeded only between
+  /// two points is not detected.
   void step(std::span<const PeakSearch::Point> points, const PeakSearch::Quantities& at);
-  /// What there was in the phase, in the order of time; an event that its end cuts short ends there.
+  /// The events of the phase, in the order of time; an event in progress ends with the phase.
   std::vector<LimitEvent> end_phase();
 
  private:
@@ -82,7 +81,7 @@ class EffortWatch {
     std::string joint;
     std::size_t quantity;
     double sign, limit, threshold;  // of sign times the effort
-    int open = -1;                  // event under way
+    int open = -1;                  // event in progress
     double beyond(const PeakSearch::Point& p) const { return sign * p.values[quantity] - threshold; }
   };
   void note(Monitor& monitor, double time, double value);
@@ -90,7 +89,7 @@ class EffortWatch {
   std::string name_;
   std::vector<Monitor> monitors_;
   std::vector<LimitEvent> events_;
-  std::vector<double> values_;  // at a crossing
+  std::vector<double> values_;  // at a limit crossing
 };
 
 class LoadMonitor {
@@ -99,19 +98,20 @@ class LoadMonitor {
 
   /// `system` and `dynamics` must live until the phase ends.
   void begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics);
-  /// Looks into the next step of the phase.
+  /// Evaluates the next step of the phase.
   void step(const PhaseStep& step);
   void end_phase();
-  /// What joints and grasps of the report bore in an impact. `peaks`: of one in time, per entry of report.joints.
+  /// Adds the loads of an impact on joints and grasps of the report. `peaks`: of a compliant one, per entry of
+  /// report.joints.
   void impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks = {});
-  /// What grasps that hold already pass on at the samples of an impact in time: `end_effectors` in the order of
+  /// Adds the loads of grasps that already hold, at the samples of a compliant impact: `end_effectors` in the order of
   /// CompliantSample::held_wrenches.
   void begin_held(const std::string& phase, double begin, std::span<const std::string> end_effectors);
   void look_held(const CompliantSample& sample);
   void end_held();
-  /// Drives at their limits and beyond, in the phase that has ended last.
+  /// Drives at their limits and beyond, in the phase that ended last.
   std::vector<LimitEvent> take_events() { return std::exchange(events_, {}); }
-  /// Peaks of all phases and the loads on grasps. Ends a phase that a failure has left open.
+  /// Peaks of all phases and the loads on grasps. Ends a phase that a failure interrupted.
   void write(CaptureResult& result);
 
  private:
@@ -125,22 +125,22 @@ class LoadMonitor {
   void note(PeakLoad load);
 
   const CaptureProblem& problem_;
-  // The phase under way:
+  // The current phase:
   bool open_ = false;
   std::string name_;
   const CaptureSystem* system_ = nullptr;
-  std::vector<int> bodies_;  // that joints carry
-  std::vector<int> drives_;  // per such body: its place in Model::joints(), -1: it does not move
+  std::vector<int> bodies_;  // carried by joints
+  std::vector<int> drives_;  // per such body: its index in Model::joints(), -1: no moving joint
   bool controls_base_ = false;
   std::vector<Channel> channels_;
-  std::vector<std::vector<bool>> determined_;  // per grasp, as the phase began
+  std::vector<std::vector<bool>> determined_;  // per grasp, at the start of the phase
   PeakSearch search_;
   EffortWatch efforts_;
   Kinematics kinematics_;
   std::vector<double> motor_;
-  // What has been found:
+  // Results:
   std::vector<PeakLoad> peaks_;
-  std::vector<PeakLoad> held_;  // during an impact in time: force and moment per grasp
+  std::vector<PeakLoad> held_;  // during a compliant impact: force and moment per grasp
   double held_begin_ = 0;
   std::vector<GraspLoad> grasps_;
   std::vector<LimitEvent> events_;

@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// How far a quantity that has to fall is from its limit, relative to it: 0 where it is reached.
+// Relative distance of a decreasing quantity from its limit: 0 at the limit.
 double margin_above(double value, double limit) { return value / limit - 1; }
 
 double largest_joint_rate(const CaptureSystem& system, const State& state) {
@@ -20,7 +20,7 @@ double largest_joint_rate(const CaptureSystem& system, const State& state) {
   return most;
 }
 
-// Of the momentum that each wheel can hold, the largest share that one holds.
+// The maximum share of its momentum capacity that a wheel holds.
 double largest_wheel_share(const CaptureProblem& problem, const CaptureSystem& system, const State& state) {
   double most = 0;
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
@@ -30,8 +30,8 @@ double largest_wheel_share(const CaptureProblem& problem, const CaptureSystem& s
   return most;
 }
 
-// The margin of a phase's conditions on the state: the largest of them, since all have to hold. Minus infinity without
-// any.
+// The margin of a phase's conditions on the state: their maximum, since all must hold. Minus infinity without
+// conditions.
 class StateMargin {
  public:
   StateMargin(const CaptureProblem& problem, const PhaseUntil& until, const CaptureSystem& system)
@@ -74,7 +74,7 @@ bool is_of_state(const PhaseUntil& until) {
          until.wheel_momentum_below || until.wheel_momentum_above;
 }
 
-// The condition of the phase at hand, as far as no event is missing from it; null: it cannot hold yet.
+// The condition of the current phase, if it requires no event that has not occurred; null: it cannot hold yet.
 const PhaseUntil* open_condition(const CaptureRun& run) {
   if (run.joints.approaching() || !run.problem.post_impact || !run.problem.post_impact->until) return nullptr;
   const PhaseUntil& until = *run.problem.post_impact->until;

@@ -1,23 +1,24 @@
 #pragma once
 
 /// @file
-/// The sequence of phases after the approach: what ends a phase before its duration, and the change to the next one.
+/// The sequence of phases after the approach: conditions that end a phase before its duration, and the change to the
+/// next one.
 
 #include "grapnel/capture/capture_run.hpp"
 #include "grapnel/capture/phase_segment.hpp"
 
 namespace grapnel {
 
-/// Falls to zero where the rates and momenta that end the phase at hand are reached; empty where no such condition
-/// counts in the piece of motion that begins. `system` must outlive it.
+/// Falls to zero when the rates and momenta that end the current phase are reached; empty if no such condition applies
+/// in the motion segment that begins. `system` must outlive it.
 StopCondition phase_condition(const CaptureRun& run, const CaptureSystem& system);
 
-/// The phase at hand of the sequence begins: attitude control, set points of the joints, laws.
+/// Begins the current phase of the sequence: attitude control, set points of the joints, laws.
 MotionPhase begin_motion_phase(CaptureRun& run);
-/// Closes the grasps that are due in it. Whether there is motion left in it: neither its time is over, nor does what
-/// ends it hold.
+/// Closes the grasps that are due in the phase. Returns whether motion remains in it: its duration has not elapsed and
+/// its end condition does not hold.
 bool moves_on(CaptureRun& run, const MotionPhase& phase);
-/// It has ended: its report; the next one, if there is any, is the phase at hand from now on. Whether there is.
+/// Ends the phase: writes its report, and makes the next one current. Returns whether there is a next one.
 bool end_motion_phase(CaptureRun& run, const MotionPhase& phase);
 
 }  // namespace grapnel

@@ -13,12 +13,12 @@
 namespace grapnel {
 namespace {
 
-// The checks of conservation look at least so often, however few samples are to be kept: scales are maxima over time.
+// Minimum number of conservation samples per phase, independent of recorded samples: scales are maxima over time.
 constexpr double kLeastLooks = 32;
-// SafetyMonitor that are shown the ends of steps, without dense output in between, see at least so many.
+// Minimum number of samples for a SafetyMonitor that evaluates ends of steps without dense output.
 constexpr double kLeastWatched = 64;
 
-// Whether something takes energy out of joints, or holds it.
+// Whether any joint dissipates energy, or holds its position.
 bool has_damping(const Model& model) {
   return std::any_of(model.bodies().begin(), model.bodies().end(), [](const Body& body) {
     const JointDescription& joint = body.description.joint;
@@ -26,7 +26,7 @@ bool has_damping(const Model& model) {
   });
 }
 
-// The speed that a load gives a tree by itself [m/s; rad/s times its radius of gyration].
+// The speed that a load alone gives a tree [m/s; rad/s times its radius of gyration].
 double speed_by(const ExternalLoad& load, const GroupSize<double>& tree, double duration) {
   Wrenchd F = load.amplitude;
   for (const Wrenchd& value : load.profile.values) {
@@ -41,8 +41,8 @@ double speed_by(const ExternalLoad& load, const GroupSize<double>& tree, double 
   return (force + norm(F.angular) / radius) * time / tree.mass;
 }
 
-// The speed of the slowest tree that moves, from its motion as the piece begins and the loads on it, but not less than
-// what rounding leaves of the fastest one's [m/s]; zero if nothing moves.
+// The speed of the slowest moving tree, from its initial motion and the loads on it, but at least the rounding error of
+// the fastest one's [m/s]; zero if nothing moves.
 double slowest_speed(const PhaseDynamics& dynamics, const State& start, double duration) {
   constexpr double kTenRoundings = 2e-4;  // relative to a tolerance of 1e-11
   const Model& model = dynamics.model();
@@ -63,23 +63,23 @@ double slowest_speed(const PhaseDynamics& dynamics, const State& start, double d
   return fastest > 0 ? std::max(slowest, kTenRoundings * fastest) : 0;
 }
 
-// Absolute tolerance for a motion that is so slow that the usual one would decide about its energy; never more than
-// that. Drives and springs turn rounding of positions into accelerations: below `least` there is nothing to be gained.
+// Absolute tolerance for a motion so slow that the usual one would dominate its energy; at most the usual one. Drives
+// and springs convert rounding errors of positions to accelerations, so values below `least` have no benefit.
 double for_slow_motion(double absolute_tolerance, double relative_tolerance, double speed, double least) {
-  constexpr double kShare = 10;  // of the relative tolerance
+  constexpr double kShare = 10;  // relative to the relative tolerance
   const double wanted = std::max(kShare * relative_tolerance * speed, least);
   if (!(speed > 0) || wanted >= absolute_tolerance) return absolute_tolerance;
-  return std::pow(10, std::floor(std::log10(wanted)));  // cases in lanes have one tolerance
+  return std::pow(10, std::floor(std::log10(wanted)));  // cases in lanes share one tolerance
 }
 
-// Tolerances of a piece of motion. What acts from outside is integrated, not recovered from conserved momenta, and
-// integration errors of the impulse show in the ledger at full size: such phases take tolerances a tenth of the
-// others'. A motion that is slow throughout has them relative to its speed, so that the ledger's demands on energy,
-// which are relative, are met however slow it is.
+// Tolerances of a motion segment. External effects are integrated, not recovered from conserved momenta, and
+// integration errors of the impulse appear in the ledger in full: such phases use a tenth of the tolerances. A motion
+// that is slow throughout has tolerances relative to its speed, so that it meets the ledger's relative bounds on energy
+// at any speed.
 IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynamics& dynamics, const State& start,
                                 double duration, bool controlled) {
   IntegrationSetup integration = asked;
-  // Dense output is of order 7: over the long steps of a smoothly driven motion the work between steps would miss its
+  // Dense output is of order 7: over the long steps of a smoothly driven motion the error of the work would exceed its
   // bound.
   constexpr double kLeastSteps = 100;
   if (integration.max_step == 0 && controlled) integration.max_step = duration / kLeastSteps;
@@ -87,17 +87,17 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
     integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
     integration.absolute_tolerance *= 0.1;
   } else if (!controlled) {
-    // Its energy is conserved and nothing mends it. The steps are long and few: keeping the ledger's bound of 1e-10
-    // costs little, whatever tolerance the driven motion is content with. Arms that swing in a closed loop take more.
+    // Its energy is conserved, without correction. The steps are long and few: the ledger's bound of 1e-10 costs
+    // little, independent of the tolerance that suffices for driven motion. Arms that swing in a closed loop cost more.
     const bool in_loop = !dynamics.setup().closures.empty();
     const double free = in_loop ? 1e-12 : 1e-11;
-    // The reach of a loop passes near singular postures, where every fifth step was rejected; damped motion takes more
-    // steps by it (docs/performance.md).
+    // Loops pass near singular configurations, where every fifth step was rejected; for damped motion prediction costs
+    // steps (docs/performance.md).
     integration.predictive = in_loop && !has_damping(dynamics.model());
     integration.relative_tolerance = std::min(integration.relative_tolerance, free);
     integration.absolute_tolerance = std::min(integration.absolute_tolerance, free);
   }
-  // Near an orbit rounding of places disturbs more than this could gain.
+  // Near an orbit, rounding errors of positions exceed the possible gain.
   if (dynamics.setup().orbit || (controlled && !dynamics.is_disturbed())) return integration;
   const bool pulls_back = controlled || has_damping(dynamics.model()) || !dynamics.setup().closures.empty();
   const double least = pulls_back ? 1e-16 : 1e-20;
@@ -106,7 +106,7 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
   return integration;
 }
 
-// When the present motion has to stop next: where grasps close at stated times or, after the impact, open.
+// The time at which the current motion must stop next: grasps close at stated times or, after the impact, open.
 double next_event(const CaptureRun& run, const MotionPhase& phase) {
   const double now = run.bodies.time;
   double next = phase.end;
@@ -122,7 +122,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
   return GraspSchedule::is_now(next, phase.end) ? phase.end : next;
 }
 
-// Why a segment has to be integrated here; empty: it need not.
+// Why a segment must be integrated here; empty: it may be integrated elsewhere.
 std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
@@ -130,7 +130,7 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.law.works()) return "a law moves the joints together";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
-    // What braked joints bear depends on what the grasps pass on, which is worked out at samples alone.
+    // Loads of braked joints depend on the loads of the grasps, which are computed only at samples.
     const auto is_prescribed = [](const JointDrive& drive) {
       return output_of(drive.control) == ControlOutput::motion;
     };
@@ -140,7 +140,7 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   return {};
 }
 
-// What both parts of a piece have taken.
+// Adds the cost of the first part to that of the whole.
 void add_part(const PhaseOutcome& first, PhaseOutcome& whole) {
   whole.rhs_evaluations += first.rhs_evaluations;
   whole.steps += first.steps;
@@ -162,7 +162,8 @@ bool ends_in_envelopes(const CaptureRun& run) {
 
 namespace {
 
-// What drives the piece that begins; joints whose law is over with what it worked on are held where they are.
+// The drives of the piece that begins; joints whose law ended with the release of its target are held at their
+// positions.
 PhaseSetup setup_of_piece(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
   if (run.law.ends_by_release(bodies.system, bodies.time) && !run.joints.approaching()) run.joints.settle_all(bodies);
@@ -242,10 +243,10 @@ void PhaseSegment::take_part(PhaseOutcome outcome, const PhaseMeasures& measures
   elsewhere_ = std::move(outcome);
 }
 
-// Somebody else has integrated and observed so much.
+// Takes a phase that was integrated and observed elsewhere.
 void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measures) {
   if (!task_.only_here.empty())
-    throw std::logic_error("a piece of motion that has to be integrated where the run is: " + task_.only_here);
+    throw std::logic_error("a motion segment that must be integrated by the run itself: " + task_.only_here);
   if (observed_) run_.monitor.take(measures);
   run_.monitor.note_last_look(outcome.end_time);
 }
@@ -280,13 +281,13 @@ PhaseOutcome PhaseSegment::integrate() {
   return outcome;
 }
 
-// Who waits hears of every step.
+// The progress callback after each step.
 std::function<void(double)> PhaseSegment::each_step() const {
   if (!run_.progress) return {};
   return [this](double t) { run_.progress(task_.phase, t, task_.end); };
 }
 
-// Who looks into every step.
+// The observers of each step.
 StepProbe PhaseSegment::probe() const {
   StepProbe loads = run_.monitor.load_probe();
   if (!run_.law.works()) return loads;
@@ -315,7 +316,7 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const double end = task_.end, duration = end - task_.begin;
   const bool any_interval = run_.problem.output_interval > 0;
   const double interval = any_interval ? run_.problem.output_interval : duration;
-  // A power of two, so that instants of the finer grid are, to the bit, instants of the grid of the time series.
+  // A power of two, so that instants of the finer grid are bit-identical to instants of the grid of the time series.
   const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
   const long looks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
   // The time series has the phase's begin and end, and between them the multiples of the interval since t = 0.

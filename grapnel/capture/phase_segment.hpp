@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// One piece of a run's motion, between two events: what drives it, who observes it, and how it is integrated.
+/// One piece of a run's motion, between two events: its drives, its observers, and its integration.
 
 #include <coroutine>
 #include <exception>
@@ -16,20 +16,20 @@
 
 namespace grapnel {
 
-// A computation that stops where it needs something done, and goes on once that has been done: a coroutine whose
-// `co_await` hands out what is needed.
+// A computation that suspends when it needs an input, and resumes once the input is available: a coroutine whose
+// `co_await` hands out the request.
 
-/// Return type of such a coroutine. Its body does nothing before the first next(). What it awaits are objects that
-/// derive from Resumable<Needed>::Stop, named variables of the body; the value of the `co_await` expression is what
-/// their await_resume() returns.
+/// Return type of such a coroutine. Its body does not run before the first next(). It awaits objects that derive from
+/// Resumable<Needed>::Stop, named variables of the body; the value of the `co_await` expression is the result of their
+/// await_resume().
 ///
 ///     Resumable<Question> computation() { Question question(...); const int answer = co_await question; ... }
 ///
 ///     Resumable<Question> running = computation();
 ///     while (Question* question = running.next()) question->answer = ...;
 ///
-/// The coroutine frame, with everything alive in it, is freed by the destructor, wherever the body has got to.
-/// Arguments of the coroutine should be references to what outlives it.
+/// The destructor frees the coroutine frame, with all its objects, wherever the body is suspended. Arguments of the
+/// coroutine should be references to objects that outlive it.
 template <class Needed>
 class Resumable {
  public:
@@ -44,7 +44,7 @@ class Resumable {
     void unhandled_exception() noexcept { error = std::current_exception(); }
   };
 
-  /// Base of what can be awaited: `class Needed : public Resumable<Needed>::Stop`, with an await_resume().
+  /// Base of awaitable objects: `class Needed : public Resumable<Needed>::Stop`, with an await_resume().
   class Stop {
    public:
     bool await_ready() const noexcept { return false; }
@@ -63,8 +63,8 @@ class Resumable {
     if (body_) body_.destroy();
   }
 
-  /// Runs the body to its next `co_await`; what it awaits there is valid until the next call. Null: the body has ended.
-  /// An exception that leaves the body ends it and is thrown here.
+  /// Runs the body to its next `co_await`; the awaited object is valid until the next call. Null: the body has ended.
+  /// An exception that leaves the body ends it and is rethrown here.
   Needed* next() {
     if (body_.done()) return nullptr;
     body_.promise().needed = nullptr;
@@ -79,36 +79,35 @@ class Resumable {
   std::coroutine_handle<promise_type> body_;
 };
 
-/// A part of the run in which joints follow one plan: the approach, or what follows the impact.
+/// A part of the run in which joints follow one plan: the approach, or a phase after the impact.
 struct MotionPhase {
   std::string name;
   double begin = 0, end = 0;  // [s]
   std::size_t released = 0;   // of PostImpactSetup::releases, in the order of time
 };
 
-/// Whether the approach ends as soon as all that close together are within their envelopes.
+/// Whether the approach ends as soon as all grasps that close together are within their envelopes.
 bool ends_in_envelopes(const CaptureRun& run);
 
-/// Awaited by the run, it gives the state at its end to the run's bodies and tells the monitor. The awaiting
-/// expression's value: whether its end was reached; false: an end-effector's arrival, the end of a law or what ends the
-/// phase (CaptureRun::condition_met) stopped it before. @throws
-/// RunFailure if the integration fails.
+/// Awaited by the run, it transfers the final state to the run's bodies and notifies the monitor. The value of the
+/// await expression: whether the piece reached its end; false: an end-effector's arrival, the end of a law or the
+/// phase's end condition (CaptureRun::condition_met) stopped it before. @throws RunFailure if the integration fails.
 class PhaseSegment : public Resumable<PhaseSegment>::Stop {
  public:
-  /// From now on to the next event of the phase, or until an end-effector that closes on arrival arrives.
+  /// From now to the next event of the phase, or until an end-effector that closes on arrival arrives.
   PhaseSegment(CaptureRun& run, const MotionPhase& phase);
-  /// The whole approach in one go, followed exactly and observed by nobody.
+  /// The whole approach in one piece, followed exactly and without observers.
   static PhaseSegment unobserved_approach(CaptureRun& run) { return PhaseSegment(run); }
   PhaseSegment(const PhaseSegment&) = delete;
   PhaseSegment& operator=(const PhaseSegment&) = delete;
 
   const MotionTask& task() const { return task_; }
-  /// It has been integrated elsewhere. @throws std::logic_error if it must not be.
+  /// Takes the result of an integration elsewhere. @throws std::logic_error if that is not allowed.
   void take(PhaseOutcome outcome, const PhaseMeasures& measures);
-  /// The same of its first part, up to outcome.end_time; see CaptureSteps::integrated_in_part().
+  /// The same for its first part, up to outcome.end_time; see CaptureSteps::integrated_in_part().
   void take_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step);
 
-  /// What resumes the run: integrates here what nobody has integrated elsewhere.
+  /// Resumes the run: integrates here unless the piece was integrated elsewhere.
   bool await_resume();
 
  private:
@@ -125,8 +124,8 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   const bool observed_;
   PhaseDynamics dynamics_;
   StopCondition arrival_;    // of an end-effector
-  StopCondition condition_;  // what ends the phase
-  StopCondition stop_;       // these, or the end of the law that moves the joints
+  StopCondition condition_;  // end condition of the phase
+  StopCondition stop_;       // the earliest of these and the end of the law that moves the joints
   MotionTask task_;
   bool watched_elsewhere_ = false;          // MotionTask::watch has been called
   std::optional<PhaseOutcome> elsewhere_;   // of the whole, or of a part

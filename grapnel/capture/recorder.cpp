@@ -12,7 +12,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kBlockBytes = 64 << 20;  // of samples that are handed to a sink at once
+constexpr std::size_t kBlockBytes = 64 << 20;  // size of a block of samples passed to a sink
 
 bool is_shared(const CaptureProblem& problem, const std::string& target) {
   return std::count_if(problem.grasps.begin(), problem.grasps.end(),
@@ -30,8 +30,8 @@ std::vector<int> seen_bodies(const CaptureSystem& system) {
   return bodies;
 }
 
-// Wheels and gimbals sit at the centre of mass of the base, which is stated with them at gimbal angles of zero: they
-// add angular momentum to that of the base as one rigid body, and no linear momentum.
+// Wheels and gimbals are located at the centre of mass of the base, whose mass properties include them at gimbal angles
+// of zero. They add angular momentum to that of the base as one rigid body, but no linear momentum.
 Vector3d internal_angular_momentum(const CaptureSystem& system, const Kinematics& k) {
   const Model& model = system.model;
   const Posed& X_WB = k.X_WB[system.base];
@@ -85,7 +85,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
         {"distance"});
     add("grasps/" + g.end_effector + "/holds", "1", "1 while the grasp holds, else 0", {"holds"});
     add("grasps/" + g.end_effector + "/force", "N",
-        "force of the grasp on the robot, in W; where closed loops leave it open, with the least self-stress", xyz);
+        "force of the grasp on the robot, in W; where closed loops leave it undetermined, with minimum self-stress",
+        xyz);
     add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grasp on the robot, about the grasp, likewise",
         xyz);
   }
@@ -117,14 +118,14 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
       joints);
   add("joints/reaction_force", "N",
-      "magnitude of the force that each joint passes on, at its origin; NaN at impacts, which take no time", joints);
-  add("joints/reaction_moment", "N m", "magnitude of the moment that each joint passes on, at its origin; likewise",
+      "magnitude of the force that each joint transmits, at its origin; NaN at instantaneous impacts", joints);
+  add("joints/reaction_moment", "N m", "magnitude of the moment that each joint transmits, at its origin; likewise",
       joints);
   std::vector<std::string> elastic;
   for (int j : system.elastic_joints)
     elastic.push_back(system.model.bodies()[system.model.joints()[j]].description.joint.name);
   if (!elastic.empty()) {
-    add("elastic/deflection", "rad", "of the springs that stand for what bends; m where they slide", elastic);
+    add("elastic/deflection", "rad", "of the springs of flexible links and gears; m where they are prismatic", elastic);
     add("elastic/velocity", "rad/s", "its rate", elastic);
   }
   controls_base_ = (problem.approach && problem.approach->base_control) ||
@@ -155,7 +156,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     std::vector<std::string> thrusters;
     for (const ThrusterSetup& thruster : problem.robot.thrusters) thrusters.push_back(thruster.name);
     add("thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", thrusters);
-    add("thrusters/impulse", "N s", "what the thrusters have given since the start, force over time", thrusters);
+    add("thrusters/impulse", "N s", "impulse of each thruster since the start", thrusters);
     add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
   }
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
@@ -170,7 +171,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   for (const TargetSetup& t : problem.targets) add_momentum("targets/" + t.name, "the target");
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
   if (!system.elastic_joints.empty())
-    add("system/elastic_energy", "J", "energy of everything that is bent", {"elastic_energy"});
+    add("system/elastic_energy", "J", "elastic energy of all springs", {"elastic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
   add("system/external_work", "J",
@@ -184,8 +185,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     const std::vector<std::string> turning{"radial", "along_track", "cross_track"};
     add("orbit/radius", "m", "distance of the reference point from the central body's centre", {"radius"});
     add("orbit/radial", "1", "direction from the central body's centre to the reference point, in W", xyz);
-    add("orbit/along_track", "1", "direction perpendicular to it in the orbit's plane, the way the orbit goes, in W",
-        xyz);
+    add("orbit/along_track", "1",
+        "direction perpendicular to it in the orbit's plane, in the direction of orbital motion, in W", xyz);
     const auto add_orbital = [&](const std::string& group, const std::string& what) {
       add(group + "/orbital_position", "m",
           "position of " + what + " from the reference point, in the axes that turn with the orbit", turning);
@@ -196,8 +197,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   }
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
   if (watches_clearance_) {
-    add("clearance/minimum", "m",
-        "minimum distance of all watched bodies, by their shapes; negative: how deep they overlap", {"minimum"});
+    add("clearance/minimum", "m", "minimum distance of all checked bodies, by their shapes; negative: depth of overlap",
+        {"minimum"});
   }
   for (const SensedSeries& s : sensed_series(problem, system)) add(s.path, s.unit, s.description, s.components);
   std::size_t row = sizeof(double) + sizeof(int);
@@ -233,7 +234,7 @@ void Recorder::put(const Vector3d& v) {
   for (double x : v.e) series_.series[next_].data.push_back(x);
   ++next_;
 }
-// q and -q are one orientation: the one nearer to the sample before is written, so that plots and interpolation work.
+// q and -q are one orientation: the one closer to the previous sample is written, for plots and interpolation.
 void Recorder::put(const Rotationd& R, Quaterniond& previous) {
   Quaterniond q = quaternion_from(R);
   if (q.w * previous.w + q.x * previous.x + q.y * previous.y + q.z * previous.z < 0) q = {-q.w, -q.x, -q.y, -q.z};
@@ -242,7 +243,7 @@ void Recorder::put(const Rotationd& R, Quaterniond& previous) {
   ++next_;
 }
 
-// Of the robot, then of each target, also when it hangs on an arm.
+// Momenta of the robot, then of each target, also if it hangs on an arm.
 void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, const Vector3d& com) {
   const Model& model = system.model;
   std::vector<int> robot = carried_bodies(system);
@@ -259,7 +260,7 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   for (std::size_t t = 0; t < problem_.targets.size(); ++t) put_group(bodies_of_target(system, t));
 }
 
-// What the drives of the phase follow; a law that moves joints together has no reference of one joint.
+// The references of the phase's drives; a law that moves joints together has no joint references.
 void Recorder::put_references(const CaptureSystem& system, const PhaseSample& s) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> rates;
@@ -312,7 +313,7 @@ void Recorder::put_gyros(const CaptureSystem& system, const PhaseSample& s) {
   put(singularity_measure(gyros, angles));
 }
 
-// Forces, none where no phase has thrusters at work.
+// Thruster forces; zero in phases without active thrusters.
 void Recorder::put_thrusters(const PhaseSample& s, std::span<const double> impulses) {
   const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
   for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i)
@@ -368,8 +369,8 @@ void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
   for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
 }
 
-// The integral of t dH since the phase's start, H the impulse from outside: t H(t) less the integral of H, which is
-// what the centre of mass went beyond its uniform motion, times the mass. `quantities`: in the frame of the
+// The integral of t dH since the phase's start, with H the external impulse: t H(t) less the integral of H, which is
+// the mass times the deviation of the centre of mass from its uniform motion. `quantities`: in the frame of the
 // computation.
 Vector3d Recorder::late_impulse(const ConservedQuantities& quantities, const PhaseSample& s) const {
   double mass = 0;

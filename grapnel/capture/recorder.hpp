@@ -15,8 +15,8 @@
 
 namespace grapnel {
 
-/// What the time series of a run will need, before it is run: as many samples as the durations and the output interval
-/// make; phases that end earlier make fewer, impacts a few more.
+/// The expected size of a run's time series: the number of samples from durations and the output interval. Phases that
+/// end earlier give fewer, impacts a few more.
 struct ExpectedSeries {
   double samples = 0, columns = 0;
   double bytes() const { return 8 * samples * columns; }
@@ -26,20 +26,20 @@ ExpectedSeries expected_series(const CaptureProblem& problem);
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
-  /// `frame`: in which problem and states are; the series are in W.
+  /// `frame`: that of the problem and the states; the series are in W.
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame, TimeSeries& series);
-  /// Samples go to the sink block by block, and are not kept. Null: all are kept.
+  /// Passes samples to the sink in blocks, without keeping them. Null: all are kept.
   void stream_to(SeriesSink* sink) { sink_ = sink; }
-  /// Whose readings are recorded; they outlive this. Null: nobody's.
+  /// Sets the sensors whose readings are recorded; they outlive this. Null: none.
   void observe(const SensorRun* sensors) { sensors_ = sensors; }
   void begin_phase(const std::string& name);
-  /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
-  /// `through`: what joints pass on, per body; empty: not known. `impulses`: what each thruster has given so
-  /// far [N s]; empty: nothing.
+  /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: minimum of all pairs [m]; NaN: not evaluated.
+  /// `through`: transmitted wrenches of joints, per body; empty: unknown. `impulses`: of each thruster so far [N s];
+  /// empty: none.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
               const PhaseSample& sample, std::span<const GraspSample> grasps, double clearance,
               std::span<const Wrenchd> through = {}, std::span<const double> impulses = {});
-  /// The work done in the phase that ends is carried into the next.
+  /// Adds the work of the phase that ends to the totals.
   void end_phase(const PhaseIntegrals& integrals);
 
  private:
@@ -63,12 +63,12 @@ class Recorder {
   TimeSeries& series_;
   SeriesSink* sink_ = nullptr;
   const SensorRun* sensors_ = nullptr;
-  std::size_t most_kept_ = 0;          // samples of a block
-  std::size_t next_ = 0;               // series to be filled next within a sample
-  std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
+  std::size_t most_kept_ = 0;          // maximum number of samples of a block
+  std::size_t next_ = 0;               // next series to be filled within a sample
+  std::vector<Quaterniond> previous_;  // for continuous signs of quaternions
   const MovingFrame frame_;
   PhaseIntegrals finished_;  // sums over finished phases
-  /// Of the impulse from outside, weighed with time: [N s^2]; over finished phases, and since the phase's start.
+  /// Of the external impulse, weighted with time [N s^2]: of finished phases, and since the phase's start.
   Vector3d finished_late_ = Vector3d::zero(), late_ = Vector3d::zero();
   /// The phase's first sample.
   struct PhaseStart {

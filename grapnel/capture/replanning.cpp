@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-// Beyond this time the approach is not replanned.
+// The last time at which the approach is replanned.
 double last_replanning(const ApproachSetup& approach) {
   const double end = approach.duration - (approach.straight_in ? approach.straight_in->duration : 0);
   return approach.replan->until > 0 ? std::min(approach.replan->until, end) : end;

@@ -46,7 +46,8 @@ void RunMonitor::begin_phase(Phase phase) {
   motor_.assign(phase.system.model.joints().size(), 0.0);
 }
 
-// Steps suffice for the checks of conservation, and to see an end-effector arrive, but not to watch anything.
+// Ends of steps suffice for the conservation checks and for the arrival of end-effectors, but not for clearance or
+// limits.
 bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.empty() || watches_.watching(); }
 
 void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
@@ -57,7 +58,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   std::copy(sample.motor.begin(), sample.motor.end(), motor_.begin());
   const std::vector<GraspSample> grasps = loops_.sample(sample, kinematics_, motor_);
   sample.motor = motor_;
-  // Efforts have been looked at in every step where loads are.
+  // Efforts have been evaluated in every step if loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
   wheels_.look(*system_, sample.state, sample.motor);
@@ -69,7 +70,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
                       thrusters_.impulses(sample.time));
 }
 
-// What joints pass on, for the record.
+// The transmitted wrenches of joints, for the time series.
 std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const {
   std::vector<Wrenchd> on_robot;
   for (const HeldGrasp& grasp : system_->grasps) on_robot.push_back(grasps[grasp.grasp].F_WC);
@@ -143,7 +144,7 @@ void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
   conservation_.touch(targets);
 }
 
-// A sample outside any integration.
+// A sample outside an integration.
 void RunMonitor::instant(const CaptureSystem& system, const State& state, double time) {
   instant(system, state, forward_kinematics(system.model, state), time, {});
 }
@@ -170,8 +171,8 @@ void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) 
 
 void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met,
                                       double begin, const std::vector<std::size_t>& closing, std::vector<bool> opened) {
-  impact_ = {&system, begin, closing, watches_.watching()};  // watched where the approach was: not if the impact alone
-                                                             // is asked for
+  // Checked if the approach was: not if only the impact is simulated.
+  impact_ = {&system, begin, closing, watches_.watching()};
   if (impact_.watched) {
     watches_.begin_phase(phase, system, false, std::move(opened));
     watches_.sample(begin, met, {});
@@ -195,7 +196,7 @@ void RunMonitor::end_impact_in_time(const CompliantRun& run) {
   impact_checks_.note_compliant(run.energy_residual);
 }
 
-// An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
+// A sample of a compliant impact, with the wrenches of closing grasps and of those that already hold.
 void RunMonitor::sample_yielding(const CompliantSample& sample) {
   const CaptureSystem& system = *impact_.system;
   std::vector<GraspSample> grasps;
@@ -217,7 +218,7 @@ void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_groun
   loads_.impact(phase, report, peaks);
 }
 
-// The brakes' loads are as of an impact of their own.
+// The brakes' loads are recorded as those of a separate impact.
 void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome& outcome) {
   conservation_.enter(outcome.from_ground);
   impact_checks_.note_brake(outcome.energy_identity_residual);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Everything that observes a run without changing it: the time series, the checks of conservation, of closed loops and
-/// of impacts, clearance and joint limits, and the loads. One object, told of every phase, sample and impact once.
+/// All observers of a run, which do not change it: the time series, the checks of conservation, of closed loops and of
+/// impacts, clearance and joint limits, and the loads. One object that receives every phase, sample and impact once.
 
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/gyro_monitor.hpp"
@@ -21,8 +21,8 @@ namespace grapnel {
 
 class RunMonitor {
  public:
-  /// `free`: the system with all targets free. What is observed goes into `result` with write(), samples at once, to
-  /// the sink or, where it is null, to the result's series. `sensors`: whose readings are recorded; null: nobody's.
+  /// `free`: the system with all targets free. write() adds the observations to `result`; samples go immediately to the
+  /// sink or, if it is null, to the result's series. `sensors`: their readings are recorded; null: none.
   RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame, CaptureDetail detail,
              SeriesSink* sink, const SensorRun* sensors, CaptureResult& result);
 
@@ -30,9 +30,9 @@ class RunMonitor {
 
   struct Phase {
     std::string name;
-    const CaptureSystem& system;  // this and the next live until the phase ends
+    const CaptureSystem& system;  // system and dynamics live until the phase ends
     const PhaseDynamics& dynamics;
-    bool controlled = false;        // motors work in it, or attitude control
+    bool controlled = false;        // motors or attitude control are active
     bool efforts_are_cut = false;   // drives saturate at the effort limits
     std::vector<bool> opened = {};  // GraspSchedule::opened()
     double begin = 0;               // [s]
@@ -44,69 +44,69 @@ class RunMonitor {
   bool records() const { return recorder_.has_value(); }
   /// Whether clearance or joint limits are observed in the phase.
   bool watches() const { return watches_.watching() || wheels_.any(); }
-  /// Whether what is watched may be over between the ends of long steps.
+  /// Whether limits may be exceeded only between the ends of long steps.
   bool watches_closely() const { return watches_.watching(); }
-  /// Whether loads are looked for in every step of a phase.
+  /// Whether loads are evaluated in every step of a phase.
   bool seeks_loads() const { return detail_ != CaptureDetail::columns; }
-  /// Whether the stability of control loops is evaluated: with the same detail.
+  /// Whether the stability of control loops is evaluated: with the same level of detail.
   bool seeks_stability() const { return seeks_loads(); }
-  /// Whether something needs every step of the phase: loads, plumes, how gyros are steered, or when the system comes to
-  /// rest. Saturation does not: lanes stop where a wheel reaches its largest rate, and have neither gyros nor
-  /// thrusters.
+  /// Whether every step of the phase is needed: for loads, plumes, gyro steering, or the time of rest. Saturation does
+  /// not need it: lanes stop when a wheel reaches its maximum rate, and have neither gyros nor thrusters.
   bool looks_into_steps() const {
     return seeks_loads() || thrusters_.looks() || gyros_.looks() || stability_.looks_for_rest();
   }
-  /// Whether the phase needs samples; else looks between steps are enough.
+  /// Whether the phase needs samples; otherwise ends of steps suffice.
   bool needs_samples() const;
 
-  /// A sample. `keep`: it goes into the time series, which need not have all.
+  /// Adds a sample. `keep`: it is added to the time series, which need not contain all.
   void sample(const PhaseSample& sample, bool keep);
   /// The ends of some steps, instead of samples.
   void look(double time, const State& state, const PhaseIntegrals& integrals);
-  /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is watched.
+  /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is observed.
   StepProbe load_probe();
-  /// Of a phase that is integrated by somebody else: clearance and joint limits,
+  /// For a phase integrated elsewhere: evaluates clearance and joint limits,
   void watch(double time, const State& state, std::span<const double> motor);
-  /// forgetting them again, since the phase is integrated here after all,
+  /// discards these evaluations, since the phase is integrated here after all,
   void restart_watch();
-  /// and what its conservation checks have found.
+  /// and takes the measures of its conservation checks.
   void take(const PhaseMeasures& measures) {
     conservation_.take(measures);
     loops_.take(measures.closures);
   }
-  /// Whether joints' effort limits are watched.
+  /// Whether joints' effort limits are checked.
   bool watches_efforts() const { return watches_.watches_efforts(); }
   void note_last_look(double time) { last_look_ = time; }
   void end_phase(const PhaseOutcome& outcome);
 
   // --- Between phases ---
 
-  /// The bodies hang together in another way.
+  /// Sets a new structure of the bodies.
   void set_system(const CaptureSystem& system) { conservation_.set_system(system); }
   void begin_contact(const std::string& phase);
-  /// From now on until the next phase the servicer and the grasps' targets are one group of bodies.
+  /// Until the next phase, the servicer and the grasps' targets are one group of bodies.
   void touch(const std::vector<std::size_t>& grasps);
   /// An instant just before or after an impact.
   void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
-  /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
-  /// problem's grasps that close, `opened` GraspSchedule::opened(); its samples in turn; its end.
+  /// Begins a compliant impact at `begin`, in which the system was in the state `met` before brakes; `closing` are the
+  /// problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
   void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
                             const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void look_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const CompliantRun& run);
-  /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.
+  /// Adds the effects of grasps that become rigid at its end: momentum from the ground, loads.
   void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
                  std::span<const JointPeakTimes> peaks);
   void brake(const std::string& phase, double time, const BrakeOutcome& outcome);
-  /// Of joints that are at rest from the first instant of an impact in time on.
+  /// Adds the energy residual of joints locked at the first instant of a compliant impact.
   void brake_at_once(double energy_identity_residual) { impact_checks_.note_brake(energy_identity_residual); }
 
   // --- The end ---
 
-  /// Time of the last sample or look [s].
+  /// Time of the last sample or evaluation [s].
   double last_look() const { return last_look_; }
-  /// Ends a phase that a failure has left open. Ledger, loads, clearance, limits, loops; advice where a check fails.
+  /// Ends a phase that a failure interrupted. Writes ledger, loads, clearance, limits, loops, and advice for failed
+  /// checks.
   void write();
 
  private:
@@ -117,7 +117,7 @@ class RunMonitor {
                std::span<const GraspSample> grasps);
   void sample_yielding(const CompliantSample& sample);
 
-  // An impact in time that is looked at.
+  // An observed compliant impact.
   struct ImpactInTime {
     const CaptureSystem* system = nullptr;
     double begin = 0;
@@ -128,7 +128,7 @@ class RunMonitor {
   const CaptureProblem& problem_;
   const CaptureDetail detail_;
   CaptureResult& result_;
-  std::optional<Recorder> recorder_;  // of full detail
+  std::optional<Recorder> recorder_;  // full detail only
   ConservationMonitor conservation_;
   SafetyMonitor watches_;
   LoopMonitor loops_;
@@ -142,7 +142,7 @@ class RunMonitor {
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;
   double last_look_ = 0, end_ = 0;
-  // The phase under way:
+  // The current phase:
   std::string name_;
   double begin_ = 0;
   const CaptureSystem* system_ = nullptr;

@@ -12,7 +12,7 @@
 namespace grapnel {
 namespace {
 
-// Why nobody looked whether bodies keep clear of each other, or not at all of them; empty: somebody did.
+// Why clearances were not checked, or not of all bodies; empty: all were checked.
 std::string clearance_not_checked(const CaptureProblem& problem) {
   if (!problem.clearance.enabled) return "switched off by clearance.enabled";
   std::vector<std::string> without;
@@ -31,7 +31,8 @@ std::string clearance_not_checked(const CaptureProblem& problem) {
   if (without.size() == bodies) return "no body has a shape";
   constexpr std::size_t kNamed = 4;
   const std::size_t named = std::min(kNamed, without.size());
-  std::string text = fmt::format("no shape is given for {}", fmt::join(without.begin(), without.begin() + named, ", "));
+  std::string text =
+      fmt::format("no shape is stated for {}", fmt::join(without.begin(), without.begin() + named, ", "));
   if (named < without.size()) text += fmt::format(" and {} more", without.size() - named);
   return text;
 }
@@ -161,7 +162,8 @@ void SafetyMonitor::write_rows(CaptureResult& result) const {
   };
   const std::string unseen = clearance_not_checked(problem_);
   row("clearance_violation", overlap, "m",
-      fmt::format("how much nearer than {:g} m two bodies come, by their shapes, at any time; not felt by the motion",
+      fmt::format("maximum violation of the minimum distance {:g} m of two bodies, by their shapes, at any time; does "
+                  "not affect the motion",
                   problem_.clearance.required),
       any_pair_, unseen.empty() ? early : unseen);
   limit("joint_position_violation", LimitKind::position, any_position_limit_, "rad or m",
@@ -174,7 +176,7 @@ void SafetyMonitor::write_rows(CaptureResult& result) const {
 
 namespace {
 
-// The largest so far; a NaN stays.
+// Running maximum; a NaN is kept.
 void raise_to(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
@@ -211,7 +213,7 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
   for (std::size_t i = 0; i < system_->grasps.size(); ++i) {
     const HeldGrasp& grasp = system_->grasps[i];
     GraspSample& s = result[grasp.grasp];
-    s.holds = grasp.closure < 0 || sample.dynamics->loops() != nullptr;  // or the loop is cut
+    s.holds = grasp.closure < 0 || sample.dynamics->loops() != nullptr;  // otherwise the loop is cut
     s.F_WC = wrenches[i].F_WC;
     if (grasp.closure < 0) continue;
     s.defect = closure_defect(grasp.frames, near);
@@ -224,7 +226,7 @@ void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
   largest_.raise(phase_largest_);
   LoopReport& report = reports_.back();
-  // Where loops are cut nothing brings them back, and what there is is what is left.
+  // Cut loops are not projected, so their defect is the final one.
   const ClosureDefect& left = outcome.rows == 0 ? phase_largest_ : outcome.unprojected;
   report.rows = outcome.rows;
   report.rank = outcome.rank;
@@ -253,9 +255,9 @@ void LoopMonitor::write(CaptureResult& result) const {
   row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation");
   row("loop_closure_velocity", std::max(largest_.velocity, largest_.angular_velocity), 1e-12, "m/s or rad/s",
       "the same for their relative motion");
-  row("unprojected_defect", unprojected, 1e-10, "m or rad", "largest defect that one step left before projection");
+  row("unprojected_defect", unprojected, 1e-10, "m or rad", "largest defect of one step before projection");
   row("correction_total", corrections, any_ ? error : 1e-10, "1",
-      "sum of all projections; bound: the steps' error estimates and rounding; both in the norm that judges steps");
+      "sum of all projections; bound: the steps' error estimates and rounding; both in the norm of the step control");
 }
 
 }  // namespace grapnel

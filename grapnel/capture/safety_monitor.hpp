@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What is watched besides conservation: clearance of all bodies with shapes, joint limits, and that loops stay closed,
-/// in every phase.
+/// Checks besides conservation: clearance of all bodies with shapes, joint limits, and closure of loops, in every
+/// phase.
 
 #include <optional>
 
@@ -19,28 +19,28 @@ class SafetyMonitor {
  public:
   explicit SafetyMonitor(const CaptureProblem& problem);
   /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits. `opened`:
-  /// per grasp, whether it has been decided on and does not hold (any more), so that its end-effector is checked
-  /// against its target.
+  /// per grasp, whether it has been decided on and does not hold, so that its end-effector is checked against its
+  /// target.
   void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut,
                    std::vector<bool> opened);
-  /// Whether there is anything to watch in the phase.
+  /// Whether the phase has clearances or limits to check.
   bool watching() const { return any_limit() || !model_.pairs().empty(); }
   bool watches_efforts() const { return any_effort_limit_; }
-  /// Forgets what has been seen of the phase under way, for one that is integrated once more.
+  /// Discards the evaluations of the current phase, which is integrated again.
   void restart_phase();
-  /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
-  /// minimum clearance of all pairs there [m]; NaN where nothing is watched.
+  /// Adds a state, in the order of time, with the motors' efforts per joint [N m or N]. Returns the minimum clearance
+  /// of all pairs [m]; NaN if none is checked.
   double sample(double time, const State& state, std::span<const double> motor);
-  /// The next step, before the samples in it: joint limits are judged on its dense output; where rates jump between two
-  /// steps, the clearance is sampled on both sides of the jump.
+  /// Adds the next step, before the samples in it: joint limits are evaluated on its dense output; if rates jump
+  /// between two steps, the clearance is sampled on both sides of the jump.
   void step(const PhaseStep& step);
-  /// The same at an instant outside any phase, as at an impact.
+  /// The minimum clearance at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
-  /// Events that somebody else has found.
+  /// Adds events found elsewhere.
   void add(const std::vector<LimitEvent>& events);
-  /// Minimum clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
-  /// phase that a failure has left open.
+  /// Writes minimum clearances, events, the first violation, and the rows of the ledger, including those not checked.
+  /// Ends a phase that a failure interrupted.
   void write(CaptureResult& result);
 
  private:
@@ -50,7 +50,7 @@ class SafetyMonitor {
   void write_rows(CaptureResult& result) const;
 
   const CaptureProblem& problem_;
-  // The phase under way:
+  // The current phase:
   std::string name_;
   const Model* system_ = nullptr;
   bool efforts_are_cut_ = false;
@@ -66,7 +66,7 @@ class SafetyMonitor {
   bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;
 };
 
-// Checks that closed loops stay closed, and what grasps pass on at samples.
+// Checks that closed loops stay closed, and computes the loads of grasps at samples.
 
 /// One grasp of the problem at a sample.
 struct GraspSample {
@@ -79,13 +79,13 @@ class LoopMonitor {
  public:
   /// `system` must live until the phase ends.
   void begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system);
-  /// Per grasp of the problem. `motor` receives what is to be added to the efforts of prescribed joints so that they
-  /// and the grasps' wrenches belong together; per Model::joints().
+  /// Per grasp of the problem. `motor` receives the correction of the efforts of prescribed joints that makes them
+  /// consistent with the grasps' wrenches; per Model::joints().
   std::vector<GraspSample> sample(const PhaseSample& sample, const Kinematics& kinematics, std::span<double> motor);
-  /// Instead of all samples of a phase: the largest defects that somebody else has found.
+  /// The largest defects found elsewhere, instead of all samples of a phase.
   void take(const ClosureDefect& largest) { phase_largest_.raise(largest); }
   void end_phase(const LoopOutcome& outcome);
-  /// Reports, and the rows of the ledger.
+  /// Writes reports, and the rows of the ledger.
   void write(CaptureResult& result) const;
 
  private:

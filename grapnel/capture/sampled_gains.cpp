@@ -13,11 +13,11 @@
 namespace grapnel {
 namespace {
 
-// Where the gains stand, what they are called and what they act on.
+// The place of the gains in the input, their name and the quantity they act on.
 struct Gains {
   std::string path;  // of kp and kd
   std::vector<double> kp, kd;
-  bool of_accelerations = false;  // computed torque: the law divides by the inertia itself
+  bool of_accelerations = false;  // computed torque: the law already divides by the inertia
 };
 
 SampledLoop loop_of(const Gains& gains, const Eigen::MatrixXd& response, const ControlTiming& timing) {
@@ -26,13 +26,13 @@ SampledLoop loop_of(const Gains& gains, const Eigen::MatrixXd& response, const C
   return {gains.of_accelerations ? one : response, as_vector(gains.kp), as_vector(gains.kd), timing};
 }
 
-// In words, if the loop is unstable.
+// A description of the loop if it is unstable.
 std::string describe(const SampledLoop& loop, const Gains& gains, const std::vector<std::string>& names) {
   constexpr double kUnstable = 1 + 1e-6;
   const double growth = growth_per_tick(loop);
   if (!(growth > kUnstable)) return {};
   const double T = loop.timing.period, lag = T + 2 * loop.timing.delay;
-  // What kd T/I is for the worst of them; with kp T/2 above kd no gains are small enough.
+  // kd T/I of the worst one; if kp T/2 exceeds kd, no smaller gains are stable.
   Eigen::Index worst = 0, stiff = -1;
   const auto damping = [&](Eigen::Index j) { return loop.kd[j] * loop.response(j, j) * lag; };
   for (Eigen::Index j = 0; j < loop.kd.size(); ++j) {
@@ -55,9 +55,9 @@ std::string describe(const SampledLoop& loop, const Gains& gains, const std::vec
                 "a shorter period",
                 0.5 * loop.kp[named] * lag, loop.kd[named]);
   return fmt::format(
-      "{}: the sampled loop is unstable, errors grow {:.3g} times from tick to tick: kd T/I = {:.3g} at {} (kd {:.4g}, "
+      "{}: the sampled loop is unstable, errors grow {:.3g} times per sample: kd T/I = {:.3g} at {} (kd {:.4g}, "
       "{}{}), "
-      "and a loop by itself takes less than 2; {}",
+      "but a single loop is stable only below 2; {}",
       gains.path, growth, loop.kd[named] * loop.response(named, named) * T, names[at], gains.kd[at], period, inertia,
       remedy);
 }
@@ -73,8 +73,8 @@ Eigen::MatrixXd joint_response(const CaptureSystem& system, const State& state) 
   return 0.5 * (own + own.transpose());
 }
 
-// Angular accelerations of a free base by torques about its axes. `locked`: with joints that keep their places, as a
-// stiff control of theirs makes of them.
+// Angular accelerations of a free base per torque about its axes. `locked`: with joints at fixed positions, as an
+// approximation of stiff joint control.
 Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, bool locked) {
   const Eigen::MatrixXd M = mass_matrix(system.model, state);
   std::vector<bool> left_out(static_cast<std::size_t>(M.rows()), false);
@@ -82,7 +82,7 @@ Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, b
     if (locked) left_out[static_cast<std::size_t>(system.model.bodies()[system.model.joints()[j]].v)] = true;
   }
   std::vector<int> kept;
-  Eigen::Index base = 0;  // where its rotation is among them
+  Eigen::Index base = 0;  // index of its rotation among them
   for (int v = 0; v < static_cast<int>(M.rows()); ++v) {
     if (v == system.model.bodies()[system.base].v) base = static_cast<Eigen::Index>(kept.size());
     if (!left_out[static_cast<std::size_t>(v)]) kept.push_back(v);

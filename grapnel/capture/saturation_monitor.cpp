@@ -13,9 +13,9 @@ namespace {
 using Actuator = SaturationReport::Actuator;
 using Quantity = SaturationReport::Quantity;
 
-// Of a limit: an actuator that is nearer is at it.
+// Relative distance from a limit below which an actuator is at it.
 constexpr double kAtLimit = 1e-9;
-// Instants that are nearer are one [s].
+// Instants that differ by less are equal [s].
 constexpr double kSameInstant = 1e-9;
 
 bool is_at(double value, double limit) { return std::isfinite(limit) && std::abs(value) >= limit * (1 - kAtLimit); }
@@ -86,7 +86,7 @@ void SaturationMonitor::step(double begin, const PhaseSample& reached) {
   }
 }
 
-// A rate is continuous: a step counts whose both ends are at the limit. What motors are told may jump between steps.
+// A rate is continuous: a step counts if both its ends are at the limit. Commands of motors may jump between steps.
 void SaturationMonitor::step_wheels(double begin, const PhaseSample& reached) {
   const Model& model = system_->model;
   for (std::size_t w = 0; w < system_->wheels.size(); ++w) {
@@ -95,7 +95,7 @@ void SaturationMonitor::step_wheels(double begin, const PhaseSample& reached) {
     const bool at_rate = is_at(rate, wheel_rates_[w].report.limit);
     note(wheel_rates_[w], begin, reached.time, at_rate, wheel_rates_[w].was);
     const double torque = reached.motor[static_cast<std::size_t>(joint)];
-    // The motor that keeps a wheel at its largest rate gives what that takes.
+    // A motor that keeps a wheel at its maximum rate gives the required torque.
     note(wheel_torques_[w], begin, reached.time, !at_rate && is_at(torque, wheel_torques_[w].report.limit), true);
   }
 }
@@ -116,7 +116,7 @@ void SaturationMonitor::step_thrusters(double begin, const PhaseSample& reached)
   const BaseActuation& base = reached.dynamics->base();
   const ThrusterBank& bank = *base.thrusters();
   const PhaseSetup& setup = reached.dynamics->setup();
-  std::vector<double> shares;  // of the time, or of the force, that is commanded
+  std::vector<double> shares;  // of the time, or of the force, commanded
   if (setup.actuators.one_by_one) {
     shares = setup.clock->held().actuators.thruster;
   } else if (!setup.actuators.dumping) {

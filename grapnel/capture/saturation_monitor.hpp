@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which actuators of the base are at their limits, for how long, by integration steps: wheels, control moment gyros
+/// Durations for which actuators of the base are at their limits, by integration steps: wheels, control moment gyros
 /// and thrusters. Saturated drives of joints and base control are LimitEvents; write() adds them up. Thread safety: one
 /// thread at a time.
 
@@ -14,23 +14,23 @@
 
 namespace grapnel {
 
-/// Whether actuators give attitude control's torque that may differ from what is commanded within its limit: gyros that
-/// are steered, and thrusters.
+/// Whether the actuators may give a torque that differs from attitude control's command within its limit: steered
+/// gyros, and thrusters.
 bool gives_base_torque_otherwise(const PhaseSetup& setup);
 
 class SaturationMonitor {
  public:
   explicit SaturationMonitor(const CaptureProblem& problem);
 
-  /// A piece of motion begins; the system lives until it ends.
+  /// A motion segment begins; the system lives until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
-  /// Whether there is anything to observe in the steps of the phase.
+  /// Whether the phase has actuators to observe.
   bool looks() const { return looks_; }
   /// `reached`: the system at the end of the step.
   void step(double begin, const PhaseSample& reached);
   /// Whether an actuator of the base was at its limit in the last step.
   bool base_is_saturated() const;
-  /// The phase took this time [s].
+  /// Adds the duration of the phase [s].
   void end_phase(double duration) { simulated_ += duration; }
   /// Adds saturated drives, from the result's limit events, and the warnings. `end`: of the run [s].
   void write(double end, CaptureResult& result) const;
@@ -38,7 +38,7 @@ class SaturationMonitor {
  private:
   struct Item {
     SaturationReport report;
-    bool was = false;  // at its limit at the end of the step before
+    bool was = false;  // at its limit at the end of the previous step
     bool now = false;
   };
   void note(Item& item, double begin, double end, bool saturated, bool was);

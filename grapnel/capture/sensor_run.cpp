@@ -35,29 +35,31 @@ std::vector<SensedSeries> sensed_series(const CaptureProblem& problem, const Cap
   if (s.joints) {
     std::vector<std::string> names;
     for (std::size_t j = 0; j < system.robot_joints.size(); ++j) names.push_back(joint_of(system, j).name);
-    series.push_back({"joints/measured_position", "rad", "positions as encoders read them last", names});
-    series.push_back({"joints/measured_velocity", "rad/s", "rates that the laws see", names});
+    series.push_back({"joints/measured_position", "rad", "last encoder readings of the positions", names});
+    series.push_back({"joints/measured_velocity", "rad/s", "rates that the laws receive", names});
   }
   if (s.gyro)
     series.push_back({"base/measured_angular_velocity", "rad/s",
-                      "angular velocity as the gyro read it last, in the base's axes", xyz});
+                      "last gyro reading of the angular velocity, in the base's axes", xyz});
   if (s.attitude)
-    series.push_back({"base/measured_quaternion_wxyz", "1", "orientation of the base in W as read last", wxyz});
+    series.push_back({"base/measured_quaternion_wxyz", "1", "last reading of the orientation of the base in W", wxyz});
   if (s.wheels) {
     std::vector<std::string> names;
     for (const WheelSetup& wheel : problem.robot.wheels) names.push_back(wheel.name);
-    series.push_back({"wheels/measured_rate", "rad/s", "rates of the reaction wheels as read last", names});
+    series.push_back({"wheels/measured_rate", "rad/s", "last readings of the rates of the reaction wheels", names});
   }
   for (const WristSensor& w : s.wrists) {
     series.push_back({"end_effectors/" + w.end_effector + "/measured_force", "N",
-                      "force on the robot as read last, in the end-effector's axes", xyz});
+                      "last reading of the force on the robot, in the end-effector's axes", xyz});
     series.push_back({"end_effectors/" + w.end_effector + "/measured_torque", "N m",
                       "torque on the robot about the end-effector's origin, likewise", xyz});
   }
   for (const RelativePoseSensor& r : s.relative_poses) {
     const std::string group = "targets/" + r.target;
-    series.push_back({group + "/measured_position", "m", "position relative to the base, in its axes, as read", xyz});
-    series.push_back({group + "/measured_quaternion_wxyz", "1", "orientation relative to the base, as read", wxyz});
+    series.push_back(
+        {group + "/measured_position", "m", "reading of the position relative to the base, in its axes", xyz});
+    series.push_back(
+        {group + "/measured_quaternion_wxyz", "1", "reading of the orientation relative to the base", wxyz});
   }
   return series;
 }
@@ -74,7 +76,7 @@ SensorRun::SensorRun(const CaptureProblem& problem, IdentificationRun& identific
   if ((setup_.joints && !fits(setup_.joints->bias)) ||
       (identify && identify->excitation && identify->excitation->amplitude.size() != problem.joint_position.size()))
     throw CaptureProblemError("sensors.joints.bias and post_impact.identify.excitation need a number per joint");
-  std::uint32_t next = 0;  // a sensor's noise does not depend on which others there are
+  std::uint32_t next = 0;  // a sensor's noise is independent of which other sensors exist
   const auto numbered = [&](Channels c) {
     c.sensor = next++;
     return c;
@@ -127,7 +129,7 @@ void SensorRun::begin_piece(const CaptureSystem& system) { system_ = &system; }
 
 bool SensorRun::needs_forces() const { return !setup_.wrists.empty() && system_ && !system_->grasps.empty(); }
 
-// At a tick: (20.1) channel by channel, then what laws see of it.
+// At a sample time: applies (20.1) to each channel, then computes the values that laws receive.
 void SensorRun::read(const PhaseSample& sample, State& seen) {
   const long tick = std::lround(sample.time / period_);
   const State& truth = sample.state;
@@ -145,7 +147,7 @@ void SensorRun::read_motion(double time, const State& truth, State& seen) {
   if (wheels_) read_wheels(tick, truth, seen);
 }
 
-// Whether the time is a tick at which the sensor is read, and that reading is still to be taken.
+// Whether the time is a sample time of the sensor whose reading has not been taken yet.
 bool SensorRun::takes_reading_at(const Channels& c, double time, double last_time) const {
   const double same = 1e-9 * std::max(period_, std::abs(time));
   const long tick = std::lround(time / period_);
@@ -219,7 +221,7 @@ void SensorRun::read_joints(long tick, double time, const State& truth, State& s
   }
 }
 
-// (20.2), or by sensors of their own.
+// (20.2), or from separate sensors.
 void SensorRun::read_joint_rates(double time, const State& truth) {
   const JointSensors& sensor = *setup_.joints;
   for (std::size_t j = 0; j < rates_->held.size(); ++j) {

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The sensors of a run: what they read at the ticks of the clock, what laws see of it, and how it compares with the
-/// truth (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
+/// The sensors of a run: their readings at the clock's sample times, the values that laws receive, and their errors
+/// (docs/theory, 18.1-18.4). Thread safety: one thread at a time.
 
 #include <deque>
 #include <optional>
@@ -18,7 +18,7 @@
 
 namespace grapnel {
 
-/// A series of readings in the time series of a run, beside the truth.
+/// A series of readings in the time series of a run, in addition to the true values.
 struct SensedSeries {
   std::string path, unit, description;
   std::vector<std::string> components;
@@ -31,39 +31,39 @@ class SensorRun : public SensorReader {
   /// All of these must outlive it. The problem has a clock.
   SensorRun(const CaptureProblem& problem, IdentificationRun& identification);
 
-  /// A piece of motion begins; `system` lives until it ends.
+  /// A motion segment begins; `system` lives until it ends.
   void begin_piece(const CaptureSystem& system);
 
-  /// The state at `time`, between two pieces of motion, with joint positions and the base's attitude as a law that
-  /// takes its set point from them knows them: by the reading that the tick at `time` takes, else by the last one.
-  /// Other numbers, and those without a sensor, are the true ones. Takes no reading.
+  /// The state at `time`, between two motion segments, with joint positions and the base's attitude as known to a law
+  /// that takes its set point from them: from the reading due at `time`, otherwise from the last one. Other values, and
+  /// those without a sensor, are the true ones. Takes no reading.
   State known_posture(const CaptureSystem& system, const State& truth, double time) const;
-  /// A tick in which only joints, gyro, attitude and wheels are read, in the present piece's system. Thread safety as
-  /// read().
+  /// A sample time at which only joints, gyro, attitude and wheels are read, in the current piece's system. Thread
+  /// safety as read().
   void read_motion(double time, const State& truth, State& seen);
 
   bool needs_forces() const override;
   void read(const PhaseSample& sample, State& seen) override;
   const SensorReadings& readings() const override { return readings_; }
 
-  /// Where a target was when its relative pose was last read, in the frame in which the run computes, as far as the
-  /// reading can be used at `time`; absent: it has no such sensor, or none was read yet.
+  /// A target's pose at the last reading of its relative pose, in the frame of the computation, if the reading is
+  /// available at `time`; absent: no such sensor, or no reading yet.
   struct Fix {
     double time;
     TargetMotion motion;
   };
   std::optional<Fix> fix(std::size_t target, double time);
 
-  /// What sensors read last, series by series; NaN before the first reading.
+  /// The last sensor readings, series by series; NaN before the first reading.
   std::vector<std::vector<double>> sensed_values() const;
   std::vector<SensorReport> reports() const;
 
  private:
-  // Numbers of a sensor that are read together, held until the next reading, and their errors.
+  // Values of a sensor that are read together, held until the next reading, and their errors.
   struct Channels {
     std::string name, unit;
     std::uint32_t sensor = 0;  // for the noise
-    long every = 1;            // ticks
+    long every = 1;            // in sample times of the clock
     double sample_time = 0;    // [s]
     long taken = 0;            // readings so far
     std::vector<double> held;  // empty: none yet

@@ -23,22 +23,22 @@
 namespace grapnel {
 namespace {
 
-// The phases, below, in the order in which they come.
+// The phases, in chronological order.
 void warn_of_comparisons(CaptureRun& run);
 void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen);
 MotionPhase begin_approach(CaptureRun& run);
 bool goes_on(const CaptureRun& run);
 void check_and_report(CaptureRun& run);
 
-// A capture from its plan to its report, or its impact alone. Stops at every piece of motion; who resumes it may have
-// integrated that elsewhere, else it is integrated then.
+// A capture from its plan to its report, or only its impact. Suspends at every motion segment; the caller may
+// integrate it before resuming, otherwise it is integrated on resumption.
 Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const std::optional<CaptureTime>& chosen) {
   try {
-    // Planning: where targets will be, and how the joints get there.
+    // Planning: the targets' motion, and the joints' trajectories.
     warn_of_comparisons(run);
     plan_motion(run, chosen);
 
-    // The approach: pieces of motion between grasps that close at stated times or on arrival.
+    // The approach: motion segments between grasps that close at stated times or on arrival.
     if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan) {
       PhaseSegment whole = PhaseSegment::unobserved_approach(run);
       co_await whole;
@@ -53,12 +53,12 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
       run.result.approach_end = run.describe_now();
     }
 
-    // Contact and impact, of all that closes at the approach's end.
+    // Contact and impact of all grasps that close at the approach's end.
     run.joints.settle_all(run.bodies);
     const bool closed = close_grasps(run, run.schedule.due_together(run.bodies.time));
 
-    // Motion after the impact, or without one: phase by phase, each in pieces between releases, grasps that close later
-    // and what ends it.
+    // Motion after the impact, or without one: phase by phase, each in pieces between releases, closing grasps and its
+    // end condition.
     if (part == CaptureSteps::Part::whole && goes_on(run)) {
       if (!closed) stop_joints(run);
       for (bool any_left = true; any_left;) {
@@ -78,13 +78,13 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
     run.result.failure = error.what();
   }
 
-  // Checks of conservation, limits and loads, and what became of every grasp; of a run that has failed too.
+  // Checks of conservation, limits and loads, and the outcome of every grasp; also of a failed run.
   check_and_report(run);
 }
 
 // --- Planning ---
 
-// Settings that are there to be compared with, not to be trusted.
+// Warns of settings that are for comparison only.
 void warn_of_comparisons(CaptureRun& run) {
   const CaptureProblem& problem = run.problem;
   const auto warn = [&](const std::string& text) { run.result.warnings.push_back(text); };
@@ -95,10 +95,10 @@ void warn_of_comparisons(CaptureRun& run) {
     case IntegrationSetup::Loops::projection:
       break;
     case IntegrationSetup::Loops::baumgarte:
-      warn(loops + "baumgarte is for comparison: defects decay instead of being taken out");
+      warn(loops + "baumgarte is for comparison: defects decay instead of being projected");
       break;
     case IntegrationSetup::Loops::acceleration:
-      warn(loops + "acceleration is for comparison: nothing brings loops back, defects stay and grow");
+      warn(loops + "acceleration is for comparison: loop defects are not corrected, so they grow");
       break;
     case IntegrationSetup::Loops::open:
       warn(loops + "open is for comparison: loops are cut, further grasps of a target do not hold it");
@@ -116,23 +116,24 @@ void place_bodies(const CaptureProblem& problem, const TargetPlan& targets, RunB
   }
 }
 
-// Frequencies at the start; refuses what would take days, since every vibration is followed.
+// Reports frequencies at the start; rejects problems that would take days, since every vibration is resolved.
 void look_at_vibrations(CaptureRun& run) {
   constexpr double kMostPeriods = 1e6;
   const double fastest = fastest_vibration(run.bodies.system, run.bodies.state);
   const CaptureProblem& problem = run.problem;
   const double duration = (problem.approach ? problem.approach->duration : 0) + problem.post_impact.total_duration();
   if (fastest * duration > kMostPeriods) {
-    throw RunFailure(fmt::format(
-        "what bends vibrates at up to {:.3g} Hz, {:.3g} periods in {:.6g} s, and each takes steps of its own; at most "
-        "{:.0e} are followed: fewer segments, or nothing that bends where it is that stiff",
-        fastest, fastest * duration, duration, kMostPeriods));
+    throw RunFailure(
+        fmt::format("the flexible modes have up to {:.3g} Hz, {:.3g} periods in {:.6g} s, and the integrator resolves "
+                    "each; at most "
+                    "{:.0e} are allowed: use fewer segments, or rigid parts instead of stiff flexible ones",
+                    fastest, fastest * duration, duration, kMostPeriods));
   }
   if (run.detail == CaptureDetail::full)
     run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "start", run.bodies.time));
 }
 
-// The targets' motion, where everything is at the start, and what the joints follow in the approach.
+// The targets' motion, the initial state, and the joints' trajectories in the approach.
 void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   const auto planning = [&](double) { run.progress(kPlanning, 0, 0); };
   const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
@@ -166,7 +167,7 @@ MotionPhase begin_approach(CaptureRun& run) {
   return {"approach", 0, setup.duration};
 }
 
-// Whether there is motion after the approach's end: something has been met, or still may be, or nothing is to be
+// Whether there is motion after the approach's end: a grasp has closed, or still may close, or nothing is to be
 // captured.
 bool goes_on(const CaptureRun& run) {
   if (!run.problem.post_impact) return false;
@@ -186,11 +187,11 @@ void check_and_report(CaptureRun& run) {
   if (result.status != CaptureStatus::completed) return;
   if (const std::string what = first_not_finite(result); !what.empty()) {
     result.status = CaptureStatus::failed;
-    result.failure = what + " is not a finite number: lengths and speeds are beyond what can be computed with";
+    result.failure = what + " is not a finite number: lengths or speeds exceed the range of floating-point numbers";
   }
 }
 
-// When to capture, where the scenario leaves that open.
+// The time of capture, if the scenario does not fix it.
 std::optional<CaptureTime> chosen_time(const CaptureProblem& problem, const CaptureProgress& progress) {
   if (!problem.approach || !problem.approach->window) return {};
   try {
@@ -225,7 +226,7 @@ struct CaptureSteps::Work {
         body(capture(run, part, chosen)) {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
-    result.status = CaptureStatus::failed;  // until it has been completed
+    result.status = CaptureStatus::failed;  // until completion
     result.without_impact = !problem.impact;
     if (const auto& control = problem.control)
       result.control = {control->timing.period, control->timing.delay,
@@ -234,19 +235,19 @@ struct CaptureSteps::Work {
     if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(timed(problem));
   }
 
-  // The problem with a duration, whether it states it or has it looked for.
+  // The problem with a fixed duration: stated, or found by the search.
   const CaptureProblem& timed(const CaptureProblem& problem) const { return chosen ? chosen->problem : problem; }
-  /// The same with pieces on springs in place of what bends.
+  /// The same with pieces on springs instead of flexible parts.
   const CaptureProblem& modelled(const CaptureProblem& problem) const { return flexible ? *flexible : timed(problem); }
 
   CaptureResult result;
   const std::optional<CaptureTime> chosen;               // of a problem with a window
-  const std::unique_ptr<const CaptureProblem> flexible;  // null: nothing bends
+  const std::unique_ptr<const CaptureProblem> flexible;  // null: no flexible parts
   const MovingFrame frame;
-  const std::unique_ptr<const CaptureProblem> seen;  // in the frame in which it is computed; null: the problem itself
+  const std::unique_ptr<const CaptureProblem> seen;  // in the frame of the computation; null: the problem itself
   CaptureRun run;
   Resumable<PhaseSegment> body;
-  PhaseSegment* segment = nullptr;  // at which it has stopped
+  PhaseSegment* segment = nullptr;  // the suspended piece
 };
 
 CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part,
@@ -262,12 +263,12 @@ const MotionTask* CaptureSteps::next() {
 }
 
 void CaptureSteps::integrated(PhaseOutcome outcome, const PhaseMeasures& measures) {
-  if (!work_->segment) throw std::logic_error("CaptureSteps: there is no piece of motion to integrate");
+  if (!work_->segment) throw std::logic_error("CaptureSteps: no motion segment to integrate");
   work_->segment->take(std::move(outcome), measures);
 }
 
 void CaptureSteps::integrated_in_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step) {
-  if (!work_->segment) throw std::logic_error("CaptureSteps: there is no piece of motion to integrate");
+  if (!work_->segment) throw std::logic_error("CaptureSteps: no motion segment to integrate");
   work_->segment->take_part(std::move(outcome), measures, next_step);
 }
 
@@ -276,7 +277,7 @@ CaptureResult CaptureSteps::finish() {
   return std::move(work_->result);
 }
 
-// --- At once ---
+// --- In one call ---
 
 namespace {
 

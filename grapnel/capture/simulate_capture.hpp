@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A capture from end to end: at once, or piece by piece, where somebody else integrates its motion.
-/// Public, kept stable.
+/// A capture from start to end: in one call, or piece by piece if the caller integrates its motion. Public API, kept
+/// stable.
 
 #include <functional>
 #include <limits>
@@ -19,73 +19,74 @@
 
 namespace grapnel {
 
-/// Approach, contact, impact and motion afterwards, with time series and ledger. A numerical failure is not thrown: the
-/// result has status `failed`, says what happened where and when, and keeps all that was computed before.
-/// With a sink its samples go there block by block; the result's series then holds the last block alone.
-/// @throws CaptureProblemError or ModelError if the problem contradicts itself.
+/// Simulates approach, contact, impact and motion afterwards, with time series and ledger. A numerical failure is not
+/// thrown: the result has status `failed`, states the time and cause of the failure, and keeps all earlier results.
+/// With a sink, samples are passed to it in blocks; the result's series then holds only the last block. @throws
+/// CaptureProblemError or ModelError if the problem contradicts itself.
 CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress = {},
                                CaptureDetail detail = CaptureDetail::full, SeriesSink* sink = nullptr);
 
-/// The impact at the end of the approach alone, for studies: the joints follow their plan exactly to the planned final
-/// configuration, of which nothing is recorded, and nothing follows the impact. Tracking errors, envelopes on the way,
-/// and grasps that close at other times than the approach's end do not show. @throws as simulate_capture().
+/// Simulates only the impact at the end of the approach, for studies: the joints follow their plan exactly to the
+/// planned final configuration, without recording, and no motion follows. Tracking errors, envelopes during the
+/// approach, and grasps that close at other times than the approach's end are not included. @throws as
+/// simulate_capture().
 CaptureResult simulate_impact_only(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
                                    const CaptureProgress& progress = {});
 
-/// One piece of motion, between two events.
+/// One motion segment, between two events.
 struct MotionTask {
   std::string phase;             // its name, such as "approach", "post_impact_2"
-  const Model* model = nullptr;  // this and the next live until the task is done
+  const Model* model = nullptr;  // model and setup live until the task is done
   const PhaseSetup* setup = nullptr;
   State start;                   // at `begin`; joints that follow a trajectory exactly are on it
   double begin = 0, end = 0;     // [s]
   IntegrationSetup integration;  // with the tolerances of this piece
   /// Why it must not be integrated elsewhere. Empty: it may be.
   std::string only_here;
-  /// What looks at the motion while it happens; null: nothing does. Whoever integrates the piece elsewhere calls it
-  /// with the state at `begin`, with later ones in order, no two further apart than longest_look, and with the last at
-  /// `end`; efforts are the motors', per joint of the model [N m or N]. integrated() comes afterwards; next() without
-  /// it begins the looking anew. Valid until then.
+  /// Observes the motion during integration; null: no observer. A caller that integrates the piece calls it with the
+  /// state at `begin`, with later states in order, at most longest_look apart, and with the last at `end`; efforts are
+  /// the motors', per joint of the model [N m or N]. integrated() follows; next() without it discards the observations.
+  /// Valid until then.
   std::function<void(double t, const State&, std::span<const double> motor)> watch;
   double longest_look = std::numeric_limits<double>::infinity();  // [s]
-  /// What ends the motion before `end`, see StopCondition; null: nothing does. Whoever integrates the piece elsewhere
-  /// stops, at the latest, at the beginning of the step in which this falls to zero or below; integrated_in_part() then
-  /// looks into that step. Valid as `watch` is.
+  /// Stop condition before `end`, see StopCondition; null: none. A caller that integrates the piece stops, at the
+  /// latest, at the beginning of the step in which this falls to zero or below; integrated_in_part() then evaluates
+  /// that step. Valid as `watch` is.
   StopCondition stop;
 };
 
-/// The same captures with their pieces of motion handed out, so that they may be integrated elsewhere, as in lanes with
-/// those of other captures:
+/// The same captures, with their motion segments handed out for integration elsewhere, as in lanes with those of other
+/// captures:
 ///
 ///     CaptureSteps steps(problem, CaptureDetail::columns);
 ///     while (const MotionTask* task = steps.next()) {
-///       if (can be done elsewhere) steps.integrated(outcome, measures);  // else next() does it, or what is left of it
+///       if (can be done elsewhere) steps.integrated(outcome, measures);  // else next() does it, or the rest of it
 ///     }
 ///     const CaptureResult result = steps.finish();
 class CaptureSteps {
  public:
-  /// Which part of the sequence: all of it, or the impact alone as simulate_impact_only() has it.
+  /// The part of the sequence: all of it, or only the impact as in simulate_impact_only().
   enum class Part { whole, impact_only };
 
-  /// The problem must outlive the object, and so must `sink`, which gets the samples as they come (null: they are kept
-  /// in CaptureResult::series). @throws CaptureProblemError or ModelError if it contradicts itself.
+  /// The problem must outlive the object, as must `sink`, which receives the samples as they are computed (null: they
+  /// are kept in CaptureResult::series). @throws CaptureProblemError or ModelError if the problem contradicts itself.
   explicit CaptureSteps(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
                         CaptureProgress progress = {}, Part part = Part::whole, SeriesSink* sink = nullptr);
   ~CaptureSteps();
   CaptureSteps(const CaptureSteps&) = delete;
   CaptureSteps& operator=(const CaptureSteps&) = delete;
 
-  /// Goes on to the next piece of motion, which is valid until the next call: plans, lets grasps close and release. The
-  /// piece before it is integrated first, unless that has been done elsewhere. Null: there is none left, or the run has
-  /// failed. @throws CaptureProblemError as the constructor, and what progress throws.
+  /// Advances to the next motion segment, which is valid until the next call: plans, closes and releases grasps.
+  /// Integrates the previous piece first, unless that has been done elsewhere. Null: none is left, or the run has
+  /// failed. @throws CaptureProblemError as the constructor, and exceptions of progress.
   const MotionTask* next();
-  /// The piece has been integrated elsewhere, as simulate_phase() would have done it. Of `outcome`: finished (else
-  /// failure), end_time, end_state, integrals, and what the cost is made of. @throws std::logic_error if there is none,
-  /// or it must not be.
+  /// The piece has been integrated elsewhere, as simulate_phase() would do. Reads from `outcome`: finished (else
+  /// failure), end_time, end_state, integrals, and the cost. @throws std::logic_error if there is no piece, or it must
+  /// not be integrated elsewhere.
   void integrated(PhaseOutcome outcome, const PhaseMeasures& measures);
-  /// The same up to outcome.end_time alone, before `end` and before `stop` falls to zero: next() does the rest, by the
-  /// steps that the whole would have had, of which the next is tried with `next_step` [s]. Sampled control is where it
-  /// was then.
+  /// The same for the part up to outcome.end_time, before `end` and before `stop` falls to zero: next() integrates the
+  /// rest with the steps of the whole, beginning with a trial step `next_step` [s]. The state of sampled control must
+  /// be that at this time.
   void integrated_in_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step);
   /// The result, once next() has returned null. @throws std::logic_error before that.
   CaptureResult finish();

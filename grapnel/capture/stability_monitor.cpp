@@ -18,28 +18,28 @@ constexpr std::size_t kBins = 96;
 
 // ---- The criteria ----
 
-// Half-cycles in all, and of them in a third.
+// Minimum number of half-cycles in total, and in a third.
 constexpr std::size_t kLeastHalves = 9;
-// Growth of the peaks from the first to the second third of the half-cycles, and from there to the last.
+// Growth of the peaks from the first to the second third of the half-cycles, and from the second to the last.
 constexpr double kGrowsEarly = 1.1, kGrowsLate = 1.2;
-// Fast growth: so many half-cycles at the end, each with a peak so much larger than that of the one before.
+// Fast growth: number of half-cycles at the end, and growth of each peak relative to the previous one.
 constexpr std::size_t kFastHalves = 4;
 constexpr double kFastGrowth = 1.15;
-// Of an oscillation that is forced, both, and of each half-cycle.
+// The same for forced oscillations: both growths, and that of each half-cycle.
 constexpr double kGrowsForced = 4, kGrowsForcedEach = 1.3;
-// Where springs or free joints store energy, that of all motion must grow too: else they only exchange it.
+// If springs or free joints store energy, the total energy must grow, too: otherwise they only exchange it.
 constexpr double kEnergyGrows = 1.05;
-// Peaks of a sustained oscillation, of the last third over the second, and the share of the time at the limit.
+// Sustained oscillation: peaks of the last third over the second, and the share of time at the limit.
 constexpr double kSustained = 0.8, kSaturated = 0.2;
-// Smaller peaks, of the largest of the phase, have settled.
+// Peaks below this fraction of the phase's maximum have settled.
 constexpr double kSettled = 0.02;
-// A phase whose last third stays below this share of its first has decayed.
+// A phase has decayed if the maximum of its last third is below this fraction of that of its first.
 constexpr double kDecayed = 0.5;
-// Divergence without oscillation: parts of equal duration, and the growth from each to the next. Powers of time up to
-// the third, as of a rate under a constant or ramped torque, grow less in the last part.
+// Divergence without oscillation: number of parts of equal duration, and minimum growth from each to the next. Powers of
+// time up to the third, as of a rate under a constant or ramped torque, grow less in the last part.
 constexpr int kParts = 8;
 constexpr double kDiverges = 1.5;
-// Rates of rounding [rad/s or m/s], and multiples of a sensor's deviation that count as noise.
+// Rates at rounding level [rad/s or m/s], and the multiple of a sensor's deviation that counts as noise.
 constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
 
 }  // namespace
@@ -108,7 +108,7 @@ std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
     Third& third = thirds[(i - rest) / size];
     const Half& half = halves_[i];
     third.peak = std::max(third.peak, half.peak), third.energy = std::max(third.energy, half.energy);
-    if (&half == &last) continue;  // it is not over
+    if (&half == &last) continue;  // it is incomplete
     third.duration += half.end - half.begin, third.saturated += half.saturated, third.count += half.count;
   }
   const auto mean = [](const Half& half) { return (half.end - half.begin) / static_cast<double>(half.count); };
@@ -117,7 +117,7 @@ std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
 }
 
 std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double factor) const {
-  if (halves_.size() < count + 1) return {};  // the last one is not over
+  if (halves_.size() < count + 1) return {};  // the last one is incomplete
   const std::size_t end = halves_.size() - 1, begin = end - count;
   for (std::size_t i = begin + 1; i < end; ++i) {
     if (!(halves_[i].peak > factor * halves_[i - 1].peak)) return {};
@@ -175,14 +175,14 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
     return report;
   }
   if (forced) {
-    report.reason = "joints follow a reference that moves, or noise";
+    report.reason = "joints follow a moving reference, or noise";
     return report;
   }
   if (o.last() <= std::max(floor, kDecayed * o.first()) || o.last() <= kSettled * o.largest()) {
     report.verdict = Stability::stable;
     report.reason = "the rate has decayed";
   } else {
-    report.reason = "the rate neither decays nor is unstable in this phase";
+    report.reason = "the rate neither decays nor grows in this phase";
   }
   return report;
 }
@@ -231,7 +231,7 @@ void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem&
   rest_->joint_rate_limit = problem_.post_impact->at_rest->joint_rate;
 }
 
-// Of all motion but that of wheels and rotors in the base, and of springs.
+// Kinetic energy of all motion except that of wheels and rotors in the base, and elastic energy.
 double StabilityMonitor::energy(const State& state) const {
   State still = state;
   const Model& model = system_->model;
@@ -244,7 +244,7 @@ double StabilityMonitor::energy(const State& state) const {
   return q.kinetic_energy + q.elastic_energy;
 }
 
-// Whether a reference of a joint moves in a step, or a joint follows noise.
+// Whether a joint reference moves in a step, or a joint follows noise.
 bool StabilityMonitor::is_forced(double begin, double end) const {
   constexpr double kMoves = 1e-9;  // [rad/s or m/s]
   const PhaseSetup& setup = dynamics_->setup();

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Whether control loops are stable, from the oscillation of the rates that they control, and whether the motion after
-/// the impact comes to rest. Thread safety: one thread at a time.
+/// Stability of control loops, evaluated from the oscillation of the controlled rates, and rest of the motion after the
+/// impact. Thread safety: one thread at a time.
 
 #include <limits>
 #include <optional>
@@ -15,12 +15,12 @@
 
 namespace grapnel {
 
-/// A signal as half-cycles between changes of its sign, and its envelope over time. The memory is bounded: half-cycles
-/// are merged by threes, time bins by twos.
+/// A signal as half-cycles between its sign changes, and its envelope over time. The memory is bounded: half-cycles are
+/// merged by threes, time bins by twos.
 class Oscillation {
  public:
-  /// A step from t0 to t1 that ends with the value; `saturated`: the actuators of the signal were at their limits in
-  /// it; `energy`: of the motion then [J].
+  /// Adds a step from t0 to t1 that ends with the value; `saturated`: the actuators of the signal were at their limits;
+  /// `energy`: of the motion [J].
   void add(double t0, double t1, double value, bool saturated, double energy);
 
   struct Third {
@@ -28,18 +28,18 @@ class Oscillation {
     double duration = 0, saturated = 0;  // [s]
     long count = 0;                      // half-cycles
   };
-  /// The thirds of all half-cycles; empty if there are fewer than `least`, or if the oscillation is over: the last
-  /// half-cycle is longer than three of those before.
+  /// The thirds of all half-cycles; empty if there are fewer than `least`, or if the oscillation has ended: the last
+  /// half-cycle is longer than three previous ones.
   std::vector<Third> thirds(std::size_t least) const;
-  /// Growth over the last `count` complete half-cycles, if each peak is larger than the one before by the factor.
+  /// Growth over the last `count` complete half-cycles, if each peak exceeds the previous one by the factor.
   struct Growth {
     double first = 0, last = 0;  // peaks
     double energy_factor = 0, period = 0;
   };
   std::optional<Growth> growth(std::size_t count, double factor) const;
-  /// Whether the largest value grows by more than the factor from each of the parts of equal duration to the next.
+  /// Whether the maximum grows by more than the factor from each of the parts of equal duration to the next.
   bool diverges(int parts, double factor) const;
-  /// Largest value in the first and in the last third of the time, and in all.
+  /// Maximum in the first and in the last third of the time, and overall.
   bool empty() const { return halves_.empty(); }
   double first() const { return in_bins(0, 1.0 / 3); }
   double last() const { return in_bins(2.0 / 3, 1); }
@@ -61,12 +61,12 @@ class Oscillation {
 };
 
 /// The verdict on a rate that control drives to zero. `noise`: standard deviation of its sensor [rad/s or m/s];
-/// `stores_energy`: springs or free joints exchange energy with it, so that it grows only where all energy does.
-/// Unstable: it oscillates, and its peaks grow, or they do not decay while the actuators are at their limits; or it
+/// `stores_energy`: springs or free joints exchange energy with it, so that it grows only if the total energy does.
+/// Unstable: it oscillates, and its peaks grow, or do not decay while the actuators are at their limits; or it
 /// grows exponentially without oscillation. Stable: it has decayed.
 ///
-/// `forced`: something else drives it to oscillate, such as joints that follow a reference: decay shows nothing then,
-/// and only much growth is unstable.
+/// `forced`: something else excites the oscillation, such as joints that follow a reference. Decay is then no evidence,
+/// and only large growth is unstable.
 StabilityReport evaluate_oscillation(const Oscillation& oscillation, double noise, bool stores_energy,
                                      bool forced = false);
 
@@ -74,19 +74,19 @@ class StabilityMonitor {
  public:
   explicit StabilityMonitor(const CaptureProblem& problem);
 
-  /// A piece of motion begins; both live until it ends. `moved_by_law`: a law moves joints together, whose rates are
-  /// not errors.
+  /// Begins a motion segment; both arguments live until it ends. `moved_by_law`: a law moves joints together, whose
+  /// rates are not errors.
   void begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                    bool moved_by_law, bool after_impact);
-  /// Whether there is anything to observe in the steps of the phase.
+  /// Whether the phase has signals to observe.
   bool looks() const { return !signals_.empty(); }
-  /// Whether rest is to be observed: with any detail.
+  /// Whether rest is observed: with any level of detail.
   bool looks_for_rest() const { return seeks_rest_; }
   /// `reached`: the system at the end of the step.
   void step(double begin, const PhaseSample& reached, bool base_is_saturated);
   void step_to_rest(double begin, const PhaseSample& reached);
   void end_phase();
-  /// Reports, and warnings of instability and of motion that has not come to rest.
+  /// Writes reports, and warnings of instability and of motion that has not come to rest.
   void write(CaptureResult& result) const;
 
  private:
@@ -98,7 +98,7 @@ class StabilityMonitor {
     double limit = 0;  // of the drive [N m or N]; of base control about the axis
     double noise = 0;  // of the sensor [rad/s or m/s]
     Oscillation oscillation;
-    Oscillation forced;  // in steps in which joints follow a reference that moves, or noise
+    Oscillation forced;  // in steps in which joints follow a moving reference, or noise
   };
   double energy(const State& state) const;
   bool is_forced(double begin, double end) const;

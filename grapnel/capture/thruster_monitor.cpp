@@ -9,8 +9,8 @@
 namespace grapnel {
 namespace {
 
-// Corners of a box, middles of its edges and faces, centres of a cylinder's or capsule's ends, and the centre; in the
-// body's frame.
+// Check points of a shape: corners of a box, midpoints of its edges and faces, centres of a cylinder's or capsule's
+// ends, and the centre; in the body's frame.
 std::vector<Vector3d> points_of(const Geometry& shape) {
   std::vector<Vector3d> points{shape.X_BG.p};
   if (shape.shape == Geometry::Shape::box) {
@@ -56,7 +56,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   }
 }
 
-// A point in the base's frame.
+// Whether a plume hits a point in the base's frame.
 bool ThrusterMonitor::meets(std::size_t i, const Vector3d& p_base) const {
   const ThrusterSetup& thruster = problem_.robot.thrusters[i];
   const Vector3d away = p_base - thruster.position;
@@ -72,7 +72,7 @@ void ThrusterMonitor::step(const PhaseStep& step) {
   const Posed X_BW = inverse(kinematics_.X_WB[system_->base]);
   for (std::size_t i = 0; i < thrusts.size(); ++i) {
     if (!(thrusts[i] > 0) || !problem_.robot.thrusters[i].plume) continue;
-    int last = -1;  // body that has been counted
+    int last = -1;  // last body counted
     for (const Point& point : watched_) {
       if (point.body == last || !meets(i, X_BW * (kinematics_.X_WB[point.body] * point.p_B))) continue;
       last = point.body;

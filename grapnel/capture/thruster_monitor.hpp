@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What thrusters do in a run: what they use, and what comes into their plumes. Thread safety: one thread at a time.
+/// Observes thrusters: their use of propellant, and bodies in their plumes. Thread safety: one thread at a time.
 
 #include <memory>
 #include <string>
@@ -18,21 +18,21 @@ class ThrusterMonitor {
   /// The problem must outlive this.
   explicit ThrusterMonitor(const CaptureProblem& problem) : problem_(problem) {}
 
-  /// A piece of motion begins; both live until it ends.
+  /// Begins a motion segment; both arguments live until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
-  /// Whether steps are to be looked into: thrusters with plumes may fire.
+  /// Whether steps must be evaluated: thrusters with plumes may fire.
   bool looks() const { return !watched_.empty(); }
   void step(const PhaseStep& step);
-  /// The piece took this time [s].
+  /// Adds the duration of the piece [s].
   void end_phase(double duration) { at_work_ += fires_ ? duration : 0; }
-  /// What each thruster has given until a time of the piece at hand, or so far [N s]; empty until a phase has thrusters
-  /// at work.
+  /// The impulse of each thruster up to a time of the current piece, or so far [N s]; empty before the first phase with
+  /// thrusters.
   std::vector<double> impulses(double time) const;
-  /// Nothing without thrusters.
+  /// Writes nothing without thrusters.
   void write(CaptureResult& result) const;
 
  private:
-  // A point of a body that no plume should meet.
+  // A point of a body that plumes should not hit.
   struct Point {
     int body;
     Vector3d p_B;
@@ -42,12 +42,12 @@ class ThrusterMonitor {
 
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
-  std::shared_ptr<const ThrusterBank> bank_;  // null until a phase has thrusters
+  std::shared_ptr<const ThrusterBank> bank_;  // null before the first phase with thrusters
   std::vector<Point> watched_;
   Kinematics kinematics_;
   std::vector<PlumeHazard> hazards_;
   bool dumps_ = false;
-  bool fires_ = false;  // thrusters are at work in the piece
+  bool fires_ = false;  // thrusters are active in the piece
   double at_work_ = 0;  // [s]
 };
 

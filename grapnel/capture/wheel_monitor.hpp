@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What reaction wheels do in a run: rates, momentum, torque. Thread safety: one thread at a time.
+/// Observes reaction wheels: rates, momentum, torque. Thread safety: one thread at a time.
 
 #include <span>
 #include <vector>
@@ -15,19 +15,19 @@ class WheelMonitor {
  public:
   explicit WheelMonitor(const CaptureProblem& problem);
 
-  /// The system at some time. `motor`: efforts per Model::joints(); empty where nobody worked them out.
+  /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
   void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
   bool any() const { return !reports_.empty(); }
-  /// A phase begins, and begins again: what was looked at in it is forgotten.
+  /// Begins or restarts a phase: discards its observations.
   void begin_phase();
   void restart_phase();
-  /// Nothing without wheels, or if nothing was looked at.
+  /// Writes nothing without wheels or observations.
   void write(CaptureResult& result) const;
 
  private:
   std::vector<WheelReport> reports_;
   bool any_ = false;
-  std::vector<WheelReport> before_;  // the phase
+  std::vector<WheelReport> before_;  // without the current phase
   bool any_before_ = false;
 };
 

@@ -54,8 +54,8 @@ void check(const Model& model, const std::vector<BodyShape>& shapes, std::span<c
   }
 }
 
-// Bodies that cannot move against each other form a group, named by its first body; bodies fixed to the world form one
-// more, named by the number of bodies.
+// Bodies without relative motion form a group, identified by its first body; bodies fixed to the world form one more,
+// identified by the number of bodies.
 class Groups {
  public:
   Groups(const Model& model, const std::vector<BodyShape>& shapes, std::span<const int> held) {
@@ -163,7 +163,7 @@ double ClearanceModel::lower_bound(int pair, const Kinematics& kinematics) const
 }
 
 double ClearanceModel::speed_bound(int pair, const Kinematics& kinematics) const {
-  // In the frame of A, the fastest point of B's bounding sphere: motion that the bodies share does not count.
+  // Maximum speed of B's bounding sphere in the frame of A: common motion of the bodies does not count.
   const ClearancePair& p = pairs_.at(pair);
   const Twistd& V_WA = kinematics.V_WB[p.body_a];
   const Twistd& V_WB = kinematics.V_WB[p.body_b];
@@ -193,13 +193,13 @@ Clearance ClearanceModel::minimum(const Kinematics& kinematics, const std::vecto
       best = {d.distance, pair, pairs_[pair].body_a, pairs_[pair].body_b, d.point_a, d.point_b, d.normal};
     }
   };
-  // First the pair that looks nearest: most others are then excluded by their spheres alone.
+  // Starts with the pair with the smallest bound: most others are then excluded by their spheres alone.
   const int first = *std::ranges::min_element(counted, {}, bound);
   measure(first);
   for (int i : counted) {
     const ClearancePair& p = pairs_[i];
     if (i == first || bound(i) >= best.distance) continue;
-    // Depths of cylinders are upper bounds, which those of capsules need not be below; so capsules exclude only pairs
+    // Depths of cylinders are upper bounds, which may exceed those of capsules; therefore capsules exclude only pairs
     // that do not overlap.
     if (capsule_bound(p, at[p.shape_a], at[p.shape_b]) >= std::max(best.distance, 0.0)) continue;
     measure(i);
@@ -212,7 +212,7 @@ namespace {
 // Distance, nearest points and normal of two cores in the frame of the first.
 using CoreDistance = ShapeDistance;
 
-// A unit vector that is perpendicular to d and e where these leave a choice.
+// A unit vector perpendicular to d and e as far as possible.
 Vector3d any_normal(const Vector3d& d, const Vector3d& e) {
   const Vector3d n = cross(d, e);
   if (const double length = norm(n); length > 1e-9 * norm(d) * norm(e)) return (1 / length) * n;
@@ -244,7 +244,7 @@ CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
     return {distance, found.point_a, point, (-1 / distance) * found.difference};
   double least = std::numeric_limits<double>::infinity();
   Vector3d normal{1, 0, 0};
-  // Scaled, a plane n . x = o is (n / s) . x = o.
+  // A plane n . x = o of the hull becomes (n / s) . x = o after scaling.
   for (std::size_t k = 0; k < core.hull->normals.size(); ++k) {
     const Vector3d n = core.scaled_normal(core.hull->normals[k]);
     const double length = norm(n), depth = (core.hull->offsets[k] - dot(n, point)) / length;
@@ -278,7 +278,7 @@ CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
     if (excess[k] > 0) away += excess[k] * outward[k];
     if (excess[k] > excess[nearest]) nearest = k;
   }
-  // Outside: the excesses together; inside: the nearest surface.
+  // Outside: norm of the excesses; inside: distance to the nearest surface.
   double distance = norm(away);
   Vector3d normal = outward[nearest];
   if (distance > 0) {
@@ -291,8 +291,8 @@ CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
 
 CoreDistance reversed(const CoreDistance& d) { return {d.distance, d.point_b, d.point_a, -d.normal}; }
 
-// Nearest points of cores that are apart, of which a cylinder's are not quite at their places yet: each in turn moves
-// to the point of its core that is nearest to the other.
+// Refines the nearest points of separated cores, which are not exact for cylinders: each in turn is replaced by the
+// point of its core nearest to the other.
 ConvexDistance sharpened(const CorePair& pair, ConvexDistance d) {
   const Posed X_BA = inverse(pair.X_AB);
   double square = dot(d.difference, d.difference);
@@ -311,7 +311,7 @@ CoreDistance general(const CorePair& pair) {
   ConvexDistance found = convex_distance(pair);
   if (found.separated && (pair.a.round || pair.b.round)) found = sharpened(pair, found);
   const double distance = norm(found.difference);
-  // So near to touching the difference of the points has lost its direction; the search of directions has not.
+  // Close to contact the difference of the points loses its direction; the search over directions does not.
   if (found.separated && distance > 1e-9 * pair.scale()) {
     return {distance, found.point_a, found.point_b, (-1 / distance) * found.difference};
   }

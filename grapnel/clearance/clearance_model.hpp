@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which bodies of a model are to keep clear of each other, and how near they are.
+/// Clearance of the bodies of a model: the pairs to check, and their distances.
 
 #include <limits>
 #include <span>
@@ -15,9 +15,9 @@ namespace grapnel {
 
 // Signed distance of two shapes.
 
-/// How near two shapes are. Points and the normal are in W.
+/// Signed distance of two shapes. Points and the normal are in W.
 struct ShapeDistance {
-  double distance;   // [m]; negative: they overlap, and this is the depth
+  double distance;   // [m]; negative: penetration depth
   Vector3d point_a;  // on the surface of the first shape, nearest to the second one
   Vector3d point_b;  // point_b - point_a = distance * normal
   Vector3d normal;   // unit, from the first shape to the second
@@ -25,26 +25,28 @@ struct ShapeDistance {
 
 /// Signed distance of two shapes whose bodies are at X_WA and X_WB (Geometry::X_BG places the shape on its body).
 ///
-/// Apart: the distance and a pair of nearest points (one of many where faces are parallel), exact to rounding, a few
-/// 1e-15 of the scene's size; a cylinder with a box or a cylinder to about 1e-10 of it. Overlapping: minus the depth,
-/// the least translation that parts the shapes, along the normal. It is exact for spheres, capsules and boxes with each
-/// other and for cylinders with spheres. For cylinders with other shapes it is found by searches: always a translation
-/// that parts them, and in all tests the least one, but that it is the least is not proved.
-/// The sign is right where the shapes are not within 1e-8 of their size of touching. Centres that coincide and other
-/// ambiguous cases give one of the equally good normals.
-/// A mesh counts as its convex hull: never farther than the mesh itself. Its depth is exact as a box's while the hull's
-/// faces and edges have few directions (4000 and 64), else an upper bound as a cylinder's.
-/// A shape `none` is infinitely far. Poses that are not finite give a distance that is not finite. Throws nothing,
-/// allocates nothing, but for meshes that overlap something.
+/// Separated shapes: the distance and a pair of nearest points (one of many if faces are parallel), exact to rounding
+/// error, a few 1e-15 of the scene's size; for a cylinder with a box or a cylinder to about 1e-10 of it.
+///
+/// Overlapping shapes: minus the penetration depth, the minimum translation that separates the shapes, along the
+/// normal. It is exact for spheres, capsules and boxes with each other and for cylinders with spheres. For cylinders
+/// with other shapes it is found by searches: the result always separates the shapes and is minimal in all tests, but
+/// not provably minimal.
+///
+/// The sign is correct unless the shapes are within 1e-8 of their size of touching. Ambiguous cases, such as coincident
+/// centres, give one of the equivalent normals. A mesh is replaced by its convex hull, whose distance is at most that
+/// of the mesh. Its depth is exact as for a box while the hull's faces and edges have few directions (4000 and 64),
+/// otherwise an upper bound as for a cylinder. A shape `none` is infinitely far. Poses that are not finite give a
+/// distance that is not finite. Does not throw. Allocates only for meshes that overlap another shape.
 ShapeDistance shape_distance(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB);
 
-/// A shape on a body; a body may have several. Meshes count as their convex hulls.
+/// A shape on a body; a body may have several. Meshes are replaced by their convex hulls.
 struct BodyShape {
   int body;
   Geometry geometry;
 };
 
-/// Two shapes that are checked, by index into ClearanceModel::shapes(), and their bodies.
+/// Two shapes to check, by index into ClearanceModel::shapes(), and their bodies.
 struct ClearancePair {
   int shape_a;
   int shape_b;
@@ -52,7 +54,7 @@ struct ClearancePair {
   int body_b;
 };
 
-/// The minimum distance of all pairs, as ShapeDistance; infinite, with no pair, where nothing is checked.
+/// The minimum distance of all pairs, as ShapeDistance; infinite, with no pair, if there are no pairs.
 struct Clearance {
   double distance = std::numeric_limits<double>::infinity();  // [m]
   int pair = -1;                                              // index into ClearanceModel::pairs()
@@ -63,47 +65,46 @@ struct Clearance {
   Vector3d normal{1, 0, 0};
 };
 
-/// The shapes of one model's bodies and the pairs of them that are checked: all, except those
-/// - of one body, or of bodies that fixed joints connect (also through the world), which cannot move against each
-/// other;
-/// - of bodies next to each other along the tree, whose shapes overlap at the joint between them: parent and child,
-///   where bodies that carry no shape (and have none on fixed joints) are passed over, so that a grandparent counts as
-///   the parent. Siblings are checked, also where their common parent has no shape;
+/// The shapes of one model's bodies and the pairs to check. All pairs are checked except those
+/// - of one body, or of bodies that fixed joints connect (also through the world);
+/// - of adjacent bodies along the tree, whose shapes overlap at their common joint: parent and child. Bodies without a
+/// shape (and without one on fixed joints) are skipped, so that a grandparent counts as the parent. Siblings are
+/// checked, also if their common parent has no shape;
 /// - of ignored pairs of bodies.
 ///
-/// Bodies that are merely held, whatever joint stands for the grasp, are named as `held`: they are nobody's neighbours,
-/// so that what may touch them must be an ignored pair.
+/// Held bodies are named as `held`, for any joint that represents the grasp. They are adjacent to no body; a body that
+/// may touch them must be in an ignored pair.
 ///
-/// Distances of a pair are computed only where cheap bounds (the distance of bounding spheres, then of bounding
-/// capsules) do not exclude it; this does not change the result.
+/// Distances are computed only if lower bounds (bounding spheres, then bounding capsules) do not exclude the pair; this
+/// does not change the result.
 class ClearanceModel {
  public:
   ClearanceModel() = default;
-  /// Shapes `none` are dropped. @throws std::invalid_argument naming the body if a size is not positive and finite (the
-  /// length of a capsule may be zero), if a mesh has no hull (make_triangle_mesh), or if an index is not a body's.
+  /// Shapes `none` are dropped. @throws std::invalid_argument that names the body if a size is not positive and finite
+  /// (the length of a capsule may be zero), if a mesh has no hull (make_triangle_mesh), or if a body index is invalid.
   ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
                  std::span<const std::pair<int, int>> ignored_pairs = {}, std::span<const int> held = {});
 
   const std::vector<BodyShape>& shapes() const { return shapes_; }
   const std::vector<ClearancePair>& pairs() const { return pairs_; }
 
-  /// The minimum distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
-  /// Allocates a few numbers per shape. `left_out`: per pair, whether it does not count; empty: all count.
+  /// The minimum distance of all pairs. Reads X_WB of `kinematics`, which must belong to the model of the constructor.
+  /// Allocates a few numbers per shape. `left_out`: per pair, whether it is ignored; empty: none is.
   Clearance minimum(const Kinematics& kinematics, const std::vector<bool>& left_out = {}) const;
-  /// A number not below the distance of a shape's farthest point from a point of its body, in the body's frame [m].
+  /// Upper bound of the distance between a point of a body, in the body's frame, and the farthest point of a shape [m].
   double farthest(int shape, const Vector3d& p_B) const {
     return norm(bounds_[static_cast<std::size_t>(shape)].center - p_B) + bounds_[static_cast<std::size_t>(shape)].reach;
   }
   /// Distance of one pair.
   ShapeDistance distance(int pair, const Kinematics& kinematics) const;
-  /// Numbers not above the distance of a pair, for a fraction of its cost: by spheres, and by spheres and capsules.
+  /// Lower bounds of a pair's distance at a fraction of its cost: by spheres, and by spheres and capsules.
   double coarse_bound(int pair, const Kinematics& kinematics) const;
   double lower_bound(int pair, const Kinematics& kinematics) const;
-  /// A number not below the rate at which the distance of a pair changes [m/s]. Reads X_WB and V_WB.
+  /// Upper bound of the rate of a pair's distance [m/s]. Reads X_WB and V_WB.
   double speed_bound(int pair, const Kinematics& kinematics) const;
 
  private:
-  // What holds a shape, in its body's frame.
+  // Bounding volumes of a shape, in its body's frame.
   struct Bounds {
     Vector3d center;
     double reach;        // radius of the bounding sphere [m]

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the watches of clearances and joint limits find, as plain values with names.
+/// Results of the clearance and joint limit watches, as plain values with names.
 
 #include <limits>
 #include <optional>
@@ -11,8 +11,7 @@
 
 namespace grapnel {
 
-/// The minimum distance of any two watched bodies in a phase. An infinite distance and empty names: no pair was
-/// watched.
+/// The minimum distance of any two watched bodies in a phase. Infinite distance and empty names: no pair was watched.
 struct MinimumClearance {
   double distance = std::numeric_limits<double>::infinity();  // [m]; negative: a depth of overlap
   std::string body_a;
@@ -23,22 +22,22 @@ struct MinimumClearance {
   std::string phase;
 };
 
-/// A time during which two bodies were nearer to each other than required. One that is under way when its phase begins
-/// or ends has that instant as its begin or end.
+/// A time interval during which two bodies were closer to each other than required. It is truncated at the begin and
+/// end of its phase.
 struct ClearanceEvent {
   std::string phase;
   double begin_time = 0;   // [s]
   double end_time = 0;     // [s]
   double required = 0;     // [m]
   MinimumClearance least;  // of this pair in this time
-  /// When the two begin to overlap, which may be later than when they come too near [s]; absent: they do not.
+  /// Begin of the overlap [s], which may be later than the begin of the event; absent: no overlap.
   std::optional<double> overlap_begin = {};
 };
 
-/// Which limit of a joint was passed. `effort_saturated`: a motor that is cut at its limit ran at it, no violation.
+/// Violated limit of a joint. `effort_saturated`: the motor was saturated at its limit, which is no violation.
 enum class LimitKind { position, rate, effort, effort_saturated };
 
-/// A time during which a joint was beyond one of its limits (or, saturated, at it). Units are the joint's: rad or m,
+/// A time interval during which a joint exceeded one of its limits (or was saturated). Units are the joint's: rad or m,
 /// rad/s or m/s, N m or N.
 struct LimitEvent {
   LimitKind kind = LimitKind::position;

@@ -16,7 +16,7 @@ struct Vertex {
   Vector3d w, a, b;
 };
 
-// Up to four vertices and the weights of the point of their hull that is nearest to the origin.
+// Up to four vertices, and the weights of the point of their hull nearest to the origin.
 struct Simplex {
   std::array<Vertex, 4> vertex;
   std::array<double, 4> weight;
@@ -56,7 +56,7 @@ void offer_edge(const Vertex& p, const Vertex& q, Nearest& nearest) {
 }
 
 // Barycentric coordinates of the origin's projection onto the triangle's plane, from areas projected along the axis
-// that shrinks them least.
+// with the least reduction.
 bool inside_triangle(const Vertex& p, const Vertex& q, const Vertex& r, std::array<double, 3>& weight) {
   const Vector3d n = cross(q.w - p.w, r.w - p.w);
   const double n2 = dot(n, n);
@@ -91,7 +91,7 @@ double volume(const Vector3d& p, const Vector3d& q, const Vector3d& r, const Vec
   return dot(q - p, cross(r - p, s - p));
 }
 
-// Whether the origin is inside; otherwise offers the faces that it is outside of.
+// Whether the origin is inside; otherwise evaluates the faces that separate it.
 bool offer_tetrahedron(const std::array<Vertex, 4>& v, double scale, Nearest& nearest) {
   const Vector3d o = Vector3d::zero();
   const double whole = volume(v[0].w, v[1].w, v[2].w, v[3].w);
@@ -107,7 +107,7 @@ bool offer_tetrahedron(const std::array<Vertex, 4>& v, double scale, Nearest& ne
   return inside;
 }
 
-// Reduces the simplex to the face nearest to the origin and gives its weights. False: the origin is inside it.
+// Reduces the simplex to the face nearest to the origin and computes its weights. False: the origin is inside.
 bool reduce(Simplex& simplex, double scale) {
   Nearest nearest;
   const auto& v = simplex.vertex;
@@ -138,7 +138,7 @@ ConvexDistance convex_distance(const CorePair& pair) {
   const double scale = pair.scale();
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * scale;
 
-  // The centres are points of the cores (of hulls they need not be), so their difference is one of the Minkowski
+  // The centres are points of the cores (any point for hulls), so their difference is a point of the Minkowski
   // difference.
   Simplex simplex;
   if (pair.a.hull || pair.b.hull) {
@@ -149,7 +149,7 @@ ConvexDistance convex_distance(const CorePair& pair) {
   }
   Vector3d v = simplex.point(&Vertex::w);
   double square = dot(v, v);
-  double bound = 0;  // below the distance
+  double bound = 0;  // lower bound of the distance
   for (int step = 0; step < kMostSteps; ++step) {
     const double distance = std::sqrt(square);
     if (!(distance > 16 * rounding)) return result_of(simplex, false);
@@ -164,7 +164,7 @@ ConvexDistance convex_distance(const CorePair& pair) {
     if (!reduce(larger, scale)) return result_of(simplex, false);
     const Vector3d nearer = larger.point(&Vertex::w);
     const double nearer_square = dot(nearer, nearer);
-    if (!(nearer_square < square)) break;  // rounding ends the descent
+    if (!(nearer_square < square)) break;  // rounding error ends the descent
     simplex = larger, v = nearer, square = nearer_square;
   }
   return result_of(simplex, bound > 0);
@@ -183,7 +183,7 @@ ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Ve
   const auto foot = [](double along, double length2) {
     return length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
   };
-  // Each end with the other segment, and the common perpendicular.
+  // Candidates: each end with the other segment, and the common perpendicular.
   offer(0, foot(dot(r, e), ee));
   offer(1, foot(dot(r + d, e), ee));
   offer(foot(-dot(r, d), dd), 0);
@@ -199,7 +199,7 @@ ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Ve
 
 namespace {
 
-// The direction of least depth so far.
+// The direction of minimum depth so far.
 struct LeastDepth {
   const CorePair& pair;
   double depth = std::numeric_limits<double>::infinity();
@@ -211,7 +211,7 @@ struct LeastDepth {
     const double h = along(unit);
     if (h < depth) depth = h, normal = unit;
   }
-  // Both ways along any vector that is not (nearly) zero.
+  // Evaluates both directions along a vector, unless it is (nearly) zero.
   void offer_line(const Vector3d& v) {
     const double length = norm(v);
     if (!(length > 1e-9)) return;
@@ -228,8 +228,8 @@ std::array<Vector3d, 2> perpendiculars(const Vector3d& n) {
   return {u, cross(n, u)};
 }
 
-// The least depth along directions perpendicular to `axis`: the lowest of equally spaced ones, and the golden section
-// around each of those lower than both neighbours and near the lowest.
+// Minimum depth over directions perpendicular to `axis`: the lowest of equally spaced ones, and golden section searches
+// around those that are lower than both neighbours and close to the lowest.
 void search_circle(const Vector3d& axis, LeastDepth& least) {
   constexpr int kDirections = 64;
   constexpr double kSpacing = 2 * std::numbers::pi / kDirections;
@@ -237,7 +237,7 @@ void search_circle(const Vector3d& axis, LeastDepth& least) {
   const auto direction = [&, u = u, v = v](double angle) { return std::cos(angle) * u + std::sin(angle) * v; };
   std::array<double, kDirections> h;
   for (int i = 0; i < kDirections; ++i) h[i] = least.along(direction(kSpacing * i));
-  // From one direction to the next h changes by less than the scale times the spacing.
+  // Between neighbouring directions h changes by at most the scale times the spacing.
   const double slack = kSpacing * least.pair.scale();
   for (int i = 0; i < kDirections; ++i) {
     if (h[i] > h[(i + 1) % kDirections] || h[i] > h[(i + kDirections - 1) % kDirections]) continue;
@@ -248,8 +248,8 @@ void search_circle(const Vector3d& axis, LeastDepth& least) {
   }
 }
 
-// Walks downhill from a direction in steps that grow while they help and shrink where they do not. Where two parts of
-// the surface meet it may stop short; those directions are on the circles.
+// Descent from a direction in steps that grow on success and shrink on failure. It may stop early at edges between two
+// parts of the surface; those directions are on the circles.
 void descend(Vector3d n, double step, LeastDepth& least) {
   double h = least.along(n);
   for (int round = 0; round < 120 && step > 1e-9; ++round) {
@@ -269,21 +269,22 @@ void descend(Vector3d n, double step, LeastDepth& least) {
   least.offer(n);
 }
 
-// Rims of two cylinders touch along any direction: the lowest few of directions spread over the sphere, each improved.
+// Rims of two cylinders may touch along any direction: selects the lowest few of directions spread over the sphere, and
+// improves each.
 void search_sphere(LeastDepth& least) {
   constexpr int kDirections = 200, kStarts = 4;
-  constexpr double kSpacing = 0.25;  // about the angle between neighbours
+  constexpr double kSpacing = 0.25;  // approximate angle between neighbours
   struct Start {
     double h = std::numeric_limits<double>::infinity();
     Vector3d n{1, 0, 0};
   };
   std::array<Start, kStarts> starts;
   for (int i = 0; i < kDirections; ++i) {
-    // Fibonacci's spiral.
+    // Fibonacci spiral.
     const double z = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
     const Vector3d n{r * std::cos(angle), r * std::sin(angle), z};
     const double h = least.along(n);
-    // One start per neighbourhood: replace a near one if lower, else the highest.
+    // One start per neighbourhood: replaces a close one if lower, else the highest.
     Start* place = &starts[0];
     for (Start& s : starts) {
       if (dot(s.n, n) > std::cos(1.5 * kSpacing) && std::isfinite(s.h)) {
@@ -297,8 +298,8 @@ void search_sphere(LeastDepth& least) {
   for (const Start& s : starts) descend(s.n, 0.5 * kSpacing, least);
 }
 
-// Normals of the faces of a core and directions of its edges, in the first core's frame for R = R_AB; of cylinders
-// those that are straight.
+// Face normals and edge directions of a core, in the first core's frame for R = R_AB; for cylinders those of straight
+// elements.
 struct Directions {
   std::vector<Vector3d> normals, edges;
 };
@@ -320,8 +321,8 @@ Directions directions_of(const ConvexCore& core, const Rotationd& R) {
   return d;
 }
 
-// Pairs with the hull of a mesh: all normals of faces of the Minkowski difference, as long as they are few enough.
-// Else, and for what is round, searches.
+// Pairs with the hull of a mesh: all face normals of the Minkowski difference if they are few enough; otherwise, and
+// for round shapes, searches.
 void offer_hulls(const CorePair& pair, LeastDepth& least) {
   constexpr std::size_t kMostNormals = 4000;
   const Directions a = directions_of(pair.a, Rotationd::identity()), b = directions_of(pair.b, pair.X_AB.R);
@@ -370,8 +371,8 @@ Penetration penetration(const CorePair& pair) {
   else
     offer_primitives(pair, least);
 
-  // Where they would touch: the nearest points once they are moved apart by a little more than the depth. If the normal
-  // was not the best one, these points give a better one.
+  // Contact points: the nearest points after a translation by slightly more than the depth. If the normal was not
+  // optimal, these points give a better one.
   const double gap = 1e-4 * pair.scale();
   CorePair apart = pair;
   Penetration result{};

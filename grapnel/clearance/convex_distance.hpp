@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Distance of two convex cores that do not overlap. Inside this module only.
+/// Distance of two convex cores that do not overlap. Private to this module.
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 
 namespace grapnel {
 
-// Shapes as a core and a rounding radius: a sphere is a point, a capsule a segment, both with a radius; boxes and
-// cylinders are their own cores, and of a mesh it is the convex hull. Points and segments are boxes with edges of
+// Shapes as a core with a rounding radius: a sphere is a point, a capsule a segment, both with a radius. Boxes and
+// cylinders are their own cores; the core of a mesh is its convex hull. Points and segments are boxes with edges of
 // length zero.
 
-/// A convex set in its frame: a box or, if round, a cylinder along z with radius half[0], or a hull in such a box; box
-/// and cylinder are centred on the frame's origin, and so is the hull's bounding box.
+/// A convex set in its frame: a box; if round, a cylinder along z with radius half[0]; or a hull in such a box. Box,
+/// cylinder and the hull's bounding box are centred on the frame's origin.
 struct ConvexCore {
   Vector3d half = Vector3d::zero();  // half extents along the frame's axes [m]
   bool round = false;
@@ -56,13 +56,13 @@ inline ConvexCore core_of(const Geometry& geometry) {
   return {};
 }
 
-/// Where a shape's core is on its body.
+/// Pose of a shape's core on its body.
 inline Posed core_pose(const Geometry& geometry) {
   if (geometry.shape != Geometry::Shape::mesh) return geometry.X_BG;
   return {geometry.X_BG.R, geometry.X_BG * core_of(geometry).scaled(geometry.mesh->hull.center)};
 }
 
-/// The hull's point farthest along a direction in the core's frame.
+/// Support point of the hull along a direction in the core's frame.
 inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) {
   const Vector3d d = core.scaled(direction);  // n . (S v) = (S n) . v
   const std::vector<Vector3d>& vertices = core.hull->vertices;
@@ -74,7 +74,7 @@ inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) 
   return core.scaled(vertices[best] - core.hull->center);
 }
 
-/// The core's point farthest along `direction` (of any length; both in the core's frame).
+/// Support point of the core along `direction` (of any length; both in the core's frame).
 inline Vector3d support(const ConvexCore& core, const Vector3d& direction) {
   if (core.hull) return hull_support(core, direction);
   const double z = std::copysign(core.half[2], direction[2]);
@@ -93,7 +93,7 @@ struct CorePair {
   const ConvexCore& b;
   Posed X_AB;
 
-  /// Length to which rounding errors and tolerances relate [m].
+  /// Length scale of rounding errors and tolerances [m].
   double scale() const { return a.reach() + b.reach() + norm(X_AB.p); }
   Vector3d support_a(const Vector3d& n) const { return support(a, n); }
   Vector3d support_b(const Vector3d& n) const { return X_AB * support(b, transposed_times(X_AB.R, n)); }
@@ -101,41 +101,45 @@ struct CorePair {
 
 /// In the frame of the first core.
 struct ConvexDistance {
-  bool separated;    // false: the cores overlap or touch to rounding, and only `difference` is meant
+  bool separated;    // false: the cores overlap or touch to rounding error, and only `difference` is valid
   Vector3d point_a;  // nearest points
   Vector3d point_b;
   Vector3d difference;  // point_a - point_b; its length is the distance [m]
 };
 
-/// The algorithm of Gilbert, Johnson and Keerthi (IEEE J. Robotics Autom. 4 (1988) 193-203), which ends when its lower
-/// bound meets the distance to a relative 1e-14 or rounding. The nearest point of the simplex is the best of those on
-/// all its faces rather than chosen by a test of regions, which thin simplices mislead (cf. M. Montanari, N. Petrinic,
-/// E. Barbieri, ACM Trans. Graphics 36 (2017) 30, from where the barycentric coordinates by projection are). Poses that
-/// are not finite give numbers that are not finite. Throws nothing, allocates nothing.
+/// The algorithm of Gilbert, Johnson and Keerthi (IEEE J. Robotics Autom. 4 (1988) 193-203). It ends when its lower
+/// bound meets the distance to a relative 1e-14 or rounding error. The nearest point of the simplex is the best of
+/// those on all its faces, because region tests are unreliable for thin simplices (cf. M. Montanari, N. Petrinic, E.
+/// Barbieri, ACM Trans. Graphics 36 (2017) 30, the source of the barycentric coordinates by projection). Poses that are
+/// not finite give results that are not finite. Does not throw or allocate.
 ConvexDistance convex_distance(const CorePair& pair);
 
-/// Nearest points of the segments from p1 to p2 and from q1 to q2, which may be points: exact also where they are
-/// parallel or cross.
+/// Nearest points of the segments from p1 to p2 and from q1 to q2, which may degenerate to points; exact also for
+/// parallel and crossing segments.
 ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Vector3d& q1, const Vector3d& q2);
 
-// How far two overlapping convex cores reach into each other.
+// Penetration depth of two overlapping convex cores.
 
 /// In the frame of the first core.
 struct Penetration {
-  double depth;      // [m]; negative where the cores turn out to be just apart
-  Vector3d normal;   // unit; the second core moved by depth * normal just touches the first
-  Vector3d point_a;  // on the first core, point_a - point_b = depth * normal: where they would touch
+  double depth;      // [m]; negative if the cores are slightly separated
+  Vector3d normal;   // unit; the second core translated by depth * normal touches the first
+  Vector3d point_a;  // on the first core, point_a - point_b = depth * normal: the contact points after that translation
   Vector3d point_b;
 };
 
-/// The least depth along any direction n, min h(n) with h the support function of the Minkowski difference. Boxes,
-/// segments and points: exact, by the normals of its faces. A cylinder with one of those: every smooth part of the
-/// difference's surface has a normal perpendicular to a box's edge or to the cylinder's axis, or is a face, so the
-/// least is found by one-dimensional searches of those circles of directions. Two cylinders: those, and a search of the
-/// whole sphere for touching rims. Hulls of meshes as boxes while their faces and edges have few enough directions
-/// (4000 and 64), else by a search of the whole sphere. Searches find a local minimum, so that the depth of cylinders
-/// and of hulls with many faces is an upper bound. Throws nothing but what memory for hulls may; allocates for hulls
-/// only.
+/// The minimum penetration depth over all directions n, min h(n) with h the support function of the Minkowski
+/// difference.
+/// - Boxes, segments and points: exact, from the normals of its faces.
+/// - A cylinder with one of those: every smooth part of the difference's surface is a face, or has a normal
+/// perpendicular to a box edge or to the cylinder's axis. The minimum is found by one-dimensional searches of those
+/// circles of directions.
+/// - Two cylinders: the same, and a search of the whole sphere for touching rims.
+/// - Hulls of meshes: as boxes while their faces and edges have few enough directions (4000 and 64), otherwise by a
+/// search of the whole sphere.
+///
+/// Searches find a local minimum; the depth of cylinders and of hulls with many faces is therefore an upper bound.
+/// Throws only if memory for hulls cannot be allocated; allocates for hulls only.
 Penetration penetration(const CorePair& pair);
 
 }  // namespace grapnel

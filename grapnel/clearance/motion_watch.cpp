@@ -13,14 +13,14 @@ namespace grapnel {
 
 namespace {
 
-// A pair's speed between two samples may exceed that at the samples by this much.
+// Assumed maximum ratio of a pair's speed between two samples to that at the samples.
 constexpr double kSpeedMargin = 1.5;
 
-// Depths are searched for, and touching pairs are known to rounding: the part of a depth, and the distance [m], that a
-// parting pair may be nearer.
+// Tolerances of parting pairs: relative to a depth, which is found by searches, and as a distance [m], for rounding
+// errors of touching pairs.
 constexpr double kOfDepth = 0.02, kOfTouch = 1e-6;
 
-// Rate of a pair's distance [m/s]: how its nearest points part along the normal.
+// Rate of a pair's distance [m/s]: relative velocity of its nearest points along the normal.
 double parting_rate(const ClearancePair& pair, const ShapeDistance& d, const Kinematics& kinematics) {
   const auto velocity = [&](int body, const Vector3d& point) {
     const Twistd& V = kinematics.V_WB[body];
@@ -29,7 +29,7 @@ double parting_rate(const ClearancePair& pair, const ShapeDistance& d, const Kin
   return dot(d.normal, velocity(pair.body_b, d.point_b) - velocity(pair.body_a, d.point_a));
 }
 
-// Events of pairs of shapes as those of bodies: of two bodies, events that have a time in common are one.
+// Merges the events of shapes to events of bodies: events of two bodies that overlap in time become one.
 std::vector<ClearanceEvent> united_by_bodies(std::vector<ClearanceEvent> events) {
   using Bodies = std::pair<std::string_view, std::string_view>;
   std::ranges::stable_sort(events, {}, &ClearanceEvent::begin_time);
@@ -79,7 +79,7 @@ void ClearanceWatch::begin_phase(std::string name, const Model& model, const Cle
                        {parting.begin(), parting.end()},
                        std::vector<bool>(parting.empty() ? 0 : pairs, false),
                        reached_});
-  // Pairs that are not parting any more, as those that are held again, forget how far they came.
+  // Pairs that are no longer parting, such as those held again, lose their record.
   std::map<std::pair<int, int>, double> still;
   for (int pair : parting) {
     if (const auto known = reached_.find(shapes_of(pair)); known != reached_.end()) still.insert(*known);
@@ -103,7 +103,7 @@ void ClearanceWatch::require(int pair, double reached) {
   phase_->required[pair] = reached < required_ + kOfTouch ? -(1 + kOfDepth) * depth - kOfTouch : required_;
 }
 
-// Before anything else is found of the next sample.
+// Called first for each sample.
 void ClearanceWatch::follow_parting() {
   for (int pair : phase_->parting) {
     const double distance = phase_->clearance->distance(pair, phase_->next.kinematics).distance;
@@ -127,7 +127,7 @@ void ClearanceWatch::fill(double time, const State& state, Sample& sample) const
 Clearance ClearanceWatch::sample(double time, const State& state) {
   if (!phase_) throw std::logic_error("ClearanceWatch: sample outside a phase");
   if (phase_->has_sample && !(time >= phase_->last.time)) {
-    throw std::invalid_argument("ClearanceWatch: the time goes backwards in phase '" + phase_->name + "'");
+    throw std::invalid_argument("ClearanceWatch: the time decreases in phase '" + phase_->name + "'");
   }
   fill(time, state, phase_->next);
   follow_parting();
@@ -181,7 +181,7 @@ ShapeDistance ClearanceWatch::distance_at(int pair, double time) {
   return phase_->clearance->distance(pair, phase_->between_kinematics);
 }
 
-// Pairs that are too near from the first sample on.
+// Pairs that are too close from the first sample on.
 void ClearanceWatch::watch_first() {
   const Sample& next = phase_->next;
   for (int i = 0; i < static_cast<int>(next.bound.size()); ++i) {
@@ -199,7 +199,7 @@ void ClearanceWatch::watch_between() {
   const double matters = std::max(required_, least_.back().distance);
   bool segment_set = false;
   for (int i = 0; i < static_cast<int>(last.bound.size()); ++i) {
-    // A distance that changes no faster than a speed s is nowhere in between below half of d0 + d1 - s h.
+    // A distance with rate at most s stays above half of d0 + d1 - s h in between.
     const double most = way * std::max(last.speed[i], next.speed[i]);
     const bool open = phase_->open_event[i] >= 0;
     const auto stays_clear = [&](double d0, double d1) { return !open && 0.5 * (d0 + d1 - most) >= matters; };
@@ -230,7 +230,7 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
   watch_piece(pair, nearest, at_nearest, next.time, at_next);
 }
 
-// A time in which the distance of a pair does not turn.
+// An interval in which the distance of a pair is monotonic.
 void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end,
                                  const ShapeDistance& at_end) {
   const double required = phase_->required[pair];
@@ -272,7 +272,7 @@ void ClearanceWatch::note_event(int pair, double time, const ShapeDistance& d) {
   if (d.distance < event.least.distance) note_least(pair, time, d, event.least);
 }
 
-// The pair overlaps at this time, during an event; the first of all counts.
+// The pair overlaps at this time, during an event; the first overlap is recorded.
 void ClearanceWatch::note_overlap(int pair, double time) {
   std::optional<double>& begin = events_[phase_->open_event[pair]].overlap_begin;
   if (!begin) begin = time;
@@ -286,7 +286,7 @@ void ClearanceWatch::note_least(int pair, double time, const ShapeDistance& d, M
 
 namespace {
 
-// Of the limit's size.
+// Relative to the limit.
 constexpr double kTolerance = 1e-9;
 
 double finite_size(double limit) { return std::isfinite(limit) ? std::abs(limit) : 0; }
@@ -323,7 +323,7 @@ void LimitWatch::sample(double time, const State& state, std::span<const double>
   if (!phase_) throw std::logic_error("LimitWatch: sample outside a phase");
   const Model& model = *phase_->model;
   if (!phase_->by_steps && phase_->has_sample && !(time >= phase_->time)) {
-    throw std::invalid_argument("LimitWatch: the time goes backwards in phase '" + phase_->name + "'");
+    throw std::invalid_argument("LimitWatch: the time decreases in phase '" + phase_->name + "'");
   }
   if (static_cast<int>(state.q.size()) != model.coordinates() ||
       static_cast<int>(state.v.size()) != model.velocities()) {
@@ -352,7 +352,7 @@ void LimitWatch::step(double begin, double end, bool fresh, const StateAt& at) {
   const State first = phase_->state;
   phase_->has_sample = phase_->by_steps = true;
   phase_->state = at(end), phase_->time = end;
-  std::vector<State> inside;  // made once a monitor needs them
+  std::vector<State> inside;  // created when a monitor needs them
   std::vector<Instant> instants;
   for (Monitor& monitor : phase_->monitors) {
     if (monitor.kind != LimitKind::position && monitor.kind != LimitKind::rate) continue;
@@ -376,8 +376,8 @@ LimitWatch::Instant LimitWatch::instant_of(const Monitor& monitor, double time, 
   return {time, state.q[body.q], state.v[body.v]};
 }
 
-// Whether the joint can pass the limit between two instants of a smooth motion. Where rates at both ends and the mean
-// rate agree, the motion between them is as simple; the margin is a multiple of their disagreement.
+// Whether the joint can exceed the limit between two instants of a smooth motion. If the rates at both ends agree with
+// the mean rate, the motion between them is simple; the margin is a multiple of their disagreement.
 bool LimitWatch::may_pass(const Monitor& monitor, const Instant& a, const Instant& b) {
   constexpr double kMargin = 4;
   const double h = b.time - a.time, mean = h > 0 ? (b.position - a.position) / h : a.rate;
@@ -399,7 +399,7 @@ void LimitWatch::watch_parts(Monitor& monitor, std::span<const Instant> instants
   }
 }
 
-// Part of a step in which the joint turns at most once.
+// Part of a step in which the joint reverses at most once.
 void LimitWatch::watch_positions(Monitor& monitor, const Instant& a, const Instant& b, const StateAt& at) {
   const auto value = [&](double t) { return instant_of(monitor, t, at(t)).position; };
   const Point begin{a.time, a.position}, end{b.time, b.position};
@@ -416,7 +416,7 @@ void LimitWatch::watch_rates(Monitor& monitor, std::span<const Instant> instants
   const Instant &a = instants[part], &b = instants[part + 1];
   const auto value = [&](double t) { return instant_of(monitor, t, at(t)).rate; };
   const Point begin{a.time, a.rate}, end{b.time, b.rate};
-  // The larger end of the part is no smaller than what lies beyond it: the maximum may be inside.
+  // The maximum may be inside the part if its larger end is at least as large as the neighbouring values.
   const auto size = [&](std::size_t i) { return monitor.sign * instants[i].rate; };
   const bool rises = part == 0 || size(part) >= size(part - 1);
   const bool falls = part + 2 >= instants.size() || size(part + 1) >= size(part + 2);
@@ -460,7 +460,7 @@ void LimitWatch::watch_motion(Monitor& monitor, double time, const State& state)
   }
   const auto value = [&](double t) { return motion.value((t - t0) / h); };
   const Point begin{t0, q0};
-  // Towards the limit at first and away from it at last: the turn is in between.
+  // Towards the limit at the begin and away from it at the end: the reversal is in between.
   if (monitor.sign * v0 > 0 && monitor.sign * v1 < 0) {
     const double turn_time = crossing(rate, t0, time, v0);
     const Point turn{turn_time, value(turn_time)};
@@ -471,7 +471,7 @@ void LimitWatch::watch_motion(Monitor& monitor, double time, const State& state)
   }
 }
 
-// A time in which the value crosses the limit at most once; value(t) -> double.
+// An interval in which the value crosses the limit at most once; value(t) -> double.
 template <class Function>
 void LimitWatch::watch_piece(Monitor& monitor, const Point& begin, const Point& end, Function&& value) {
   const bool beyond_begin = monitor.beyond(begin.value), beyond_end = monitor.beyond(end.value);
@@ -521,7 +521,7 @@ void MotionSegment::set(double t0, const State& begin, double t1, const State& e
   for (std::size_t i = 0; i < cubics_.size(); ++i) {
     cubics_[i] = {begin.q[i], rates_begin_[i], end.q[i], rates_end_[i], t1 - t0};
   }
-  // Of the two quaternions of the end's orientation, the one near the begin's.
+  // Selects the quaternion of the final orientation that is closer to the initial one.
   for (const int k : model_->quaternions()) {
     double product = 0;
     for (int i = k; i < k + 4; ++i) product += begin.q[i] * end.q[i];

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What is watched along the samples of a simulation, and between them: the clearance of a model's bodies, and its
-/// joints against their limits.
+/// Monitors of a simulated motion at and between its samples: the clearance of a model's bodies, and its joint limits.
 
 #include <cmath>
 #include <functional>
@@ -23,7 +22,7 @@ namespace grapnel {
 
 // Zero and minimum of a function of one variable.
 
-/// Where f changes sign between `low` and `high`, to about 1e-13 of their distance; `low_value` is f(low). Calls
+/// The sign change of f between `low` and `high`, to about 1e-13 of their distance; `low_value` is f(low). Calls
 /// f(double) -> double.
 template <class Function>
 double crossing(Function&& f, double low, double high, double low_value) {
@@ -34,8 +33,8 @@ double crossing(Function&& f, double low, double high, double low_value) {
   return 0.5 * (low + high);
 }
 
-/// Where f is least between `low` and `high`, if it has one minimum there, to about 1e-8 of their distance (rounding
-/// lets no search of values see more). Golden section. Calls f(double) -> double.
+/// The minimum of a unimodal f between `low` and `high`, to about 1e-8 of their distance (the limit due to rounding
+/// error of function values). Golden section search. Calls f(double) -> double.
 template <class Function>
 double golden_minimum(Function&& f, double low, double high) {
   constexpr double kGolden = 0.6180339887498949;
@@ -53,8 +52,8 @@ double golden_minimum(Function&& f, double low, double high) {
   return 0.5 * (low + high);
 }
 
-/// HermiteCubic Hermite interpolation of a quantity from values x and rates r at both ends of an interval of length h,
-/// at the fraction s of it, and its derivative with respect to time.
+/// Cubic Hermite interpolation of a quantity, from values x and rates r at both ends of an interval of length h: value
+/// at the fraction s of the interval, and time derivative.
 struct HermiteCubic {
   double x0, r0, x1, r1, h;
 
@@ -68,15 +67,15 @@ struct HermiteCubic {
   }
 };
 
-/// Coordinates q(t) of a model between two samples: each coordinate by its cubic, quaternions normalized afterwards.
-/// With an interval h the error is of order h^4 of a smooth motion.
+/// Coordinates q(t) of a model between two samples: a cubic per coordinate, with quaternions normalized afterwards. For
+/// a smooth motion the error is of order h^4 in the interval h.
 class MotionSegment {
  public:
   explicit MotionSegment(const Model& model);
 
   /// From `begin` at t0 to `end` at t1 > t0.
   void set(double t0, const State& begin, double t1, const State& end);
-  /// Writes q at the time t; `state` has the model's size, its v are left alone.
+  /// Writes q at the time t to `state`, which has the model's size; its v is unchanged.
   void interpolate(double t, State& state) const;
 
  private:
@@ -86,40 +85,40 @@ class MotionSegment {
   std::vector<double> rates_begin_, rates_end_;
 };
 
-/// Fed with consecutive samples of a phase, keeps the minimum clearance of each phase and the times in which two bodies
-/// are nearer than required.
+/// Receives consecutive samples of a phase; records the minimum clearance of each phase and the intervals in which two
+/// bodies are closer than required.
 ///
-/// Between samples the motion is interpolated (MotionSegment). It is searched where the samples say it matters: for
-/// each pair that can, by its speed, come below the required clearance or the least one so far in between, the least
-/// distance where the pair approaches at the first sample and parts at the second, and the times at which it crosses
-/// the required clearance. So samples must be close enough that a pair does not approach and part twice between two of
-/// them, nor turn faster than its rates at the samples (times 1.5) tell.
+/// Between samples the motion is interpolated (MotionSegment). A pair is searched if its speed allows it to come below
+/// the required clearance or the minimum so far. The search locates the minimum distance, if the pair approaches at the
+/// first sample and separates at the second, and the times at which it crosses the required clearance. Samples must
+/// therefore be close enough that a pair approaches and separates at most once between two of them, and rotates no
+/// faster than 1.5 times its rates at the samples.
 class ClearanceWatch {
  public:
-  /// `required`: the clearance [m] below which a pair makes an event. @throws std::invalid_argument if it is NaN.
+  /// `required`: the clearance [m] below which a pair creates an event. @throws std::invalid_argument if it is NaN.
   explicit ClearanceWatch(double required = 0);
 
-  /// Starts a phase. Both models must live until it ends. @throws std::logic_error if a phase is under way.
+  /// Starts a phase. Both models must live until it ends. @throws std::logic_error during a phase.
   ///
   /// `parting`: pairs (indices into ClearanceModel::pairs()) that touched or overlapped by design until this phase or
-  /// an earlier one in which they were named, too: an end-effector and the target that it let go. Until such
-  /// a pair has reached the required clearance, only an overlap deeper than the least depth since it was let go makes
-  /// an event, and the pair counts for least() only while it does.
+  /// an earlier one in which they were named: an end-effector and its released target. Until such a pair has reached
+  /// the required clearance, only an overlap deeper than the minimum depth since its release creates an event, and the
+  /// pair counts for least() only during such an overlap.
   void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
                    std::span<const int> parting = {});
-  /// The next sample. A sample at the time of the one before replaces it (a jump of the rates). Returns the clearance
-  /// at the sample. @throws std::logic_error outside a phase; std::invalid_argument if the time goes backwards or the
-  /// state is another model's.
+  /// Adds a sample. A sample at the time of the previous one replaces it (a jump of the rates). Returns the clearance
+  /// at the sample. @throws std::logic_error outside a phase; std::invalid_argument if the time decreases or the state
+  /// does not match the model.
   Clearance sample(double time, const State& state);
   /// Ends the phase and the events in it. @throws std::logic_error outside a phase.
   void end_phase();
-  /// Leaves the phase under way as if it had not begun. @throws std::logic_error outside a phase.
+  /// Discards the present phase. @throws std::logic_error outside a phase.
   void forget_phase();
 
-  /// One per phase, in order, the phase under way included.
+  /// One per phase, in order, including the present phase.
   const std::vector<MinimumClearance>& least() const { return least_; }
-  /// In order of their begins. Of phases that have ended, two bodies are in one event as long as any of their shapes
-  /// are too near to each other.
+  /// Events of completed phases, ordered by their begin. Two bodies share one event as long as any of their shapes are
+  /// too close.
   std::vector<ClearanceEvent> events() const;
 
  private:
@@ -127,8 +126,8 @@ class ClearanceWatch {
     double time = 0;
     State state;
     Kinematics kinematics;
-    std::vector<double> bound;  // per pair: not above its distance [m]
-    std::vector<double> speed;  // per pair: not below the rate of its distance [m/s]
+    std::vector<double> bound;  // per pair: lower bound of its distance [m]
+    std::vector<double> speed;  // per pair: upper bound of the rate of its distance [m/s]
   };
   // Scratch and state of a phase.
   struct Phase {
@@ -140,11 +139,11 @@ class ClearanceWatch {
     MotionSegment segment;
     State between;  // scratch of distance_at
     Kinematics between_kinematics;
-    std::vector<int> open_event;   // per pair: index of the event under way, or -1
+    std::vector<int> open_event;   // per pair: index of the open event, or -1
     std::size_t events_before;     // of other phases
-    std::vector<double> required;  // per pair: of which less is an event [m]
+    std::vector<double> required;  // per pair: distance below which an event is created [m]
     std::vector<int> parting;      // pairs
-    std::vector<bool> left_out;    // per pair: not counted for the least distance
+    std::vector<bool> left_out;    // per pair: excluded from the minimum distance
     std::map<std::pair<int, int>, double> reached_before;
   };
 
@@ -163,46 +162,46 @@ class ClearanceWatch {
 
   double required_;
   std::optional<Phase> phase_;
-  // Of parting pairs, by their shapes: the largest distance since they were let go.
+  // Of parting pairs, by their shapes: the maximum distance since their release.
   std::map<std::pair<int, int>, double> reached_;
   std::vector<MinimumClearance> least_;
   std::vector<ClearanceEvent> events_;
 };
 
-// Watches the joints of a model against their limits along the samples of a simulation.
+// Monitors the joints of a model against their limits along the samples of a simulation.
 
-/// Fed with the steps of a phase, or with consecutive samples where no steps are at hand, keeps the times in which
-/// joints (Model::joints()) are beyond their limits of position, rate or effort.
+/// Receives the steps of a phase, or consecutive samples if no steps are available; records the intervals in which
+/// joints (Model::joints()) exceed their limits of position, rate or effort.
 ///
-/// Steps give positions and rates of the motion itself. The part of a step in which a joint can come near a limit is
-/// divided into kParts; turns, largest rates and crossings are located in these parts.
+/// Steps provide positions and rates of the motion itself. The part of a step in which a joint can come near a limit is
+/// divided into kParts; reversals, maximum rates and crossings are located in these parts.
 ///
-/// Without steps, positions between samples are cubics that meet positions and rates at the samples, rates are their
-/// derivatives: a joint that passes a limit and turns back between two samples is found where its rate changes sign,
-/// and times at which limits are crossed are located. Rates beyond a limit only between samples are not found (the
-/// derivative of the cubic overshoots where an acceleration jumps), nor are efforts, whose events begin and end at
-/// samples. A value counts as beyond a limit when it exceeds it by more than 1e-9 of it (positions: of the larger of
-/// both limits), so that motions planned to end on a limit and efforts cut at a limit are no violation.
+/// Without steps, positions between samples are cubics that match positions and rates at the samples, and rates are
+/// their derivatives. A joint that exceeds a limit and reverses between two samples is found by the sign change of its
+/// rate, and crossings of limits are located. Rates beyond a limit only between samples are not found (the derivative
+/// of the cubic overshoots if the acceleration jumps). Nor are efforts, whose events begin and end at samples. A value
+/// counts as beyond a limit if it exceeds it by more than 1e-9 of it (positions: of the larger of both limits). Motions
+/// planned to end on a limit and efforts clipped at a limit are therefore no violations.
 class LimitWatch {
  public:
-  /// `efforts_are_cut`: motors saturate at their limits; times in which they do are kept as `effort_saturated`.
+  /// `efforts_are_cut`: motors saturate at their limits; such intervals are recorded as `effort_saturated`.
   explicit LimitWatch(bool efforts_are_cut = false) : efforts_are_cut_(efforts_are_cut) {}
 
-  /// Starts a phase. The model must live until it ends. @throws std::logic_error if a phase is under way.
+  /// Starts a phase. The model must live until it ends. @throws std::logic_error during a phase.
   void begin_phase(std::string name, const Model& model);
-  /// The next sample, with the motors' efforts per joint in the order of Model::joints(), or none. A sample at the time
-  /// of the one before replaces it. @throws std::logic_error outside a phase; std::invalid_argument if the time goes
-  /// backwards or a size is another model's.
+  /// Adds a sample, with the motors' efforts per joint in the order of Model::joints(), or none. A sample at the time
+  /// of the previous one replaces it. @throws std::logic_error outside a phase; std::invalid_argument if the time
+  /// decreases or a size does not match the model.
   void sample(double time, const State& state, std::span<const double> efforts = {});
   /// The motion inside a step; valid until the next call.
   using StateAt = std::function<const State&(double t)>;
-  /// The next step, in which the motion is smooth. `fresh`: rates may have jumped at `begin`. From the first step on,
-  /// samples of the phase serve the efforts only. @throws std::logic_error outside a phase.
+  /// Adds a step in which the motion is smooth. `fresh`: rates may have jumped at `begin`. After the first step,
+  /// samples of the phase are used for efforts only. @throws std::logic_error outside a phase.
   void step(double begin, double end, bool fresh, const StateAt& at);
   /// Ends the phase and the events in it. @throws std::logic_error outside a phase.
   void end_phase();
 
-  /// In order of their begins.
+  /// Ordered by their begin.
   std::vector<LimitEvent> events() const;
 
  private:
@@ -211,14 +210,14 @@ class LimitWatch {
   struct Monitor {
     LimitKind kind;
     int joint;         // index into Model::joints()
-    double sign;       // +1: values above the limit are beyond it; -1: below
+    double sign;       // +1: values above the limit violate it; -1: values below
     double limit;      // signed
     double threshold;  // the limit with its tolerance
     int open_event = -1;
 
     bool beyond(double value) const { return sign * (value - threshold) > 0; }
   };
-  // A value and when it is taken on.
+  // A value and its time.
   struct Point {
     double time;
     double value;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace loop_limits;
 
-// Of the size of velocities: what is left of the closures' motion is not solved for again.
+// Relative to the size of velocities: smaller closure motion is not corrected again.
 constexpr double kRounding = 4e-16;
 
 void step_quaternion(double* q, const Vector3d& turn) {
@@ -36,7 +36,7 @@ struct LoopSolver::Implementation {
   LoopColumns columns;
   PivotedCholesky factor;
   int row_total;
-  std::vector<double> u, work;                         // per row: motion to be undone
+  std::vector<double> u, work;                         // per row: motion to be removed
   std::vector<double> rhs, solution, residual, scale;  // per row, for the factorization
   std::vector<double> rows;                            // multipliers or impulses
   std::vector<double> zeros, step, contact;            // per velocity, likewise; rows x rows
@@ -89,7 +89,7 @@ struct LoopSolver::Implementation {
     for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links, q);
   }
 
-  // Factors the scaled W for what articulated_inertias() left in `workspace`.
+  // Factors the scaled W for the articulated inertias in `workspace`.
   void prepare(const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
     locate_all(workspace.links, in.q);
     columns.carry(paths, places, workspace, in);
@@ -104,7 +104,7 @@ struct LoopSolver::Implementation {
     factor.factor(kRankTolerance);
   }
 
-  // `rows` with W rows = -u; `size` is the scaled size of the terms whose sum u is.
+  // Solves W rows = -u for `rows`; `size` is the scaled magnitude of the terms of the sum u.
   void solve(double size) {
     for (int i = 0; i < row_total; ++i) rhs[i] = -scale[i] * u[i];
     factor.solve(rhs, solution, residual);
@@ -116,7 +116,7 @@ struct LoopSolver::Implementation {
     }
   }
 
-  // Rows of the relative twist, and the size of its terms.
+  // Rows of the relative twist, and the magnitude of its terms.
   double velocity_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& out) {
     double size = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -130,7 +130,8 @@ struct LoopSolver::Implementation {
     return size;
   }
 
-  // Scaled size of the accelerations of the closures' bodies, gravity included; not below what nobody would notice.
+  // Scaled magnitude of the accelerations of the closures' bodies, gravity included, bounded below by the negligible
+  // acceleration.
   double acceleration_size(const std::vector<LinkScratch<double>>& links) const {
     double size = 0;
     for (const LoopPath& path : paths) {
@@ -143,7 +144,7 @@ struct LoopSolver::Implementation {
     return size;
   }
 
-  // Rows of the relative acceleration that the forces alone would give, and the size of its terms.
+  // Rows of the relative acceleration due to forces alone, and the magnitude of its terms.
   double acceleration_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& out) {
     double size = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -181,14 +182,15 @@ struct LoopSolver::Implementation {
     move_all({}, v, workspace.kernel.links);
   }
 
-  // Change of velocities `step` and of links' twists (their A) by impulses `rows`, after refresh().
+  // Changes of velocities `step` and of link twists (their A) due to impulses `rows`, after refresh().
   void respond(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace) {
     columns.release(workspace.kernel);
     columns.impose(rows, prescribed, workspace.kernel);
     articulated_accelerations<double>(model.tree(), at_rest(q, prescribed), workspace.kernel, step, ignored_force);
   }
 
-  // Twists of links at v; with q also their angles and offsets, and where the closures are. Articulated inertias stay.
+  // Twists of links at v; with q also their angles and offsets, and the poses of the closures. Articulated inertias are
+  // unchanged.
   void move_all(std::span<const double> q, std::span<const double> v, std::vector<LinkScratch<double>>& links) {
     using namespace recursion;
     const Tree<double>& tree = model.tree();
@@ -208,6 +210,8 @@ struct LoopSolver::Implementation {
     if (!q.empty()) locate_all(links, q);
   }
 
+  // Velocity change times time dq => coordinates q: adds joint and position increments, rotates quaternions by the
+  // exponential map.
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {
     for (const TreeLink<double>& link : model.tree().links) {
       const JointTraits& joint = traits_of(link.joint);
@@ -225,7 +229,7 @@ struct LoopSolver::Implementation {
     }
   }
 
-  // Largest defects over the closures from places and twists.
+  // Maximum defects over the closures from poses and twists.
   ClosureDefect defects(const std::vector<LinkScratch<double>>& links) const {
     ClosureDefect largest;
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -249,7 +253,7 @@ struct LoopSolver::Implementation {
     for (std::size_t k = 0; k < paths.size(); ++k) position_rows(paths[k], places[k], part(e, paths[k]));
   }
 
-  // What the change by respond() and `sum` together leave of the relative motion.
+  // Relative motion that remains after the change by respond() and `sum`.
   void changed_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& sum) {
     for (std::size_t k = 0; k < paths.size(); ++k) {
       const LoopPath& path = paths[k];
@@ -286,6 +290,7 @@ int LoopSolver::rank() const { return implementation_->factor.rank(); }
 double LoopSolver::contradiction() const { return implementation_->contradiction; }
 double LoopSolver::least_pivot() const { return implementation_->factor.least_pivot(); }
 
+// Last solution => name of the row with the largest contradiction: closure, kind of motion and axis.
 std::string LoopSolver::contradicting_row() const {
   const Implementation& s = *implementation_;
   for (std::size_t k = 0; k < s.paths.size(); ++k) {
@@ -294,7 +299,7 @@ std::string LoopSolver::contradicting_row() const {
     if (row < 0 || row >= path.rows) continue;
     static constexpr const char* kAxes[] = {"x", "y", "z"};
     const bool turning = row < path.angular_count;
-    return s.closures[k].name + (turning ? ", turning about " : ", along ") +
+    return s.closures[k].name + (turning ? ", rotation about " : ", along ") +
            (turning && path.model == GraspModel::hinge
                 ? "a normal of the hinge"
                 : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grasp");
@@ -313,8 +318,8 @@ Eigen::MatrixXd LoopSolver::self_stresses() const {
   return basis;
 }
 
-// A wrench on one side of a closure, carried from joint to joint up to where both sides meet, by (8.6): the efforts are
-// those that balance it.
+// Transfers a wrench on one side of a closure from joint to joint to the common ancestor of both sides, by (8.6); the
+// efforts are those that balance it.
 LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& workspace) const {
   const Implementation& s = *implementation_;
   const Tree<double>& tree = s.model.tree();
@@ -322,7 +327,7 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
   JointEfforts out;
   out.effort = out.terms = Eigen::MatrixXd::Zero(s.model.velocities(), basis.cols());
   for (Eigen::Index column = 0; column < basis.cols(); ++column) {
-    double moment = 0, thrust = 0;  // largest at any joint
+    double moment = 0, thrust = 0;  // maxima over the joints
     const auto climb = [&](const std::vector<int>& way, Wrenchd F) {
       for (const int n : way) {
         const TreeLink<double>& link = tree.links[n];
@@ -345,7 +350,7 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
       climb(path.from_a, shift(path.X_aC.R * F, -path.X_aC.p));
       climb(path.from_b, shift(s.places[k].X_bC.R * (-1.0 * F), -s.places[k].X_bC.p));
     }
-    // An arm that the self-stress does not pass through has rounding alone: its size is that of the whole.
+    // Values in an arm without self-stress are rounding errors: they are judged relative to the whole.
     for (const TreeLink<double>& link : tree.links) {
       if (link.joint == JointType::revolute) out.terms(link.v, column) = moment;
       if (link.joint == JointType::prismatic) out.terms(link.v, column) = thrust;
@@ -361,6 +366,8 @@ Eigen::MatrixXd LoopSolver::contact_inertia() const {
   return W;
 }
 
+// Inputs of the recursion => vdot and generalized forces with closures, by the range-space method: W lambda = -(J M^-1
+// phi + Jdot v) (2.11), then vdot by (2.12).
 void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback, Workspace& workspace,
                                std::span<double> vdot, std::span<double> force) {
   Implementation& s = *implementation_;
@@ -379,15 +386,17 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
     for (int i = 0; i < s.row_total; ++i) s.u[i] += feedback * feedback * s.work[i];
   }
   s.solve(size);  // (2.11)
-  // (2.12) and the tree's own accelerations in one sweep. Roots keep what their articulated equation needs: the wrench
-  // on a held or fixed one is read from it.
+  // (2.12) and the tree's own accelerations in one sweep. Roots keep the wrench that their articulated equation needs;
+  // the wrench on a held or fixed root is computed from it.
   s.columns.impose(s.rows, in.prescribed, workspace.kernel);
   articulated_accelerations<double>(s.model.tree(), in, workspace.kernel, vdot, force);
-  // Where nothing yields, as between braked joints, the terms cancel on the way and their sizes say nothing: what
-  // counts are the accelerations that the two sides then have.
+  // Between immovable bodies, such as braked joints, the terms cancel and their magnitudes are meaningless; the
+  // accelerations of the two sides are used instead.
   s.contradiction *= std::max(size, kSmallest) / std::max(size, s.acceleration_size(links));
 }
 
+// Coordinates and velocities => velocities on the closures, by the plastic impact v - M^-1 J^T W^+ J v with one
+// iterative refinement.
 void LoopSolver::close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed,
                                   Workspace& workspace, std::span<double> v) {
   Implementation& s = *implementation_;
@@ -400,7 +409,7 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
   s.add_step(v);
   s.changed_rows(links, s.u);
   if (s.scaled_size(s.u) <= kRounding * size) return;
-  // What rounding left is solved for once more.
+  // Solves once more for the rounding error.
   const double contradiction = s.contradiction;
   std::copy(s.rows.begin(), s.rows.end(), s.work.begin());
   s.solve(size);
@@ -410,6 +419,8 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
   s.contradiction = contradiction;
 }
 
+// State => state on the closures: Newton's method for coordinates (8.9), then the plastic impact for velocities (8.10),
+// both in the mass metric.
 ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, Workspace& workspace,
                                      std::span<double> q, std::span<double> v, double negligible) {
   Implementation& s = *implementation_;
@@ -423,7 +434,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   if (std::max({d.position, d.angle, d.velocity, d.angular_velocity}) <= negligible) return result;
   result.changed = true;
 
-  // Positions: Newton's method with the factor at hand while defects are small.                                (8.9)
+  // Positions: Newton's method, with the same factor while defects are small.                                   (8.9)
   s.place_rows(s.u);
   double defect = s.scaled_size(s.u);
   for (int i = 0; i < kMostIterations && defect > 0; ++i) {
@@ -435,7 +446,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
     s.move_all(q, v, links);
     s.place_rows(s.u);
     const double next = s.scaled_size(s.u);
-    if (!(next < 0.5 * defect)) {  // rounding, or no way on
+    if (!(next < 0.5 * defect)) {  // converged or stalled
       if (!(next < defect)) {
         std::copy(s.last_q.begin(), s.last_q.end(), q.begin());
         s.move_all(q, v, links);
@@ -468,7 +479,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   result.after = s.defects(links);
   result.converged = result.after.position <= kClosed && result.after.angle <= kClosed;
   s.contradiction = 0;
-  if (defect > kContradiction * size) {  // joints that are prescribed leave no velocity that fits
+  if (defect > kContradiction * size) {  // prescribed joints leave no compatible velocity
     s.velocity_rows(links, s.u);
     s.solve(size);
     result.converged = result.converged && s.contradiction <= kContradiction;

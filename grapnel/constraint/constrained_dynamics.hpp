@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Dynamics of trees with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top
-/// of the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric. A
-/// closure joins two bodies of one tree or of two: an end-effector and a target that still has its own root.
+/// Dynamics of trees with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top of
+/// the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric. A
+/// closure joins two bodies of one tree or of two trees, such as an end-effector and a target with its own root.
 
 #include <memory>
 #include <string>
@@ -13,19 +13,19 @@
 
 namespace grapnel {
 
-/// What a projection did.
+/// Result of a projection.
 struct ProjectionResult {
-  ClosureDefect before;  // largest over the closures
+  ClosureDefect before;  // maximum over the closures
   ClosureDefect after;
   bool converged = false;
-  bool changed = false;  // whether anything was moved
+  bool changed = false;  // whether the state was changed
 };
 
-/// Solves for one model and one set of closures. Nothing allocates after construction.
+/// Solver for one model and one set of closures. No allocation after construction.
 class LoopSolver {
  public:
-  /// @throws std::invalid_argument if a closure names no two bodies, or two that no joint parts, or if a frame is not
-  /// finite or no rotation.
+  /// @throws std::invalid_argument if a closure does not name two bodies, if no joint separates its bodies, or if a
+  /// frame is not finite or not a rotation.
   LoopSolver(const Model& model, std::span<const LoopClosure> closures);
   ~LoopSolver();
   LoopSolver(LoopSolver&&) noexcept;
@@ -34,46 +34,46 @@ class LoopSolver {
   const std::vector<LoopClosure>& closures() const;
   int rows() const;
 
-  /// Accelerations and forces as of articulated_body(), with the closures' multipliers acting. `feedback`: rate 1/T of
-  /// Baumgarte's stabilization, u' + 2 u / T + e / T^2 = 0 [1/s]; 0: none.
+  /// Accelerations and forces as of articulated_body(), with the closures' multipliers. `feedback`: rate 1/T of
+  /// Baumgarte stabilization, u' + 2 u / T + e / T^2 = 0 [1/s]; 0: none.
   void accelerations(const DynamicsInput<double>& in, double feedback, Workspace& workspace, std::span<double> vdot,
                      std::span<double> force);
 
-  /// Velocity that fits the closures, v - M^-1 J^T W^+ J v: the plastic impact that closes all loops. Velocities that
-  /// are `prescribed` (may be empty) do not change.
+  /// Velocity consistent with the closures, v - M^-1 J^T W^+ J v: the plastic impact that closes all loops. Velocities
+  /// that are `prescribed` (may be empty) do not change.
   void close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace,
                         std::span<double> v);
 
-  /// Brings coordinates, then velocities onto the closures in the mass metric. Defects that are all up to `negligible`
-  /// [m, rad, and these per second] are left as they are.
+  /// Projects coordinates, then velocities onto the closures in the mass metric. The state is unchanged if all defects
+  /// are at most `negligible` [m, rad, and these per second].
   ProjectionResult project(std::span<const std::uint8_t> prescribed, Workspace& workspace, std::span<double> q,
                            std::span<double> v, double negligible = 0);
 
   /// Multipliers of the last accelerations() or impulses of the last close_velocities(), per row, in C's axes, on body
-  /// a at C (body b gets the opposite there); where rows are redundant one of many.
+  /// a at C (the opposite acts on body b). Not unique if rows are redundant.
   std::span<const double> multipliers() const;
-  /// Independent rows in the last solution.
+  /// Number of independent rows in the last solution.
   int rank() const;
-  /// Of the last solution: the largest part of a redundant row that the others do not explain, over the size of what
-  /// was to be solved (for accelerations, of the accelerations of both bodies, if larger). Not small: the closures, or
-  /// closures and prescribed joints, contradict each other.
+  /// Of the last solution: the largest inconsistency of a redundant row, relative to the magnitude of the right-hand
+  /// side (for accelerations, of the accelerations of both bodies, if larger). A large value means that the closures
+  /// contradict each other or the prescribed joints.
   double contradiction() const;
-  /// Of the last solution: the least pivot that counted, scaled so that a free body b alone has 1; 0 with no rows.
+  /// Of the last solution: the smallest accepted pivot, scaled such that a free body b alone has 1; 0 without rows.
   double least_pivot() const;
-  /// The row of the last solution with the largest contradiction, in words: closure and direction.
+  /// Name of the row of the last solution with the largest contradiction: closure and direction.
   std::string contradicting_row() const;
 
-  /// Multipliers that change nothing in the last solution, a basis of them: rows x (rows - rank()).
+  /// Basis of the self-stresses of the last solution, multipliers without effect on the motion: rows x (rows - rank()).
   Eigen::MatrixXd self_stresses() const;
 
-  /// What each self-stress adds to the efforts along joint axes that prescribed joints take, per velocity, and the size
-  /// of the self-stress, its largest moment or force at any joint. `workspace`: as the last solution left it.
+  /// Contribution of each self-stress to the efforts of prescribed joints, per velocity, and the magnitude of the
+  /// self-stress: its largest moment or force at any joint. `workspace`: as left by the last solution.
   struct JointEfforts {
     Eigen::MatrixXd effort, terms;  // velocities x (rows - rank())
   };
   JointEfforts self_stress_efforts(const Workspace& workspace) const;
 
-  /// Contact-space inertia W = J M^-1 J^T of the last solution, rows x rows (of the joints that are not prescribed).
+  /// Contact-space inertia W = J M^-1 J^T of the last solution, rows x rows (for the joints that are not prescribed).
   Eigen::MatrixXd contact_inertia() const;
 
  private:

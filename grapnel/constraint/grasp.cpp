@@ -21,6 +21,7 @@ Eigen::MatrixXd constrained_directions(const Grasp& grasp) {
   return A;
 }
 
+// Grasps => stacked J, rows x velocities: constrained components of the relative point Jacobian.
 Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps) {
   int rows = 0;
   for (const Grasp& g : grasps) rows += row_count(g.model);
@@ -36,6 +37,7 @@ Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics,
   return J;
 }
 
+// Grasp => J_t M_t^-1 J_t^T of the free target, rows x rows, by (2.15).
 Eigen::MatrixXd target_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp) {
   // About the centre of mass M_t = diag(I_c, m 1) and J_t = [1 0; -[r x] 1] (2.15), so that
   // J_t M_t^-1 J_t^T = [I_c^-1, I_c^-1 [r x]; -[r x] I_c^-1, 1/m - [r x] I_c^-1 [r x]].

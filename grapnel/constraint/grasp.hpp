@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A grasp: which components of the relative motion of an end-effector and a target it forbids.
+/// A grasp: the components of the relative motion of an end-effector and a target that it constrains.
 
 #include <Eigen/Core>
 #include <span>
@@ -12,8 +12,8 @@ namespace grapnel {
 
 // Kinds of grasp.
 
-/// rigid: 6 rows, the relative pose found at contact is kept. hinge: 5 rows, free to turn about an axis of the
-/// end-effector. point: 3 rows, free to turn.
+/// rigid: 6 rows, the relative pose at contact is fixed. hinge: 5 rows, rotation about an axis of the end-effector is
+/// free. point: 3 rows, rotation is free.
 enum class GraspModel { rigid, hinge, point };
 
 /// Rows a grasp adds to the constraints.
@@ -34,12 +34,12 @@ struct Grasp {
 Eigen::MatrixXd constrained_directions(const Grasp& grasp);
 
 /// Relative Jacobian of all grasps, stacked in order: rows x velocities. u = J v is the end-effector's twist at the
-/// contact point minus the target's, in the constrained directions; over robot and targets together J M^-1 J^T is the W
-/// of docs/theory.md, equation (7.3), cross terms of a shared target included.
+/// contact point minus the target's, in the constrained directions. Over robot and targets together, J M^-1 J^T is W of
+/// docs/theory, equation (7.3), including the cross terms of a shared target.
 Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps);
 
-/// The target's own part of the contact-space inertia, J_t M_t^-1 J_t^T of one grasp in its constrained directions:
-/// what the grasp's impulse alone would do to the free target. rows x rows.
+/// The target's part of the contact-space inertia, J_t M_t^-1 J_t^T of one grasp in its constrained directions:
+/// velocity change of the free target per unit impulse of this grasp alone. rows x rows.
 Eigen::MatrixXd target_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp);
 
 }  // namespace grapnel

@@ -5,8 +5,8 @@
 namespace grapnel {
 
 namespace {
-// Singular values below this fraction of the largest are redundant rows, as for LoopSolver, whose pivots are their
-// squares: rounding leaves some 1e-15 there, and true constraints of extreme mass ratios (the squares) still count.
+// Singular values below this fraction of the largest are redundant rows. LoopSolver uses their squares, the pivots.
+// Rounding errors are about 1e-15, and true constraints of extreme mass ratios (the squares) are still counted.
 constexpr double kRankTolerance = 1e-6;
 }  // namespace
 
@@ -17,11 +17,13 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   return solve_impulsive_constraint(Cholesky(M), J, v, D, after);
 }
 
+// M = L L^T, J, v-, w, D => v+, P, self-stresses and rank, by the singular value decomposition of Y = L^-1 J^T G^-T
+// with D = G G^T.
 ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
                                              const Eigen::MatrixXd& D, const Eigen::VectorXd& after) {
   if (mass.rows() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows() ||
       (after.size() != 0 && after.size() != J.rows())) {
-    throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
+    throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not match");
   }
   const Cholesky metric(D);
   if (mass.info() != Eigen::Success)
@@ -29,7 +31,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::
   if (metric.info() != Eigen::Success)
     throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
 
-  // Eigen's decompositions do not take empty matrices.
+  // Eigen's decompositions do not accept empty matrices.
   if (J.rows() == 0) return {v, Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), 0};
 
   Eigen::MatrixXd Y = J.transpose();
@@ -44,7 +46,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::
   while (solution.rank < sigma.size() && sigma[solution.rank] > threshold) ++solution.rank;
   const auto U = svd.matrixU().leftCols(solution.rank);
   Eigen::VectorXd along = U.transpose() * weighted;
-  // Projected twice: the first subtraction leaves rounding of the size of v-, the second removes it.
+  // Projected twice: the second projection removes the rounding error of the first, of the size of v-.
   Eigen::VectorXd rest = weighted - U * along;
   rest -= U * (U.transpose() * rest);
   if (after.size() != 0) {

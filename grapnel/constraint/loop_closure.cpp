@@ -4,6 +4,7 @@
 
 namespace grapnel {
 
+// Poses and twists => position, angle and rate defects of a closure in its constrained directions.
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics) {
   const Posed X_WC = kinematics.X_WB[closure.body_a] * closure.X_AC;
   const Posed X_WD = kinematics.X_WB[closure.body_b] * closure.X_BD;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A grasp that closes a loop of a model's tree, or ties two trees: where it is on both bodies, and how far they are
-/// off.
+/// A grasp that closes a loop of a model's tree or connects two trees: its frames on both bodies, and its closure
+/// defect.
 
 #include <span>
 #include <string>
@@ -12,38 +12,38 @@
 
 namespace grapnel {
 
-/// Keeps frame C on body a and frame D on body b together in the directions of its kind (row_count). Bodies a and b
-/// belong to one model: to one tree, whose own joints connect them otherwise, or to two.
+/// Constrains frame C on body a and frame D on body b to coincide in the directions of its kind (row_count). Bodies a
+/// and b belong to one model: to one tree, where other joints connect them, or to two trees.
 struct LoopClosure {
   std::string name;  // for messages
   int body_a;        // carries the end-effector
   Posed X_AC;        // the grasp's frame on it
   int body_b;        // the target
-  Posed X_BD;        // the grasp's frame on it: C and D coincide where the loop is closed
+  Posed X_BD;        // frame of the grasp on body b; C and D coincide if the loop is closed
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_C{0, 0, 1};  // unit axis of a hinge, in C, and in D
 };
 
-/// How far a closure is from being closed, in the directions that it forbids.
+/// Defect of a closure in its constrained directions.
 struct ClosureDefect {
   double position = 0;          // distance of C and D [m]
   double angle = 0;             // [rad]
   double velocity = 0;          // of D against C, at C [m/s]
   double angular_velocity = 0;  // [rad/s]
 
-  /// Takes the larger of each; a NaN stays.
+  /// Componentwise maximum; NaN is kept.
   void raise(const ClosureDefect& other);
 };
-/// From poses and twists of the bodies in W.
+/// Defect from poses and twists of the bodies in W.
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics);
 
-/// Directions, in C, in which a closure forbids turning: its angular rows. How many: 3, 2 normals of a hinge, or none.
+/// Constrained rotation axes, in C: the angular rows. Returns their number: 3, 2 normals of a hinge, or 0.
 int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]);
 
-/// The wrench on body a at C, in C's axes, of multipliers or impulses of one closure's rows.
+/// The wrench on body a at C, in C's axes, due to multipliers or impulses of one closure's rows.
 Wrenchd closure_wrench(const LoopClosure& closure, std::span<const double> rows);
 
-/// Rows of all closures.
+/// Total number of rows of all closures.
 int closure_rows(std::span<const LoopClosure> closures);
 
 }  // namespace grapnel

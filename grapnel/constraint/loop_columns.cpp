@@ -39,7 +39,7 @@ GRAPNEL_INLINE void shift_to(Bundle& b, const Vector3d& p) {
   b.f[2] += p[0] * y - p[1] * x;
 }
 
-// From frame C, in whose axes `unit` is, to the link's; on body b the opposite acts.
+// Transforms `unit` from frame C to the link's frame; the opposite acts on body b.
 GRAPNEL_INLINE Bundle unit_wrenches(const ClosureRow (&unit)[6], const Posed& X_LC, double sign) {
   Bundle b;
   for (int k = 0; k < 6; ++k) b.f[k] = sign * unit[k].r;
@@ -62,7 +62,8 @@ GRAPNEL_INLINE void rotate_behind(Joint, const LinkScratch<double>& w, Bundle& b
   }
 }
 
-// Through a joint with one degree of freedom: F - G K goes on. `free`: what the link's own motion adds to F.A.
+// Through a joint with one degree of freedom: F - G K is passed on. `free`: contribution of the link's own motion to
+// F.A.
 template <OneAxis Joint>
 GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, std::span<const double>,
                          const LinkScratch<double>& w, bool rigid, Bundle& b, ClosureRow* y, ClosureRow* raw,
@@ -82,8 +83,8 @@ GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, std::span<co
   rotate_behind(joint, w, b);
 }
 
-// Through a spherical joint, which takes all moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is taken from the
-// force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
+// Through a spherical joint, which transmits no moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is subtracted from
+// the force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
 GRAPNEL_INLINE void pass(Spherical, const TreeLink<double>& link, std::span<const double> force,
                          const LinkScratch<double>& w, bool rigid, Bundle& b, ClosureRow* y, ClosureRow* raw, double&,
                          Pack& free) {
@@ -111,9 +112,8 @@ GRAPNEL_INLINE void pass(Spherical, const TreeLink<double>& link, std::span<cons
   rotate_all(b, w.R_FL);
 }
 
-// Through a joint that moves by the modes of a chain: what the wrenches do on the modes is summed in `shares`, and at
-// the innermost joint of the chain F - G Y goes on, Y = L^-1 shares. There the modes' own acceleration -L^-T (y + G^T
-// A') adds -Y y to F.A.
+// Through a modal joint: the work of the wrenches on the modes is summed in `shares`. At the innermost joint of the
+// chain F - G Y is passed on, Y = L^-1 shares, and the modes' own acceleration -L^-T (y + G^T A') adds -Y y to F.A.
 template <OneAxis Joint>
 GRAPNEL_INLINE void pass_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain,
                                const ChainScratch& c, const LinkScratch<double>& w, std::span<ClosureRow> shares,
@@ -137,7 +137,7 @@ GRAPNEL_INLINE void pass_modal(Joint joint, const TreeLink<double>& link, const 
   rotate_behind(joint, w, b);
 }
 
-// Row by row products of two closures' rows, added: block(r, :) += a(r) b.
+// Adds products of two closures' rows: block(r, :) += a(r) b.
 GRAPNEL_INLINE void add_product(const ClosureRow& a, const ClosureRow& b, Pack (&block)[6]) {
   for (int r = 0; r < 6; ++r) block[r] += a.r[r] * b.r;
 }
@@ -150,6 +150,7 @@ double weighted(const ClosureRow& row, const double (&rows)[8]) {
 
 }  // namespace
 
+// Tree and closure paths => storage for all unit wrenches; finds common links of closures and the roots with loops.
 LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths)
     : tree_(tree), sums_(paths.size()), inverse_root_(tree.links.size()), root_factor_of_(tree.links.size(), -1) {
   int slot = 0;
@@ -205,19 +206,19 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
   }
 }
 
-// A root's six, a joint's own; the innermost joint of a chain has the chain's modes, the others one for when it is
-// prescribed.
+// Number of slots: six for a root, one per degree of freedom of a joint. The innermost joint of a chain has those of
+// the chain's modes; the others have one for the case that they are prescribed.
 int LoopColumns::slots_of(int link) const {
   const TreeLink<double>& l = tree_.links[link];
   if (l.parent < 0) return 6;
   return l.chain >= 0 && l.member == 0 ? tree_.chains[l.chain].modes : velocity_count(l.joint);
 }
 
-// I = L D L^T of a free root's articulated inertia.
+// Factors I = L D L^T of a free root's articulated inertia.
 void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in) {
   RootFactor& root = root_factor_[root_factor_of_[link]];
   const ArticulatedInertia<double>& I = w.I;
-  double A[6][6];  // below the diagonal: what is left of I
+  double A[6][6];  // below the diagonal: the remaining Schur complement of I
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) {
       A[r][c] = I.J(r, c), A[3 + r][3 + c] = I.M(r, c);
@@ -239,6 +240,8 @@ void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const Dyna
   }
 }
 
+// Articulated inertias in the workspace => columns Y of (8.7) and free relative accelerations, by carrying the unit
+// wrenches of each closure from both sides to the root.
 void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
                         const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
   const std::span<const LinkScratch<double>> links = workspace.links;
@@ -279,7 +282,7 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
     climb(other, way.end_a, way.end_b, shares_of_b_);
     if (way.end - way.first_root == 1) {
       for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
-      // Where they meet on a link of a chain, what they have done on its modes so far goes on in one.
+      // If the common ancestor is a link of a chain, the sums over its modes are combined.
       for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i].r += shares_of_b_[i].r, shares_of_b_[i].r = Pack{};
       climb(b, way.end_b, way.first_root, shares_);
     } else {
@@ -297,7 +300,7 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
   }
 }
 
-// At the root: F on a free one moves it, I A = F.
+// At the root: a free root accelerates by I A = F.
 void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInput<double>& in, Pack& free) {
   const auto [n, slot] = step;
   const TreeLink<double>& link = tree_.links[n];
@@ -324,6 +327,7 @@ void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInp
   for (int k = 0; k < 3; ++k) free += A.angular[k] * F[k] + A.linear[k] * F[3 + k];
 }
 
+// Columns Y => W = Y^T Y (8.7), rows x rows; only common links of two closures contribute.
 void LoopColumns::contact_inertia(std::span<double> W) const {
   const int size = ways_.empty() ? 0 : ways_.back().first_row + ways_.back().rows;
   if (ways_.size() > 1) std::fill(W.begin(), W.end(), 0.0);
@@ -352,6 +356,8 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
   }
 }
 
+// Row values => changes of bias terms g, y and p in the workspace, so that the third sweep includes these wrenches or
+// impulses.
 void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
                          DynamicsWorkspace<double>& workspace) const {
   const std::span<LinkScratch<double>> links = workspace.links;
@@ -399,7 +405,7 @@ std::vector<int> way_to_root(const Tree<double>& tree, int link) {
   return way;
 }
 
-// X_KP to X_KL: one step outward from a parent P. Turned columns are cheaper than a product of matrices.
+// From X_KP to X_KL: one step outward from a parent P. Rotating columns is cheaper than a matrix product.
 GRAPNEL_INLINE void step_outward(const TreeLink<double>& link, const LinkScratch<double>& w, Posed& X) {
   X.p += X.R * w.p_PL;
   if (link.rotated) X.R = X.R * link.X_PF.R;
@@ -420,7 +426,7 @@ Posed root_in_world(const TreeLink<double>& link, std::span<const double> q) {
           {q[link.q], q[link.q + 1], q[link.q + 2]}};
 }
 
-// Whether numbers can be a rigid placement: finite, and a rotation.
+// Whether a pose is finite and its matrix is a rotation.
 bool is_placement(const Posed& X) {
   const Rotationd R = transpose(X.R) * X.R;
   double worst = 0;
@@ -432,6 +438,8 @@ bool is_placement(const Posed& X) {
 
 }  // namespace
 
+// Closure => path: links and poses on both sides, chains to the common ancestor or the roots, angular rows and scales.
+// @throws std::invalid_argument as documented in the header.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   const int bodies = static_cast<int>(model.bodies().size());
   if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
@@ -439,14 +447,14 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   if (!is_placement(closure.X_AC) || !is_placement(closure.X_BD) ||
       !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || closure.model != GraspModel::hinge))
     throw std::invalid_argument("loop closure '" + closure.name +
-                                "': a frame is no placement, or the hinge no unit vector");
+                                "': a frame is not a valid pose, or the hinge is not a unit vector");
   const Body& a = model.bodies()[closure.body_a];
   const Body& b = model.bodies()[closure.body_b];
   const Tree<double>& tree = model.tree();
   const auto is_ground = [&](int link) { return tree.links[link].joint == JointType::fixed; };
   if (a.placement.link == b.placement.link || (is_ground(a.placement.link) && is_ground(b.placement.link))) {
     throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
-                                b.description.name + "' cannot move against each other");
+                                b.description.name + "' have no relative motion");
   }
   LoopPath path;
   path.link_a = a.placement.link, path.link_b = b.placement.link;
@@ -492,7 +500,7 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
   Posed X_LC = pose_along(path.from_a, tree, links) * path.X_aC;
   const Posed X_Lb = pose_along(path.from_b, tree, links);
   if (!path.one_tree()) {
-    // From root a's frame to root b's; far from the world's origin only the roots' distance counts.
+    // From root a's frame to root b's. Far from the world's origin only the distance of the roots matters.
     const Posed X_Wa = root_in_world(tree.links[path.root_a], q), X_Wb = root_in_world(tree.links[path.root_b], q);
     X_LC = Posed{transpose(X_Wb.R) * X_Wa.R, transposed_times(X_Wb.R, X_Wa.p - X_Wb.p)} * X_LC;
   }
@@ -501,9 +509,10 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
 
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
 
+// Place of a closure => position defect as rows of C minus D, rotations as rotation vectors (8.4).
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
   const Posed X_CD = pose_CD(path, place);
-  Vector3d turn;  // of D against C; the whole angle, since a sine vanishes at half a turn as well
+  Vector3d turn;  // of D relative to C; the full angle, since the sine vanishes at half a turn as well
   if (path.model == GraspModel::rigid) {
     turn = rotation_vector(X_CD.R);
   } else if (path.model == GraspModel::hinge) {
@@ -513,7 +522,7 @@ void position_rows(const LoopPath& path, const LoopPlace& place, std::span<doubl
     if (sine > 0) {
       turn = (std::atan2(sine, cosine) / sine) * turn;
     } else if (cosine < 0) {
-      turn = std::numbers::pi * path.angular_rows[0];  // about any normal
+      turn = std::numbers::pi * path.angular_rows[0];  // about an arbitrary normal
     }
   } else {
     turn = Vector3d::zero();

@@ -3,18 +3,17 @@
 /// @file
 /// Unit wrenches of loop closures carried through the articulated tree: the kernel of the range-space method.
 ///
-/// With M = U D U^T as in the recursion of forward dynamics, a wrench F on a link gives at its joint K = S^T F, and
-/// what goes on to the parent is F - G K, G = I S / D. The rows Y = D^-1/2 K of all joints on the way, and Y = D^-1/2
-/// L^-1 F at a free root with I = L D L^T, are D^-1/2 U^-1 J^T, so that
+/// With M = U D U^T as in the recursion of forward dynamics, a wrench F on a link gives K = S^T F at its joint, and
+/// passes F - G K, G = I S / D, to the parent. The rows Y = D^-1/2 K of all joints of the chain, and Y = D^-1/2 L^-1 F
+/// at a free root with I = L D L^T, are D^-1/2 U^-1 J^T, so that
 ///
 ///   W = J M^-1 J^T = Y^T Y                                                                                     (8.7)
 ///
-/// costs a number of operations proportional to the joints on the closure's way. Joints that move by the modes of a
-/// chain have the rows L^-1 sum of s^T K of its modes together. Joints whose acceleration is
-/// prescribed pass wrenches on whole and have no row. The same wrenches give the closure's relative acceleration
-/// without multipliers before any acceleration is known: what a link's acceleration A = X A_parent + c + S (g - G.A)
-/// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. A closure between two trees has a way to each
-/// root.
+/// costs a number of operations proportional to the number of joints in the closure's chain. A modal chain has the rows
+/// L^-1 (sum of s^T K) for all its modes. Joints with prescribed acceleration pass wrenches on unchanged and have no
+/// row. The same wrenches give the closure's relative acceleration without multipliers before any acceleration is
+/// computed. A link's acceleration A = X A_parent + c + S (g - G.A) contributes K g + (F - G K).c to F.A; the remainder
+/// belongs to the parent. A closure between two trees has a chain to each root.
 
 #include <vector>
 
@@ -23,9 +22,9 @@
 
 namespace grapnel {
 
-// A loop closure as the recursive kernels see it: on links, with the ways from both sides to where they meet, or to
-// the roots of two trees. Reads what articulated_body() or `follow` left in the links' scratch. Thread safety:
-// immutable; functions write their outputs only.
+// A loop closure in terms of links, with the chains from both sides to their common ancestor, or to the roots of two
+// trees. Reads the links' scratch of articulated_body() or `follow`. Thread safety: immutable; functions write their
+// outputs only.
 
 /// See the file comment. Row r of a closure is the direction angular_rows[r] for the first `angular_count` rows and the
 /// axis r - angular_count of C for the three linear ones that follow.
@@ -33,26 +32,26 @@ struct LoopPath {
   int link_a = 0, link_b = 0;
   Posed X_aC = Posed::identity();   // in link a's frame
   Posed X_bD = Posed::identity();   // in link b's frame
-  std::vector<int> from_a, from_b;  // links from a and from b upwards, without the link where they meet or their roots
-  std::vector<int> trunk;           // from where they meet to the root; empty between two trees
-  int root_a = 0, root_b = 0;       // root links; one and the same in one tree
+  std::vector<int> from_a, from_b;  // links from a and from b upwards, without the common ancestor or the roots
+  std::vector<int> trunk;           // from the common ancestor to the root; empty between two trees
+  int root_a = 0, root_b = 0;       // root links; equal within one tree
   int rows = 0, first_row = 0;
   int angular_count = 0;
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_C;
   Vector3d angular_rows[3];  // in C
-  /// Rows in units in which the mobility of body b alone and free is 1: roots of mean inverse inertias [rad, m].
+  /// Units of the rows such that body b, alone and free, has unit mobility: roots of mean inverse inertias [rad, m].
   double angular_scale = 1, linear_scale = 1;
 
   bool one_tree() const { return root_a == root_b; }
   double scale(int row) const { return row < angular_count ? angular_scale : linear_scale; }
 };
 
-/// @throws std::invalid_argument if no joint parts the bodies (one link, or two roots fixed to the world), or the
-/// frames are no placements.
+/// @throws std::invalid_argument if no joint separates the bodies (one link, or two roots fixed to the world), or if
+/// the frames are not valid poses.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure);
 
-/// How a body alone and free would give way, for the rows' units; in its link's frame.
+/// Mobility of a body alone and free, for the rows' units; in its link's frame.
 struct LoneBody {
   Symmetric3d inverse_inertia;  // about its centre of mass
   double inverse_mass;
@@ -62,16 +61,16 @@ struct LoneBody {
   void scale_rows(const Vector3d& p, LoopPath& path) const;
 };
 
-/// Where a closure is now.
+/// Present pose of a closure.
 struct LoopPlace {
   Posed X_bC;  // of C in link b
 };
-/// From the links' angles and offsets in `links` (`place` or articulated_body()); between two trees also from the
+/// Pose from the links' angles and offsets in `links` (`place` or articulated_body()); between two trees also from the
 /// roots' coordinates in q.
 LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
                  std::span<const double> q);
 
-/// Pose of D in C: the identity where the loop is closed (but for what it leaves free).
+/// Pose of D in C: the identity if the loop is closed (except in its free directions).
 Posed pose_CD(const LoopPath& path, const LoopPlace& place);
 
 /// A motion of C minus that of D, both at C in C's axes, for motions of links a and b in their frames.
@@ -89,7 +88,7 @@ void take_rows(const LoopPath& path, const SpatialVector<kKind>& relative, std::
   for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = relative.linear[r];
 }
 
-/// Defect of position as rows of C minus D: their rate is the rows of the relative twist as the defect vanishes.
+/// Position defect as rows of C minus D. Its rate equals the rows of the relative twist in the limit of zero defect.
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows);
 
 /// One number per row of one closure, padded with zeros: one vector register, or two.
@@ -102,33 +101,34 @@ class LoopColumns {
  public:
   LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths);
 
-  /// Carries the unit wrenches of all closures to the root. `workspace`: as articulated_inertias() left it for `in`.
+  /// Carries the unit wrenches of all closures to the root. `workspace`: the result of articulated_inertias() for `in`.
   void carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
              const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in);
 
   /// W, rows x rows, row-major.
   void contact_inertia(std::span<double> W) const;
 
-  /// The acceleration of C minus that of D that the forces of carry()'s `in` alone would give a closure, without
-  /// V_C x V_D, per row; and the sum of the squares of its terms.
+  /// The relative acceleration of C and D due to the forces of carry()'s `in` alone, without V_C x V_D, per row; and
+  /// the sum of the squares of its terms.
   const ClosureRow& free_acceleration(std::size_t closure) const { return sums_[closure].acceleration; }
   const ClosureRow& free_acceleration_squares(std::size_t closure) const { return sums_[closure].squares; }
 
-  /// Makes wrenches or impulses `rows` on the closures act in the third sweep, articulated_accelerations().
+  /// Applies wrenches or impulses `rows` of the closures in the third sweep, articulated_accelerations().
   void impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
               DynamicsWorkspace<double>& workspace) const;
 
-  /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
+  /// Removes the effect of impose() from links that articulated_inertias() computed at rest without forces.
   void release(DynamicsWorkspace<double>& workspace) const;
 
  private:
-  // Where a closure's rows at one link are: from `slot` on in y_ and raw_.
+  // Location of a closure's rows at one link: from `slot` on in y_ and raw_.
   struct Step {
     int link, slot;
   };
-  // Of one closure, in the order of carrying.
+  // Chain of one closure, in order.
   struct Way {
-    // In steps_: from a, from b, then from where they meet, then the root; between two trees the roots of a and b.
+    // Ranges in steps_: from a, from b, from their common ancestor, then the root; between two trees the roots of a and
+    // b.
     int first_step, end_a, end_b, first_root, end;
     int first_slot, end_slot;
     int first_row, rows;
@@ -160,10 +160,10 @@ class LoopColumns {
   const Tree<double>& tree_;
   std::vector<Step> steps_;
   std::vector<Way> ways_;
-  std::vector<Pair> pairs_;                       // closures that have links in common
-  std::vector<ClosureRow> y_;                     // zero where prescribed
+  std::vector<Pair> pairs_;                       // closures with common links
+  std::vector<ClosureRow> y_;                     // zero if prescribed
   std::vector<ClosureRow> raw_;                   // S^T F at prescribed and spherical joints, F at roots
-  std::vector<ClosureRow> shares_, shares_of_b_;  // of the chain under way, per mode: what the wrenches do on it
+  std::vector<ClosureRow> shares_, shares_of_b_;  // of the present modal chain, per mode: work of the wrenches on it
   std::vector<Sums> sums_;                        // per closure
   std::vector<double> inverse_root_;              // per link: D^-1/2
   std::vector<int> roots_;                        // free roots with loops

@@ -1,32 +1,32 @@
 #pragma once
 
 /// @file
-/// What counts as redundant, closed and contradictory where loops are kept closed: numbers that a capture alone
-/// (constrained_dynamics.hpp, simulate/) and many in SIMD lanes (grapnel/lanes/) must agree on.
+/// Tolerances for redundancy, closure and contradiction of closed loops, shared by single captures
+/// (constrained_dynamics.hpp, simulate/) and SIMD lanes (grapnel/lanes/).
 
 namespace grapnel::loop_limits {
 
-/// Pivots of the scaled W below this are redundant rows: squares, so directions a millionth as mobile as a free target
-/// still count, and rounding, some 1e-15, does not.
+/// Smaller pivots of the scaled W indicate redundant rows. Pivots are squares: directions with a millionth of a free
+/// target's mobility are kept, while rounding errors of about 1e-15 are not.
 inline constexpr double kRankTolerance = 1e-12;
-/// Redundant rows that disagree by more than this share of the accelerations, or velocities, of the closure's two sides
-/// contradict each other; rounding leaves some 1e-13.
+/// Redundant rows contradict each other if they differ by more than this share of the accelerations, or velocities, of
+/// the closure's two sides; rounding error is about 1e-13.
 inline constexpr double kContradiction = 1e-6;
-/// What nobody would notice of the accelerations of the closures' bodies [rad/s^2, m/s^2].
+/// Negligible accelerations of the closures' bodies [rad/s^2, m/s^2].
 inline constexpr double kUnnoticed = 1e-6;
-/// Keeps 0/0 away.
+/// Prevents 0/0.
 inline constexpr double kSmallest = 1e-300;
-/// Defects above this are too large for one factorization to serve all iterations of a projection.
+/// A projection refactors in each iteration while defects exceed this value.
 inline constexpr double kRefactorBeyond = 1e-8;
-/// Of a projection.
+/// Iteration limit of a projection.
 inline constexpr int kMostIterations = 20;
-/// A projection that ends above it has failed [m, rad].
+/// A projection fails if a larger defect remains [m, rad].
 inline constexpr double kClosed = 1e-12;
-/// Defects of a step that are left to the next ones: rounding goes to and fro, and correcting it each time would add it
-/// up. [m, rad, and these per second]
+/// Smaller defects of a step are not corrected: they are rounding errors of alternating sign, and correcting each would
+/// accumulate them. [m, rad, and these per second]
 inline constexpr double kNegligible = 3e-14;
-/// What rounding in a step is worth in the measure of corrections: where light links close heavy loops, projection
-/// answers rounding with corrections of that size.
+/// Rounding error of a step in the norm of corrections: with light links that close heavy loops, projection amplifies
+/// rounding errors to corrections of this size.
 inline constexpr double kRoundingOfStep = 1e-12;
 
 }  // namespace grapnel::loop_limits

@@ -16,6 +16,7 @@ PivotedCholesky::PivotedCholesky(int size)
       inverse_(static_cast<std::size_t>(size)),
       order_(static_cast<std::size_t>(size)) {}
 
+// Matrix => L, D and pivot order, with the largest remaining diagonal as pivot; stops below the tolerance.
 void PivotedCholesky::factor(double tolerance) {
   std::iota(order_.begin(), order_.end(), 0);
   rank_ = 0;
@@ -48,6 +49,7 @@ void PivotedCholesky::factor(double tolerance) {
   }
 }
 
+// b => x on the accepted rows by forward and backward substitution, and the residual b - A x of the other rows.
 void PivotedCholesky::solve(std::span<const double> b, std::span<double> x, std::span<double> residual) {
   for (int step = 0; step < rank_; ++step) {
     const int p = order_[step];
@@ -71,8 +73,8 @@ void PivotedCholesky::solve(std::span<const double> b, std::span<double> x, std:
   }
 }
 
-// With rows P taken, A_PP = L D L^T and A_Pd = L D l for a row d not taken, l its row of the factor: A_PP x_P = -A_Pd
-// is L^T x_P = -l.
+// With pivot rows P, A_PP = L D L^T, and A_Pd = L D l for another row d, with l its row of the factor: A_PP x_P = -A_Pd
+// is equivalent to L^T x_P = -l.
 void PivotedCholesky::null_vector(int k, std::span<double> x) const {
   const int d = order_[rank_ + k];
   std::fill(x.begin(), x.end(), 0.0);

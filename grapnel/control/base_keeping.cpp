@@ -16,6 +16,8 @@ Vector3d attitude_deviation(const BaseKeepingLaw& law, const Rotationd& R_WB) {
   return s < 1e-150 ? (2 / w) * v : (2 * std::atan2(s, w) / s) * v;
 }
 
+// State and forces => efforts for the attitude law (15.12) with minimum-norm joint accelerations, by the singular value
+// decomposition of B (15.11), plus the largest admissible share of the reactionless motion.
 BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& state, std::span<const double> force,
                                         const Vector3d& gravity, EffortResponse& response) {
   response.update(state, force, gravity);
@@ -38,7 +40,7 @@ BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& 
   const Eigen::MatrixXd B =
       cholesky_solution(joints, Eigen::MatrixXd(response.response().middleRows(base, 3).transpose())).transpose();
 
-  // The base goes back: (15.12).
+  // Restoring motion of the base: (15.12).
   const Vector3d phi = attitude_deviation(law, response.kinematics().X_WB[law.root].R);
   Eigen::Vector3d wanted;
   for (int k = 0; k < 3; ++k) wanted[k] = -2 * law.rate * state.v[base + k] - law.rate * law.rate * phi[k];

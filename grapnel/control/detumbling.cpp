@@ -9,11 +9,11 @@
 namespace grapnel {
 namespace {
 
-// Singular values below this part of the largest belong to directions that are left out gradually.
+// Directions with singular values below this part of the largest are faded out.
 constexpr double kWeak = 5e-3;
-// The part of every limit that the target's motion gets where joints have freedom beside it; damping gets the rest.
+// Share of every limit for the target's motion if joints have further freedom; damping uses the rest.
 constexpr double kForTarget = 0.9;
-constexpr double kLeastLimit = 1e-9;  // in place of a limit of 0 [N m or N]
+constexpr double kLeastLimit = 1e-9;  // replaces a limit of 0 [N m or N]
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -25,15 +25,16 @@ Vector6d stacked(const Vector3d& angular, const Vector3d& linear) {
   return v;
 }
 
-// How the target answers to efforts: its acceleration at its centre of mass is rows tau + free [rad/s^2; m/s^2].
+// Response of the target to efforts: the acceleration at its centre of mass is rows tau + free [rad/s^2; m/s^2].
 struct TargetResponse {
   HeldBody body;
   Vector3d gyroscopic;  // w x I w
-  Vector3d falling;     // acceleration that gravity gives
+  Vector3d falling;     // acceleration due to gravity
   Eigen::MatrixXd rows;
   Vector6d free;
 };
 
+// Response of the robot => acceleration of the target at its centre of mass, rows tau + free, from its point Jacobian.
 TargetResponse target_response(const DetumblingLaw& law, const EffortResponse& response, const Vector3d& gravity) {
   const Model& model = response.model();
   const Kinematics& k = response.kinematics();
@@ -52,7 +53,7 @@ TargetResponse target_response(const DetumblingLaw& law, const EffortResponse& r
   return t;
 }
 
-// What has a limit, at some efforts: each driven joint with one, then force and moment of each hold with one.
+// Limited loads for given efforts: each driven joint with a limit, then force and moment of each hold with a limit.
 class Loads {
  public:
   Loads(const DetumblingLaw& law, const TargetResponse& target, const EffortResponse& response)
@@ -71,7 +72,7 @@ class Loads {
   const std::vector<double>& limits() const { return limits_; }
   int source(int load) const { return load < 0 ? -1 : sources_[static_cast<std::size_t>(load)]; }
 
-  // The loads at these efforts; without what acts when there are none: how they change.
+  // The loads for these efforts; without the free part: their change.
   std::vector<Eigen::Vector3d> at(const Eigen::VectorXd& effort, bool with_free) const {
     std::vector<Eigen::Vector3d> loads;
     for (std::size_t i = 0; i < joints_; ++i) loads.emplace_back(effort[sources_[i]], 0, 0);
@@ -88,12 +89,12 @@ class Loads {
     if (!response_.closures().empty()) rows = response_.multiplier_response() * effort;
     if (with_free && rows.size() > 0) rows += response_.free_multipliers();
     std::vector<Wrenchd> all(law_.holds.size(), Wrenchd::zero());
-    std::vector<int> first;  // rows of closures
+    std::vector<int> first;  // first row of each closure
     int next = 0;
     for (const LoopClosure& closure : response_.closures()) first.push_back(next), next += row_count(closure.model);
     Vector6d a = target_.rows * effort;
     if (with_free) a += target_.free - stacked(Vector3d::zero(), target_.falling);
-    // About the centre of mass, what the tree's own grasp has to give beside the others.
+    // About the centre of mass: the wrench of the tree's own grasp that complements the others.
     Wrenchd left{target_.body.inertia * spatial(a.head<3>()), target_.body.mass * spatial(a.tail<3>())};
     if (with_free) left.angular += target_.gyroscopic;
     for (std::size_t i = 0; i < law_.holds.size(); ++i) {
@@ -128,11 +129,11 @@ class Loads {
   const EffortResponse& response_;
   std::vector<double> limits_;
   std::vector<int> sources_;
-  std::size_t joints_ = 0;  // loads that are efforts
+  std::size_t joints_ = 0;  // number of loads that are efforts
 };
 
-// Efforts for accelerations of the target: those of least sum of tau^2/damping, damped where singular values are small
-// (Nakamura and Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163-171), and what these leave of other motion.
+// Efforts for accelerations of the target: minimum sum of tau^2/damping, damped for small singular values (Nakamura and
+// Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163-171), and the remaining freedom.
 class EffortMap {
  public:
   EffortMap(const Eigen::MatrixXd& rows, const Vector6d& size, const Eigen::VectorXd& root) : size_(size), root_(root) {
@@ -155,7 +156,7 @@ class EffortMap {
     const Eigen::VectorXd along = svd_.matrixU().transpose() * (size_.asDiagonal() * acceleration);
     return root_.cwiseProduct(svd_.matrixV() * inverse_.cwiseProduct(along));
   }
-  // Of a vector, divided by the roots, what moves no target (or hardly).
+  // Component of a vector, divided by the roots, that does not move the target (or barely).
   Eigen::VectorXd beside(const Eigen::VectorXd& x) const {
     const Eigen::VectorXd along = svd_.matrixV().transpose() * x;
     return x - svd_.matrixV() * inverse_.cwiseProduct(svd_.singularValues()).cwiseProduct(along);
@@ -167,12 +168,12 @@ class EffortMap {
   Eigen::JacobiSVD<Eigen::MatrixXd> svd_;
 };
 
-// The efforts that damp what moves beside the target, with time constants of `settling` at least.
+// Efforts that damp the remaining motion, with time constants of at least `settling`.
 Eigen::VectorXd damping_efforts(const DetumblingLaw& law, const State& state, const EffortResponse& response,
                                 const EffortMap& map, const Eigen::VectorXd& root) {
   const Eigen::Index n = root.size();
   Eigen::VectorXd rates(n);
-  Eigen::MatrixXd own(n, n);  // accelerations of the driven joints by their efforts
+  Eigen::MatrixXd own(n, n);  // accelerations of the driven joints due to their efforts
   for (Eigen::Index j = 0; j < n; ++j) {
     const int v = response.velocity(static_cast<std::size_t>(j));
     rates[j] = state.v[v], own.row(j) = response.response().row(v);
@@ -190,6 +191,8 @@ Eigen::VectorXd damping_efforts(const DetumblingLaw& law, const State& state, co
 
 double detumbling_time(const Vector3d& angular_momentum, double torque) { return norm(angular_momentum) / torque; }
 
+// State and forces => efforts by (15.5): affine in the rate k, with the largest k up to (15.3) within all limits, plus
+// damping of the remaining motion within the remaining limits.
 DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& state, std::span<const double> force,
                                      const Vector3d& gravity, EffortResponse& response) {
   response.update(state, force, gravity);
@@ -199,13 +202,13 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   const TargetMotion3d motion = target_motion(model, response.kinematics(), law.bodies);
   const double L = norm(motion.angular_momentum);
 
-  // Accelerations are weighed by the target's radius of gyration.
+  // Accelerations are weighted with the target's radius of gyration.
   Vector6d size = Vector6d::Ones();
   size.head<3>().setConstant(std::sqrt((body.inertia.xx + body.inertia.yy + body.inertia.zz) / (2 * body.mass)));
   const Eigen::VectorXd root = as_vector(law.damping).cwiseSqrt();
   const EffortMap map(target.rows, size, root);
 
-  // It turns freely and falls: (15.5) with k = 0; and what each unit of k adds: -[w; v].
+  // Free rotation and fall: (15.5) with k = 0; and the change per unit of k: -[w; v].
   const Symmetric3d& I = body.inertia;
   const Eigen::Matrix3d inertia{{I.xx, I.xy, I.xz}, {I.xy, I.yy, I.yz}, {I.xz, I.yz, I.zz}};
   const Vector3d turning = spatial(inertia.llt().solve(eigen_of(target.gyroscopic)));
@@ -232,7 +235,7 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   command.within_limits = command.demand <= 1;
   const double scaled = 1 / std::max(1.0, command.demand);
   command.effort = scaled * (fixed + share.k * slope);
-  // Damping gets what the limits leave, whichever way it goes.
+  // Damping uses the remaining limits, in the same manner for both signs.
   double part = 1;
   for (std::size_t i = 0; i < limited.size(); ++i) {
     const double taken = scaled * (at_zero[i] + share.k * per_rate[i]).norm(), more = of_still[i].norm();
@@ -240,7 +243,7 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
     if (more > room) part = std::min(part, room / more);
   }
   command.effort += part * still;
-  for (Eigen::Index j = 0; j < root.size(); ++j) {  // rounding
+  for (Eigen::Index j = 0; j < root.size(); ++j) {  // rounding error
     const double limit = response.limits()[static_cast<std::size_t>(j)];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);
   }

@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// Eigenvalues of the closures' inertia below this part of the largest belong to redundant rows.
+// Eigenvalues of the closures' inertia below this part of the largest indicate redundant rows.
 constexpr double kRedundant = 1e-10;
 
 Vector3d point_acceleration(const BodyAcceleration& body, const Vector3d& w, const Vector3d& arm) {
@@ -46,6 +46,7 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
   for (int j : steady) steady_[model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v] = 1;
 }
 
+// State and forces => vdot = free + response tau (15.1) from the factored mass matrix; closed loops by (2.10).
 void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity,
                             std::span<const ExternalWrench> wrenches) {
   forward_kinematics(model_, state, workspace_.kinematics);
@@ -60,7 +61,7 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
   free_ = as_vector(vdot_);
   mass_matrix(model_, state, workspace_, mass_);
-  // Accelerations of these are zero: their rows and columns are left out.
+  // Steady joints have zero acceleration: their rows and columns are removed.
   for (int v = 0; v < model_.velocities(); ++v) {
     if (steady_[v] != 0) mass_.row(v).setZero(), mass_.col(v).setZero(), mass_(v, v) = 1;
   }
@@ -101,7 +102,7 @@ void EffortResponse::close_loops() {
     Vector3d axes[3];
     const int turns = forbidden_turns(closure, axes);
     for (int k = 0; k < turns; ++k) {
-      const Vector3d n = X_WC.R * axes[k];  // turns with body a
+      const Vector3d n = X_WC.R * axes[k];  // rotates with body a
       rows_.row(next) = row(n) * J_b.topRows<3>();
       row_terms_[next++] = dot(n, b.angular - a.angular) + dot(cross(w_a, n), w_b - w_a);
     }
@@ -114,6 +115,7 @@ void EffortResponse::close_loops() {
   }
 }
 
+// Affine efforts and limits => largest admissible share, as the intersection of one interval per joint.
 std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::VectorXd& varied,
                                     std::span<const double> limits, double most) {
   double least = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// How the accelerations of a free-floating robot answer to the efforts of its joints, closed loops included: what laws
-/// need that command the motion of a body through the arms that move it.
+/// Response of the accelerations of a free-floating robot to its joint efforts, including closed loops. Used by laws
+/// that control the motion of a body through the arms.
 
 #include <Eigen/Core>
 #include <optional>
@@ -15,17 +15,17 @@
 
 namespace grapnel {
 
-/// vdot = free + response tau (15.1), tau the efforts of the joints that a law drives. Thread safety: one thread at a
-/// time.
+/// vdot = free + response tau (15.1), tau the efforts of the driven joints. Thread safety: one thread at a time.
 class EffortResponse {
  public:
-  /// `joints`: positions in Model::joints() of those that are driven, in the order of the efforts. The model must
-  /// outlive this. `steady`: of those whose own motors keep their rates, whatever the others do (gyros).
-  /// @throws std::invalid_argument if there is no such joint.
+  /// `joints`: positions in Model::joints() of the driven joints, in the order of the efforts. The model must outlive
+  /// this. `steady`: joints whose rates are held by their own motors (gyros). @throws std::invalid_argument if there is
+  /// no such joint.
   EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures,
                  const std::vector<int>& steady = {});
 
-  /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none); `wrenches` too.
+  /// Evaluates at a state. `force`: generalized forces in addition to the efforts (per velocity; empty: none); likewise
+  /// `wrenches`.
   void update(const State& state, std::span<const double> force, const Vector3d& gravity,
               std::span<const ExternalWrench> wrenches = {});
 
@@ -41,12 +41,12 @@ class EffortResponse {
   const Kinematics& kinematics() const { return workspace_.kinematics; }
   const Eigen::VectorXd& free() const { return free_; }          // accelerations without efforts
   const Eigen::MatrixXd& response() const { return response_; }  // velocities x driven joints
-  /// Of the closures: multipliers of their rows without efforts, and what each effort adds (15.2), on bodies b, in C's
-  /// axes; where rows are redundant those of least norm. Rows x driven joints.
+  /// Closure multipliers without efforts, and their change per effort (15.2), on bodies b, in C's axes; minimum-norm if
+  /// rows are redundant. Rows x driven joints.
   const Eigen::VectorXd& free_multipliers() const { return free_multipliers_; }
   const Eigen::MatrixXd& multiplier_response() const { return multiplier_response_; }
   const std::vector<LoopClosure>& closures() const { return closures_; }
-  /// Accelerations of the bodies that velocities alone make: Jdot v.
+  /// Velocity-dependent accelerations of the bodies: Jdot v.
   const std::vector<BodyAcceleration>& velocity_terms() const { return velocity_terms_; }
 
  private:
@@ -67,8 +67,8 @@ class EffortResponse {
   Eigen::MatrixXd multiplier_response_;
 };
 
-/// The largest share, up to `most`, at which |fixed + share * varied| stays within the limits (infinite: none); absent
-/// where no share of 0 or more does.
+/// The largest share, up to `most`, for which |fixed + share * varied| is within the limits (infinite: none); absent if
+/// no share of at least 0 is.
 std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::VectorXd& varied,
                                     std::span<const double> limits, double most);
 

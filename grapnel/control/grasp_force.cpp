@@ -9,7 +9,8 @@
 namespace grapnel {
 namespace {
 
-// Singular values below these parts of the largest: directions in which efforts do not move the target, or load it.
+// Singular values below these parts of the largest: directions in which efforts do not move the target, or do not load
+// it.
 constexpr double kImmovable = 1e-12, kUnloaded = 1e-9;
 
 using Wrench6 = Eigen::Matrix<double, 6, 1>;
@@ -26,7 +27,7 @@ Eigen::Matrix3d crossing(const Vector3d& r) {
   return m;
 }
 
-// The wrench about a point away by -r from where it acts: [N + r x F; F].
+// Transformation of a wrench to a point at -r from its point of application: [N + r x F; F].
 Eigen::Matrix<double, 6, 6> moved(const Vector3d& r) {
   Eigen::Matrix<double, 6, 6> m = Eigen::Matrix<double, 6, 6>::Identity();
   m.topRightCorner<3, 3>() = crossing(r);
@@ -47,10 +48,10 @@ Eigen::Matrix3d as_matrix(const Symmetric3d& I) {
   return Eigen::Matrix3d{{I.xx, I.xy, I.xz}, {I.xy, I.yy, I.yz}, {I.xz, I.yz, I.zz}};
 }
 
-// The shortest solution, of a singular value decomposition.
+// The minimum-norm solution, from a singular value decomposition.
 struct Solved {
   Eigen::VectorXd x;
-  Eigen::MatrixXd directions;  // orthonormal: of x that are used
+  Eigen::MatrixXd directions;  // orthonormal directions of x
   Eigen::VectorXd singular_values;
 };
 Solved shortest(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold, double scale) {
@@ -74,12 +75,13 @@ double squeeze_at(const GraspForceLaw::Pair& pair, double time) {
   return pair.force * s * s * s * (10 + s * (6 * s - 15));
 }
 
+// Poses => grasp map: transmitted directions, projector onto internal wrenches (21.11), and unit squeezes of all pairs.
 GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematics& kinematics) {
   const auto count = static_cast<Eigen::Index>(law.holds.size());
   const Posed& X_WT = kinematics.X_WB[law.target];
   const Vector3d com = X_WT * model.bodies()[law.target].description.com;
   GraspMap map;
-  // Directions that grasps pass on: forces, and moments about the axes that they hold.
+  // Directions that the grasps transmit: forces, and moments about the constrained axes.
   std::vector<Eigen::VectorXd> columns;
   Eigen::MatrixXd G(6, 6 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -124,12 +126,14 @@ HoldDeviation hold_deviation(const GraspForceLaw& law, const Model& model, const
   return {norm(X_BT * com - law.X_BT * com), norm(rotation_vector(transpose(law.X_BT.R) * X_BT.R))};
 }
 
-// The target's acceleration A tau + free, as it is to be, rows times `size`.
+// The target's acceleration A tau + free, and its demanded value, rows multiplied by `size`.
 struct GraspForce::Motion {
   Eigen::MatrixXd A;
   Wrench6 free, wanted, size;
 };
 
+// Response of the robot => rows of the target's acceleration and its demanded value: braking (15.3), (15.5), or
+// critically damped motion relative to the base (21.13).
 GraspForce::Motion GraspForce::target_motion_rows() const {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -174,12 +178,14 @@ GraspForce::Motion GraspForce::target_motion_rows() const {
   return motion;
 }
 
-// Stacked wrenches of the grasps on the target, moments over the metric's length: free + A tau (21.12).
+// Stacked wrenches of the grasps on the target, moments divided by the metric's length: free + A tau (21.12).
 struct GraspForce::Wrenches {
   Eigen::MatrixXd A;
   Eigen::VectorXd free;
 };
 
+// Response of the robot => stacked grasp wrenches free + A tau (21.12); that of a grasp in the tree from the target's
+// equation of motion.
 GraspForce::Wrenches GraspForce::wrenches() const {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -187,7 +193,7 @@ GraspForce::Wrenches GraspForce::wrenches() const {
   const Posed& X_WT = k.X_WB[law_.target];
   const Vector3d w = k.V_WB[law_.target].angular, arm = X_WT.R * target.com, com = X_WT.p + arm;
   const auto n = static_cast<Eigen::Index>(joints().size()), count = static_cast<Eigen::Index>(law_.holds.size());
-  // All of them together, about the centre of mass, by the motion they give it.
+  // The sum of all, about the centre of mass, from the motion of the target.
   Eigen::MatrixXd J(6, model.velocities());
   point_jacobian(model, k, law_.target, com, J);
   const BodyAcceleration& terms = response_.velocity_terms()[law_.target];
@@ -225,7 +231,7 @@ GraspForce::Wrenches GraspForce::wrenches() const {
     const Eigen::Matrix<double, 6, 6> to_com = moved(X_WC.p - com);
     all -= to_com * f.free.segment<6>(6 * i), all_A -= to_com * f.A.middleRows(6 * i, 6);
   }
-  // What is left is the first grasp's.
+  // The remainder is the wrench of the first grasp.
   const Posed X_WC = X_WT * law_.holds[static_cast<std::size_t>(in_tree)].X_TC;
   const Eigen::Matrix<double, 6, 6> from_com = moved(com - X_WC.p);
   f.free.segment<6>(6 * in_tree) = from_com * all, f.A.middleRows(6 * in_tree, 6) = from_com * all_A;
@@ -234,15 +240,17 @@ GraspForce::Wrenches GraspForce::wrenches() const {
   return f;
 }
 
+// State and time => efforts: minimum-norm solution for the target's motion, then for the internal wrenches in its null
+// space (21.14), then damping; internal force and damping are scaled to the effort limits.
 JointLawCommand GraspForce::at(double time, const State& state, std::span<const double> force) {
   response_.update(state, force, gravity_);
   const auto n = static_cast<Eigen::Index>(joints().size());
-  const Eigen::VectorXd root = as_vector(law_.damping).cwiseSqrt();  // tau = root x, |x| least
+  const Eigen::VectorXd root = as_vector(law_.damping).cwiseSqrt();  // tau = root x with minimum |x|
   const Motion motion = target_motion_rows();
   const Eigen::MatrixXd A = motion.size.asDiagonal() * motion.A * root.asDiagonal();
   const Solved moving = shortest(A, motion.size.cwiseProduct(motion.wanted - motion.free), kImmovable, 0);
 
-  // The internal part of the wrenches, by efforts that do not move the target (21.14).
+  // Internal part of the wrenches, by efforts that do not move the target (21.14).
   const GraspMap map = grasp_map(law_, response_.model(), response_.kinematics());
   const Wrenches f = wrenches();
   Eigen::VectorXd reference = Eigen::VectorXd::Zero(map.internal.rows());
@@ -255,7 +263,7 @@ JointLawCommand GraspForce::at(double time, const State& state, std::span<const 
   const Solved squeezing = shortest(beside, missing, kUnloaded, inside.norm());
   internal_rank_ = static_cast<int>(squeezing.directions.cols());
 
-  // What moves besides is damped.
+  // The remaining motion is damped.
   Eigen::VectorXd still(n);
   for (Eigen::Index j = 0; j < n; ++j)
     still[j] = -root[j] * state.v[static_cast<std::size_t>(response_.velocity(static_cast<std::size_t>(j)))];

@@ -4,6 +4,8 @@
 
 namespace grapnel {
 
+// Bodies => one rigid body: mass, centre of mass, inertia about it by the parallel-axis theorem, and the first body's
+// twist there.
 HeldBody held_body(const Model& model, const Kinematics& kinematics, std::span<const int> bodies) {
   HeldBody held;
   const auto com_of = [&](int b) { return kinematics.X_WB[b] * model.bodies()[b].description.com; };

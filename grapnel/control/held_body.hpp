@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A held target as the laws see it: one rigid body, or a rigid body with panels in their present shape.
+/// A held target in control laws: one rigid body, or a rigid body with panels in their present shape.
 
 #include <span>
 
@@ -9,17 +9,17 @@
 
 namespace grapnel {
 
-/// Bodies of a model that move as one, in their present shape. In W.
+/// Bodies of a model treated as one rigid body, in their present shape. In W.
 struct HeldBody {
   double mass = 0;                            // [kg]
   Vector3d com = Vector3d::zero();            // [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, W's axes [kg m^2]
   Twistd motion = Twistd::zero();             // of the first body, at the centre of mass
 };
-/// `bodies`: the target itself first, then its panels, whose motion against it does not count. At least one.
+/// `bodies`: the target, followed by its panels, whose relative motion is neglected. At least one.
 HeldBody held_body(const Model& model, const Kinematics& kinematics, std::span<const int> bodies);
 
-/// How the target moves.
+/// Motion of the target.
 struct TargetMotion3d {
   Vector3d angular_momentum;  // L_t, about its centre of mass, in W [N m s]
   Vector3d velocity;          // of its centre of mass, relative to that of its tree, in W [m/s]

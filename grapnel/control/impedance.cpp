@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// Singular values below this part of the largest are directions in which efforts cannot move a hand.
+// Singular values below this part of the largest are directions in which efforts cannot move an end-effector.
 constexpr double kUnreachable = 1e-12;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -31,14 +31,15 @@ Rotationd turned_about(const Vector3d& phi) {
   return rotation_matrix(Quaterniond{std::cos(0.5 * angle), v[0], v[1], v[2]});
 }
 
-// The angular velocity of what exp(phi) turns is w = phi' + a phi x phi' + b phi x (phi x phi'), with a = (1 - cos
-// x)/x^2 and b = (x - sin x)/x^3 at x = |phi|; a and b change by a' = a1 phi.phi', b' = b1 phi.phi'.
+// The angular velocity of exp(phi) is w = phi' + a phi x phi' + b phi x (phi x phi'), with a = (1 - cos x)/x^2 and b =
+// (x - sin x)/x^3 at x = |phi|. The rates of a and b are a' = a1 phi.phi', b' = b1 phi.phi'.
 struct TurnFactors {
   double a = 0, b = 0, a1 = 0, b1 = 0;
 };
+// x = |phi| => a, b and their derivatives a1, b1, in closed form or by power series for small x.
 TurnFactors turn_factors(double x) {
   TurnFactors f;
-  if (x < 1) {  // their power series, where the closed forms cancel
+  if (x < 1) {  // power series, since the closed forms cancel
     double term = 0.5;
     for (int k = 0; k < 12; ++k) {  // (-1)^k / (2k + 2)! and so on
       const double even = term, odd = term / (2 * k + 3);
@@ -58,7 +59,7 @@ TurnFactors turn_factors(double x) {
   return f;
 }
 
-// Angular velocity and acceleration of what exp(phi) turns.
+// Angular velocity and acceleration of exp(phi).
 BodyAcceleration turning(const Vector3d& phi, const Vector3d& rate, const Vector3d& second, Vector3d& velocity) {
   const TurnFactors f = turn_factors(norm(phi));
   const auto map = [&](const Vector3d& u) { return u + f.a * cross(phi, u) + f.b * cross(phi, cross(phi, u)); };
@@ -69,7 +70,7 @@ BodyAcceleration turning(const Vector3d& phi, const Vector3d& rate, const Vector
           Vector3d::zero()};
 }
 
-// From the base to a hand along the links.
+// Length of the chain from the base to an end-effector.
 double reach_of(const Model& model, const ImpedanceHand& hand) {
   double length = norm(hand.X_BE.p);
   for (int body = hand.body; body >= 0 && model.bodies()[body].parent >= 0; body = model.bodies()[body].parent)
@@ -79,6 +80,8 @@ double reach_of(const Model& model, const ImpedanceHand& hand) {
 
 }  // namespace
 
+// Reference, kinematics, accelerations => pose, twist and acceleration of D in W: uniform translation, or the body's
+// motion composed with the path on it.
 HandMotion hand_motion(const HandReference& reference, const Kinematics& kinematics,
                        std::span<const BodyAcceleration> accelerations, double time) {
   HandMotion motion;
@@ -91,8 +94,8 @@ HandMotion hand_motion(const HandReference& reference, const Kinematics& kinemat
   const Posed& X_WB = kinematics.X_WB[reference.body];
   const Twistd& V = kinematics.V_WB[reference.body];
   const BodyAcceleration& A = accelerations[reference.body];
-  // On the body: s of what is left of the way, and (t - t_0) s of the velocity of departure, which is there at its
-  // beginning alone.
+  // On the body: s times the remaining offset, and (t - t_0) s times the velocity of departure, which contributes only
+  // at the begin.
   const double since = time - reference.begin;
   const double u = since * s.position, u1 = s.position + since * s.rate, u2 = 2 * s.rate + since * s.acceleration;
   const Vector3d arm = X_WB.R * (reference.X_D.p + s.position * reference.offset + u * reference.departure);
@@ -110,7 +113,7 @@ HandMotion hand_motion(const HandReference& reference, const Kinematics& kinemat
   motion.A.angular = A.angular + cross(V.angular, w) + R_WX * turns.angular;
   motion.A.linear = A.linear + cross(A.angular, arm) + cross(V.angular, cross(V.angular, arm)) +
                     2.0 * cross(V.angular, rate) + second;
-  // (t - T)(1 - s) of the velocity of arrival, which is there at the way's end alone.
+  // (t - T)(1 - s) times the velocity of arrival, which contributes only at the end.
   const double left = time - reference.arrival_time;
   motion.X_WD.p += (left * (1 - s.position)) * reference.arrival;
   motion.V.linear += (1 - s.position - left * s.rate) * reference.arrival;
@@ -145,14 +148,16 @@ void Impedance::sense(std::span<const ExternalWrench> wrenches) {
   if (law_.senses) sensed_.assign(wrenches.begin(), wrenches.end());
 }
 
-// Of all hands, in the directions that are controlled.
+// Rows of all end-effectors, in the controlled directions.
 struct Impedance::Rows {
-  Eigen::MatrixXd A;       // accelerations by the efforts
-  Eigen::VectorXd free;    // without them
-  Eigen::VectorXd wanted;  // accelerations that (21.1) asks for
+  Eigen::MatrixXd A;       // accelerations per effort
+  Eigen::VectorXd free;    // accelerations without efforts
+  Eigen::VectorXd wanted;  // accelerations demanded by (21.1)
   Eigen::VectorXd force;   // K e - D v
 };
 
+// Time => rows of all end-effectors in the controlled directions: accelerations per effort and without efforts, and the
+// demanded acceleration or force (21.1).
 Impedance::Rows Impedance::rows_of(double time) {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -169,7 +174,7 @@ Impedance::Rows Impedance::rows_of(double time) {
     const Vector3d arm = X_WE.p - k.X_WB[hand.body].p, w = k.V_WB[hand.body].angular;
     const Twistd V = shift(k.V_WB[hand.body], arm);
     const HandMotion D = hand_motion(hand.reference, k, free, time);
-    Wrenchd F = Wrenchd::zero();  // of contact, at the hand
+    Wrenchd F = Wrenchd::zero();  // contact wrench at the end-effector
     for (const ExternalWrench& e : sensed_) {
       if (e.body != hand.body) continue;
       F.angular += e.F_W.angular + cross(e.p_WP - X_WE.p, e.F_W.linear), F.linear += e.F_W.linear;
@@ -184,7 +189,7 @@ Impedance::Rows Impedance::rows_of(double time) {
     const auto by_mass = [&](const Vector3d& f) { return R * divided(transposed_times(R, f), law_.mass); };
     const Vector3d f = pull + F.linear;
     Vector3d linear = by_mass(f);
-    if (hand.normal) {  // across the normal as without it, along it by the matched mass
+    if (hand.normal) {  // across the normal the apparent mass, along it the matched mass
       const Vector3d n_W = *hand.normal;
       const Vector3d across = by_mass(f - dot(n_W, f) * n_W);
       linear = across - dot(n_W, across) * n_W + (dot(n_W, f) / hand.matched_mass) * n_W;
@@ -197,7 +202,7 @@ Impedance::Rows Impedance::rows_of(double time) {
     const Vector6 force = stacked6(twist, pull);
     for (Eigen::Index i = 0; i < m; ++i) {
       const int row = rows_[static_cast<std::size_t>(i)];
-      // Small: without the blocks and buffers of large products.
+      // Small matrices: avoids the blocking and buffers of large products.
       rows.A.row(m * h + i) = J.row(row).lazyProduct(response_.response());
       rows.free[m * h + i] = a[row], rows.wanted[m * h + i] = wanted[row], rows.force[m * h + i] = force[row];
     }
@@ -207,12 +212,12 @@ Impedance::Rows Impedance::rows_of(double time) {
 
 namespace {
 
-// S^+ of a symmetric positive semidefinite matrix, times what is weighted by `size`.
+// Pseudo-inverse of a symmetric positive semidefinite matrix S, applied to vectors weighted by `size`.
 class Inverse {
  public:
   Inverse(const Eigen::MatrixXd& S, const Eigen::VectorXd& size) : size_(size), regular_(S) {
-    // The least eigenvalue over the largest is no less than the determinant over the trace to the power of the size:
-    // most often it is seen without eigenvalues that none is to be left out.
+    // Lower bound of the smallest over the largest eigenvalue: determinant over the trace to the power of the size. It
+    // usually proves full rank without an eigenvalue decomposition.
     const auto L = regular_.matrixLLT().diagonal();
     is_regular_ = regular_.info() == Eigen::Success && (L.array().square() / S.trace()).prod() > kUnreachable;
     if (is_regular_) return;
@@ -251,12 +256,14 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
   return command;
 }
 
+// State and time => efforts (21.2) or (21.6), clipped at the limits, plus null-space damping (21.5) within the
+// remaining limits. `J_t`: the weighted transpose of J* (21.3).
 JointLawCommand Impedance::say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t) {
   response_.update(state, force, gravity_, sensed_);
   const Rows rows = rows_of(time);
   const auto n = static_cast<Eigen::Index>(joints().size()), m = rows.A.rows();
 
-  // q'' = H*^-1 tau + ..., J*^T = H* A^T (21.3); angular rows times the reach, so that rows compare.
+  // q'' = H*^-1 tau + ..., J*^T = H* A^T (21.3); angular rows are multiplied by the reach to be commensurable.
   Eigen::MatrixXd R(n, n);
   Eigen::VectorXd rates(n);
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -276,7 +283,7 @@ JointLawCommand Impedance::say(double time, const State& state, std::span<const 
   const Eigen::VectorXd moving = law_.transpose
                                      ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (21.6)
                                      : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (21.2)
-  // Damping that does not move the hands (21.5).
+  // Damping that does not move the end-effectors (21.5).
   Eigen::VectorXd still = -law_.null_rate * cholesky_solution(inverse_inertia, rates);
   still -= J_t * lambda(rows.A * still);
 
@@ -317,7 +324,7 @@ Impedance::Deviation Impedance::deviation(double time, const State& state) {
   return largest;
 }
 
-// --- What a contact meets ---
+// --- Effective mass at a contact ---
 
 double effective_mass(const Model& model, const State& state, int body, const Vector3d& p_W, const Vector3d& n_W) {
   const Kinematics k = forward_kinematics(model, state);
@@ -338,7 +345,7 @@ double restitution_of(const CompliantContact& contact, double reduced_mass, doub
     const double root = std::sqrt(rest);
     return std::exp(-2 * zeta * (zeta < 1 ? std::acos(zeta) : std::acosh(zeta)) / root);
   }
-  // g(v) = a v - ln(1 + a v) is the same before and after, whatever stiffness, exponent and mass.
+  // g(v) = a v - ln(1 + a v) has equal values before and after the contact, for any stiffness, exponent and mass.
   const double x = contact.damping * speed;
   if (x < 1e-9) return 1;
   const double before = x - std::log1p(x);

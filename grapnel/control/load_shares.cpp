@@ -33,7 +33,8 @@ int zeros(const Square& s, std::array<double, 2>& at) {
   return 2;
 }
 
-// The largest share is a convex function of k: least at an end, at a load's own least, or where two are equal.
+// The largest share is a convex function of k: its minimum is at an end, at a load's own minimum, or where two are
+// equal.
 LoadShare least_largest_share(const std::vector<LimitedLoad>& loads, double most) {
   LoadShare best = share_at(loads, 0);
   const auto consider = [&](double k) {
@@ -67,6 +68,8 @@ LoadShare share_at(const std::vector<LimitedLoad>& loads, double k) {
   return result;
 }
 
+// Loads => largest k in [0, most] within all limits, from the roots of each load's quadratic inequality; if there is
+// none, the k with the least largest share.
 LoadShare largest_within(const std::vector<LimitedLoad>& loads, double most) {
   if (const LoadShare all = share_at(loads, most); all.share <= 1) return all;
   double low = 0, high = most;
@@ -76,7 +79,7 @@ LoadShare largest_within(const std::vector<LimitedLoad>& loads, double most) {
     Square s = square_of(load);
     s.a -= 1;
     const int n = zeros(s, at);
-    if (s.c == 0) {  // the same at every k
+    if (s.c == 0) {  // independent of k
       possible = possible && s.a <= 0;
       continue;
     }
@@ -87,7 +90,7 @@ LoadShare largest_within(const std::vector<LimitedLoad>& loads, double most) {
   }
   if (!possible || low > high) return least_largest_share(loads, most);
   LoadShare result = share_at(loads, high);
-  result.share = std::min(result.share, 1.0);  // but for rounding
+  result.share = std::min(result.share, 1.0);  // removes rounding error
   return result;
 }
 

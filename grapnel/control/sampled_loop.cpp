@@ -8,22 +8,22 @@
 namespace grapnel {
 namespace {
 
-constexpr double kGrows = 1e-9;  // of a factor: less is rounding
+constexpr double kGrows = 1e-9;  // tolerance of a growth factor for rounding error
 constexpr int kMostPeriodsOfDelay = 8;
 
-// The columns of B = L L^T, without directions that no effort moves, as closed loops have them. With x = L y the loop
-// is y'' = -L^T (K_p x + K_d x').
+// The columns of B = L L^T, without immovable directions, as of closed loops. With x = L y the loop is y'' = -L^T (K_p
+// x + K_d x').
 Eigen::MatrixXd factor_of(const Eigen::MatrixXd& response) {
   constexpr double kImmobile = 1e-10;  // of the largest eigenvalue
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (response + response.transpose()));
-  const Eigen::VectorXd& values = solver.eigenvalues();  // rising
+  const Eigen::VectorXd& values = solver.eigenvalues();  // increasing
   Eigen::Index first = 0;
   while (first < values.size() && !(values[first] > kImmobile * values[values.size() - 1])) ++first;
   const Eigen::Index rank = values.size() - first;
   return solver.eigenvectors().rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal();
 }
 
-// [y; y'; accelerations still to come, the latest last] from tick to tick.
+// Transition of [y; y'; delayed accelerations, latest last] from tick to tick.
 Eigen::MatrixXd transition(const SampledLoop& loop) {
   const Eigen::MatrixXd L = factor_of(loop.response);
   const Eigen::Index n = L.cols();
@@ -33,13 +33,14 @@ Eigen::MatrixXd transition(const SampledLoop& loop) {
   const int whole = static_cast<int>(periods * (1 + 1e-12));
   const double late = std::max(0.0, (periods - whole) * T), rest = T - late;
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
-  // The last `waiting` of them are part of the state; that of this tick follows from y and y'.
+  // The last `waiting` accelerations are part of the state; that of this tick follows from y and y'.
   const int waiting = whole + 1;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * (2 + waiting), n * (2 + waiting));
   A.block(0, 0, n, n) = one, A.block(0, n, n, n) = T * one, A.block(n, n, n, n) = one;
   Eigen::MatrixXd now(n, 2 * n);
   now << -(L.transpose() * loop.kp.asDiagonal() * L), -(L.transpose() * loop.kd.asDiagonal() * L);
-  // What acts for `duration`, ending `after` before the next tick. `age`: ticks ago; 0: of this tick.
+  // An acceleration that acts for `duration`, ending `after` before the next tick. `age`: ticks since it was computed;
+  // 0: this tick.
   const auto act = [&](int age, double duration, double after) {
     if (!(duration > 0)) return;
     const double moved = duration * (after + 0.5 * duration);
@@ -65,7 +66,7 @@ double growth_per_tick(const SampledLoop& loop) {
   if (loop.kp.size() == 0) return 0;
   Eigen::MatrixXd A = transition(loop);
   if (A.size() == 0) return 0;
-  // |A^(2^k)|^(1/2^k), squared again and again.
+  // |A^(2^k)|^(1/2^k) by repeated squaring.
   constexpr int kSquares = 40;
   double logarithm = 0, power = 1;
   for (int k = 0; k < kSquares; ++k) {
@@ -86,7 +87,7 @@ double largest_stable_share(const SampledLoop& loop) {
     return growth_per_tick(scaled) <= 1 + kGrows;
   };
   if (is_stable(1)) return 1;
-  // From small gains up: of a loop with enough damping these are stable.
+  // Increases the gains from small ones, which are stable for a loop with sufficient damping.
   double low = 0, high = 1;
   for (double share = 0.5; share > 1e-6; share *= 0.5) {
     if (is_stable(share)) {

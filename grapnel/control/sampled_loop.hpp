@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Stability of proportional-derivative control that speaks at the ticks of a clock and is held between them.
+/// Stability of sampled proportional-derivative control with zero-order hold.
 
 #include <Eigen/Core>
 
@@ -9,18 +9,18 @@
 
 namespace grapnel {
 
-/// x'' = -B (K_p x + K_d x') about rest, B the accelerations by the efforts, symmetric and not negative.
+/// x'' = -B (K_p x + K_d x') about rest; B: accelerations per effort, symmetric and positive semidefinite.
 struct SampledLoop {
   Eigen::MatrixXd response;  // B
   Eigen::VectorXd kp, kd;
   ControlTiming timing;
 };
 
-/// The factor by which errors grow from tick to tick in the long run: the spectral radius of the loop, each effort held
-/// for a period, after the delay. Above 1 it is unstable.
+/// Asymptotic growth factor of errors per sample: the spectral radius of the loop, each effort held for a period, after
+/// the delay. Above 1 the loop is unstable.
 double growth_per_tick(const SampledLoop& loop);
 
-/// The largest factor up to 1 by which all gains may be multiplied for a loop that does not grow; 0: none was found.
+/// The largest factor, at most 1, by which all gains may be multiplied for a stable loop; 0: none was found.
 double largest_stable_share(const SampledLoop& loop);
 
 }  // namespace grapnel

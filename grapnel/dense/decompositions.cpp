@@ -106,7 +106,7 @@ std::optional<Eigen::VectorXd> least_norm_above(const Eigen::MatrixXd& A, const 
   const Cholesky factor(gram);
   if (factor.info() != Eigen::Success) return {};
   Eigen::VectorXd x = G.transpose() * factor.solve(wanted);
-  // The normal equations square the condition number; one step of refinement makes up for it.
+  // The normal equations square the condition number; one step of iterative refinement compensates.
   x += G.transpose() * factor.solve(wanted - G * x);
   return x;
 }

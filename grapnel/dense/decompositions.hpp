@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// Eigen's decompositions of dense matrices and what is solved with them, compiled once: each takes ten seconds and
-/// more to compile, a solution by one several, and two dozen files use them. Include this instead of <Eigen/QR> and the
-/// like, and call these functions instead of the decompositions' own solve(). Matrices of fixed size are compiled where
-/// they are used.
+/// Eigen's decompositions of dense matrices and solutions with them, compiled once. Each decomposition takes at least
+/// ten seconds to compile, each solution several, and two dozen files use them. Include this instead of <Eigen/QR> and
+/// similar headers, and call these functions instead of the decompositions' own solve(). Matrices of fixed size are
+/// compiled where they are used.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -22,12 +22,12 @@ extern template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 namespace grapnel {
 
-/// The numbers, to compute with.
+/// View of a std::vector as an Eigen vector.
 inline Eigen::VectorXd as_vector(const std::vector<double>& v) {
   return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
 }
 
-/// A = L L^T of a symmetric positive definite matrix. As with Eigen's own, info() tells whether it was.
+/// A = L L^T of a symmetric positive definite matrix. As with Eigen, info() reports whether it was positive definite.
 using Cholesky = Eigen::LLT<Eigen::MatrixXd>;
 
 namespace detail {
@@ -43,7 +43,7 @@ Eigen::VectorXd least_squares_solution_vector(const Eigen::MatrixXd& A, const Ei
 Eigen::MatrixXd least_squares_solution_matrix(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 }  // namespace detail
 
-/// A^-1 b, a vector or a matrix as b is.
+/// A^-1 b for a vector or matrix b.
 template <class B>
 auto cholesky_solution(const Cholesky& A, const Eigen::MatrixBase<B>& b) {
   if constexpr (B::ColsAtCompileTime == 1)
@@ -68,7 +68,7 @@ auto upper_solution(const Cholesky& A, const Eigen::MatrixBase<B>& b) {
     return detail::upper_solution_matrix(A, b);
 }
 
-/// A^-1 b of a square matrix that is not singular, by LU with partial pivoting.
+/// A^-1 b for a nonsingular square matrix, by LU with partial pivoting.
 template <class B>
 auto lu_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>& b) {
   if constexpr (B::ColsAtCompileTime == 1)
@@ -77,7 +77,7 @@ auto lu_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>& b) {
     return detail::lu_solution_matrix(A, b);
 }
 
-/// The x that makes |A x - b| least, for A of full column rank: by Householder QR.
+/// The x that minimizes |A x - b|, for A of full column rank, by Householder QR.
 template <class B>
 auto least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>& b) {
   if constexpr (B::ColsAtCompileTime == 1)
@@ -86,24 +86,25 @@ auto least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>
     return detail::least_squares_solution_matrix(A, b);
 }
 
-/// A = Q R with as many columns of Q, orthonormal, as A has; R is upper triangular. A has no more columns than rows.
+/// A = Q R with orthonormal columns of Q, as many as A has, and upper triangular R. A has at most as many columns as
+/// rows.
 struct ThinQr {
   Eigen::MatrixXd Q, R;
 };
 ThinQr thin_qr(const Eigen::MatrixXd& A);
 
-/// Of the x that make |A x - b| least the shortest, by the complete orthogonal decomposition. Pivots below `threshold`
-/// times the largest count as zero; absent: Eigen's own, of the size of rounding.
+/// The minimum-norm x that minimizes |A x - b|, by the complete orthogonal decomposition. Pivots below `threshold`
+/// times the largest count as zero; absent: Eigen's default, of the size of rounding error.
 Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold);
-/// The matrix that makes these solutions of all b.
+/// The matrix that maps every b to this solution.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A, double threshold);
-/// The x of least norm with A x = b, if every singular value of A is above `edge` (so A has no more rows than columns);
-/// else nothing. Rows below 1e-9 of the longest are left out, with their b: no x meets them. Whether a singular value
-/// is below the edge, Cholesky's decomposition of A A^T - edge^2 1 tells, which costs a hundredth of the singular value
-/// decomposition.
+/// The minimum-norm x with A x = b, if every singular value of A is above `edge` (A then has at most as many rows as
+/// columns); otherwise empty. Rows below 1e-9 of the longest are dropped together with their b, since no x satisfies
+/// them. The test of the singular values is a Cholesky decomposition of A A^T - edge^2 1, at a hundredth of the cost of
+/// a singular value decomposition.
 std::optional<Eigen::VectorXd> least_norm_above(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double edge);
-/// Rank, by pivots against Eigen's own threshold, of the size of rounding.
+/// Rank, by pivots relative to Eigen's default threshold, of the size of rounding error.
 int rank_of(const Eigen::MatrixXd& A);
 
 }  // namespace grapnel

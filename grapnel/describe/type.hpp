@@ -1,25 +1,25 @@
 #pragma once
 
 /// @file
-/// Plain structures described once, as data: each field's key, member, unit, range and meaning. Whatever walks over
-/// all fields (readers, writers, schemas, tables of the documentation, setters by path, checks that numbers are finite,
-/// bytes to compare) is then an ordinary function over a `Type` and an address, written once for all structures, and a
-/// field that is added to a structure needs one more line: the one that describes it.
+/// Descriptions of plain structures as data: key, member, unit, range and meaning of each field. Functions over all
+/// fields (readers, writers, schemas, tables of the documentation, setters by path, checks for finite numbers,
+/// comparison by bytes) operate on a `Type` and an address, and are written once for all structures. A new field of a
+/// structure needs one line of description.
 ///
 ///     struct Envelope { double position = 0; std::optional<double> angle; };
 ///
 ///     template <> struct Described<Envelope> {
 ///       static constexpr auto fields = std::to_array<Field>({
 ///         field<&Envelope::position>("position", "m", "Largest distance from the grasp point.").at_least(0),
-///         field<&Envelope::angle>("angle", "rad", "Largest angle; absent: any."),
-///         derived<[](const Envelope& e) { return 2 * e.position; }>("width", "m", "Of the whole envelope."),
+///         field<&Envelope::angle>("angle", "rad", "Largest angle; absent: no limit."),
+///         derived<[](const Envelope& e) { return 2 * e.position; }>("width", "m", "Width of the whole envelope."),
 ///       });
-///       static constexpr Type type = structure<Envelope>("Envelope", "What an end-effector can close on.", fields);
+///       static constexpr Type type = structure<Envelope>("Envelope", "Capture envelope of an end-effector.", fields);
 ///     };
 ///
 /// type_of<T>() is the description of bool, whole numbers, double, std::string, Vector3d, Quaterniond, std::vector,
 /// std::optional, std::array and std::variant of described types, of enumerations and structures with a Described<T>.
-/// Descriptions are constants; nothing is registered, and nothing runs before main().
+/// Descriptions are constants without registration or code before main().
 
 #include <algorithm>
 #include <array>
@@ -42,7 +42,7 @@
 namespace grapnel {
 
 struct Type;
-/// The description of T. T's own must be visible where this is instantiated.
+/// The description of T. Described<T> must be visible at the instantiation.
 template <class T>
 const Type& type_of();
 
@@ -53,7 +53,7 @@ struct ValueVisitor {
   void operator()(const void* value) const { call(context, value); }
 };
 
-/// The numbers that a field may have. Of lists and vectors: each of them.
+/// Range of a field's numbers; for lists and vectors of each element.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -68,32 +68,32 @@ struct Range {
 struct Field {
   std::string_view key;   ///< its name in files, tables and pages
   std::string_view unit;  ///< of its numbers, such as "N s"; "1": without dimension; "": no numbers
-  std::string_view text;  ///< what it is, in which frame, who computes it; sentences
+  std::string_view text;  ///< meaning and frame, as sentences
   const Type& (*type)() = nullptr;
-  /// Shows the value: of a member, or of what is computed from the structure.
+  /// Shows the value of a member, or a value computed from the structure.
   void (*show)(const void* owner, ValueVisitor visitor) = nullptr;
   void* (*place)(void* owner) = nullptr;            ///< the member's address; null: computed
   bool (*is_present)(const void* owner) = nullptr;  ///< whether it is written; null: always (an empty optional is not)
   Range range = {};
   bool is_required = false;     ///< in files that are read
   bool is_null_absent = false;  ///< an empty optional, or a number that is not finite, is written as null
-  /// Of a list of structures that are written into this one, each under a key of its own: that key. Null: as a list.
+  /// For a list of structures that are written into this one, each under a separate key: that key. Null: as a list.
   std::string_view (*key_of_item)(const void* item) = nullptr;
-  // Of files that are read:
-  /// How the value is written where that differs from its type: the name of a form that the reader knows
-  /// ("quaternion").
+  // For input files:
+  /// Form of the value in files, if it differs from its type: the name of a form of the reader ("quaternion").
   std::string_view form = {};
-  std::string_view default_text = {};  ///< JSON; empty: the value of a structure that nobody has touched
-  bool has_default = true;             ///< else what is absent stays absent, and the text says what that means
-  /// Of numbers, in magnitude, where the unit's own limit does not do.
+  std::string_view default_text = {};  ///< JSON; empty: the value in a default-constructed structure
+  bool has_default = true;             ///< false: an absent value has no default, and the text states its meaning
+  /// Limit on the magnitude of numbers, if it differs from the limit of the unit.
   double largest = std::numeric_limits<double>::quiet_NaN();
-  /// Of numbers, in magnitude: larger ones are implausible and cause a warning. NaN: by the unit.
+  /// Magnitude of numbers above which a warning is given. NaN: by the unit.
   double plausible = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
-  bool is_one_or_list = false;                  ///< of structures, in scenarios and robots: one may stand alone
-  /// Its numbers have the unit of what other keys say, such as a path; of files that are read.
+  bool is_one_or_list = false;                  ///< for structures in scenarios and robots: a single one needs no list
+  /// The unit of its numbers depends on other keys, such as a path; in input files.
   bool has_any_unit = false;
-  /// What messages call the value, "a list of names"; of alternatives each of them, "; " between. Empty: by the type.
+  /// Name of the value in messages, "a list of names"; for alternatives one each, separated by "; ". Empty: by the
+  /// type.
   std::string_view title = {};
 
   constexpr Field at_least(double x) const {
@@ -146,7 +146,7 @@ struct Field {
     f.plausible = magnitude;
     return f;
   }
-  /// Of a list of structures, called e.g. "a shape; a list of shapes".
+  /// For a list of structures, named e.g. "a shape; a list of shapes".
   constexpr Field one_or_list(std::string_view titles) const {
     Field f = *this;
     f.is_one_or_list = true, f.title = titles;
@@ -167,22 +167,22 @@ struct Field {
     f.is_null_absent = true;
     return f;
   }
-  /// Written only where the predicate, a lambda of the structure without captures, holds.
+  /// Written only if the predicate, a lambda of the structure without captures, is true.
   template <auto Predicate>
   constexpr Field when() const;
-  /// Of a list of structures: each is written into this structure, under the key that it has as this member.
+  /// For a list of structures: each is written into this structure, under the key in this member.
   template <auto Name>
   constexpr Field keyed_by() const;
 };
 
-/// What keys of one mapping demand of each other in files that are read. Several keys stand in one text: "kp, kd".
+/// Rules between keys of one mapping in input files. A text may list several keys: "kp, kd".
 struct Rule {
   enum class Kind {
     needs,     ///< `keys` needs `others`
-    not_both,  ///< of the two `keys` at most one
-    one_of,    ///< of `keys` exactly one
-    any_of,    ///< at least one key, whichever
-    when       ///< where `keys` is there, and has one of `values` if there are any: `others` are required,
+    not_both,  ///< at most one of the two `keys`
+    one_of,    ///< exactly one of `keys`
+    any_of,    ///< at least one key
+    when       ///< if `keys` is present, and has one of `values` if there are any: `others` are required,
                ///< `forbidden` ("limits.lower": below a key) have no meaning, for the reason `why`, of `choices`
                ///< exactly one is there, and the list `narrowed` holds `items` of at least `least`
   };
@@ -219,30 +219,30 @@ constexpr Rule not_empty() { return {Rule::Kind::any_of, {}}; }
 constexpr Rule one_of(std::string_view keys) { return {Rule::Kind::one_of, keys}; }
 constexpr Rule when(std::string_view key, std::string_view values = {}) { return {Rule::Kind::when, key, values}; }
 
-/// A name that an enumeration's value has in files.
+/// Name of an enumeration's value in files.
 struct Choice {
   std::int64_t value;
   std::string_view name;
-  std::string_view text;  ///< what it means; may be empty
+  std::string_view text;  ///< meaning; may be empty
 };
 
-/// What a value is, and how to get at its parts.
+/// Type of a value, with access to its parts.
 struct Type {
   enum class Kind { boolean, whole, real, text, choice, list, optional, alternatives, structure };
   Kind kind = Kind::structure;
   std::string_view name = {};  ///< of structures and enumerations, as in the sources
-  std::string_view text = {};  ///< of structures: what they are
+  std::string_view text = {};  ///< of structures: their meaning
   std::span<const Field> fields = {};
   std::span<const Choice> choices = {};
   std::span<const Rule> rules = {};              ///< of structures
-  void (*show_default)(ValueVisitor) = nullptr;  ///< of structures: one that nobody has touched
-  std::size_t fixed_size = 0;     ///< of lists: that all of them have (vectors: 3, quaternions: 4); 0: any
-  const Type& (*of)() = nullptr;  ///< of lists and optionals: what they hold
+  void (*show_default)(ValueVisitor) = nullptr;  ///< of structures: a default-constructed one
+  std::size_t fixed_size = 0;                    ///< of lists with a fixed size (vectors: 3, quaternions: 4); 0: any
+  const Type& (*of)() = nullptr;                 ///< of lists and optionals: type of their items
   std::span<const Type& (*const)()> alternatives = {};  ///< of alternatives: their types
 
   std::int64_t (*whole)(const void* value) = nullptr;  ///< of whole numbers, choices and booleans
   void (*set_whole)(void* value, std::int64_t number) = nullptr;
-  /// Of lists; of optionals 0 or 1; of alternatives which one is held, and resize() changes to another.
+  /// Size of lists; 0 or 1 for optionals; index of the active alternative, which resize() changes.
   std::size_t (*size)(const void* value) = nullptr;
   void (*resize)(void* value, std::size_t size) = nullptr;  ///< as size(); null where the size is fixed
   void (*show_item)(const void* value, std::size_t i, ValueVisitor visitor) = nullptr;
@@ -253,14 +253,14 @@ struct Type {
 template <class T>
 struct Described;
 
-/// Calls visit(const Value&) for what a ValueVisitor shows.
+/// Calls visit(const Value&) for the value shown by a ValueVisitor.
 template <class Call>
 ValueVisitor visitor_of(Call& call) {
   return {[](void* context, const void* value) { (*static_cast<Call*>(context))(value); },
           const_cast<void*>(static_cast<const void*>(&call))};
 }
 
-// ---- How descriptions are written ----
+// ---- Writing descriptions ----
 
 namespace detail {
 
@@ -308,7 +308,7 @@ constexpr Field field(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
-/// A member whose description stands elsewhere.
+/// A member with a separate description.
 template <auto Member>
 constexpr Field field(const Type& (*type)(), std::string_view key, std::string_view text) {
   using Owner = typename detail::MemberOf<decltype(Member)>::owner;
@@ -325,7 +325,7 @@ constexpr Field field(std::string_view key, std::string_view text) {
   return field<Member>(key, "", text);
 }
 
-/// What a lambda without captures finds in the structure, such as a member of a member: T& -> Value&.
+/// A value that a lambda without captures returns from the structure, such as a member of a member: T& -> Value&.
 template <auto Find>
 constexpr Field found(std::string_view key, std::string_view unit, std::string_view text) {
   using Signature = detail::FoundOf<decltype(&decltype(Find)::operator())>;
@@ -341,7 +341,7 @@ constexpr Field found(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
-/// The same with a pointer, T& -> Value*, which is null where the structure has no such value at the moment.
+/// The same with a pointer, T& -> Value*, which is null if the structure has no such value.
 template <auto Find>
 constexpr Field found_if(std::string_view key, std::string_view unit, std::string_view text) {
   using Signature = detail::FoundOf<decltype(&decltype(Find)::operator())>;
@@ -358,7 +358,7 @@ constexpr Field found_if(std::string_view key, std::string_view unit, std::strin
   return f;
 }
 
-/// A key of files that is no one member: who reads it knows what it means.
+/// A key of files without a single member: only its reader interprets it.
 template <class Value>
 constexpr Field key(std::string_view name, std::string_view unit, std::string_view text) {
   Field f;
@@ -367,7 +367,7 @@ constexpr Field key(std::string_view name, std::string_view unit, std::string_vi
   return f;
 }
 
-/// A mapping of its own in files for some members of the structure; Keys has a Described whose fields are T's.
+/// A separate mapping in files for some members of the structure; Keys has a Described whose fields are T's.
 template <class T, class Keys>
 constexpr Field group(std::string_view key, std::string_view text) {
   Field f;
@@ -388,7 +388,7 @@ constexpr Field derived(std::string_view key, std::string_view unit, std::string
   f.key = key, f.unit = unit, f.text = text;
   f.type = &type_of<Value>;
   f.show = [](const void* owner, ValueVisitor visitor) {
-    const Value& value = Function(*static_cast<const Owner*>(owner));  // a temporary lives as long as this reference
+    const Value& value = Function(*static_cast<const Owner*>(owner));  // extends the lifetime of a temporary
     visitor(&value);
   };
   return f;
@@ -446,14 +446,14 @@ constexpr Type enumeration(std::string_view name, std::span<const Choice> choice
   return type;
 }
 
-/// A text as a template's argument.
+/// A text as a template argument.
 template <std::size_t size>
 struct Literal {
   char text[size] = {};
   constexpr Literal(const char (&literal)[size]) { std::copy_n(literal, size, text); }
 };
 
-/// The description of an enumeration whose values from 0 on have these names in files and results; "": none there.
+/// The description of an enumeration whose values from 0 have these names in files and results; "": no name.
 ///
 ///     template <> struct Described<Colour> : Enumeration<Colour, "Colour", "red", "green"> {};
 template <class Enum, Literal type_name, Literal... names>
@@ -475,7 +475,7 @@ requires std::is_enum_v<Enum>
 const char* name_of(Enum value) {
   return name_of_choice(type_of<Enum>(), static_cast<std::int64_t>(value)).data();  // of a literal
 }
-/// The value of a name; empty if no value is called so.
+/// The value of a name; empty if there is none.
 std::optional<std::int64_t> choice_named(const Type& type, std::string_view name);
 template <class Enum>
 std::optional<Enum> value_named(std::string_view name) {
@@ -485,7 +485,7 @@ std::optional<Enum> value_named(std::string_view name) {
 /// The field of a structure with the key; null if there is none.
 const Field* field_named(const Type& type, std::string_view key);
 
-// ---- The descriptions of values that are no structures ----
+// ---- Descriptions of values other than structures ----
 
 namespace detail {
 

@@ -1,13 +1,13 @@
 #pragma once
 
 /// @file
-/// Forward dynamics in O(n): the kernel.
+/// Forward dynamics in O(n): the articulated-body kernel.
 ///
-/// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form: with t = N_l N_d v
-/// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8), and the three
-/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone
-/// 2008, section 7.3). Everything is expressed in the links' own frames, so a base may be anywhere without loss of
-/// accuracy.
+/// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form. With t = N_l N_d v
+/// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8). The three
+/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory, section 4; Saha 1997; Featherstone
+/// 2008, section 7.3). All quantities are expressed in the links' own frames; accuracy is therefore independent of the
+/// base position.
 
 #include <limits>
 #include <span>
@@ -17,7 +17,7 @@
 
 namespace grapnel {
 
-/// Per-link scratch of the recursions; nobody but the kernels reads it.
+/// Per-link scratch of the recursions; private to the kernels.
 template <class S>
 struct LinkScratch {
   SineCosine<S> angle;            // of a revolute joint
@@ -26,27 +26,26 @@ struct LinkScratch {
   Twist<S> V;                     // in the link's frame
   SpatialAcceleration<S> bias;    // V x S rate
   ArticulatedInertia<S> I;        // articulated inertia
-  bool carries;                   // a child has sent its inertia to I
-  Wrench<S> p;                    // articulated bias wrench; in newton_euler: what the joint transmits
+  bool carries;                   // a child has added its inertia to I
+  Wrench<S> p;                    // articulated bias wrench; in newton_euler: the wrench that the joint transmits
   Wrench<S> G;                    // I S / (S^T I S + armature), for one-degree-of-freedom joints
   S g;                            // (force - S^T p) / (S^T I S + armature)
   SpatialAcceleration<S> A;       // gravity counted as an acceleration of the root
-  RigidBodyInertia<S> composite;  // of the link and all it carries
+  RigidBodyInertia<S> composite;  // of the link and its subtree
   Momentum<S> momentum;           // likewise, about the link's origin
 };
 
-/// Scratch of the joints that move by the modes of a chain, (4.14) to (4.16) of docs/theory.md; nobody but the kernels
-/// reads it.
+/// Scratch of modal joints, (4.14) to (4.16) of docs/theory; private to the kernels.
 struct ChainScratch {
-  std::vector<Wrenchd> U;  // per mode: the wrench at the link under way that its unit acceleration takes; then G
-  std::vector<double> D;   // modes x modes: inertia of the modes; then L, D = L L^T, below its diagonal
-  std::vector<double> y;   // per mode: bias r; then L^-1 r
+  std::vector<Wrenchd> U;            // per mode: the wrench at the current link per unit modal acceleration; then G
+  std::vector<double> D;             // modes x modes: inertia of the modes; then L, D = L L^T, below its diagonal
+  std::vector<double> y;             // per mode: bias r; then L^-1 r
   std::vector<double> acceleration;  // per mode
   explicit ChainScratch(const ModalChain& chain)
       : U(static_cast<std::size_t>(chain.modes)), D(U.size() * U.size()), y(U.size()), acceleration(U.size()) {}
 };
 
-// As TreeChains.
+// Same layout as TreeChains.
 template <class S>
 struct ChainScratches {
   ChainScratches() = default;
@@ -66,7 +65,7 @@ struct DynamicsWorkspace : ChainScratches<S> {
   explicit DynamicsWorkspace(const Tree<S>& tree) : ChainScratches<S>(tree), links(tree.links.size()) {}
 };
 
-/// What drives a tree. Spans that may be empty mean zero (or nothing prescribed).
+/// Input of the recursions. Optional spans may be empty: zero (or no prescribed acceleration).
 template <class S>
 struct DynamicsInput {
   std::span<const S> q;      // coordinates
@@ -79,24 +78,24 @@ struct DynamicsInput {
   Vector3<S> gravity = Vector3<S>::zero();  // in W [m/s^2]
 };
 
-/// Joints that move by the modes of a chain do so for doubles alone; with other scalars they move by themselves, and
-/// their velocities are taken to be those that their modes have. A chain is prescribed as a whole or not at all.
+/// Computes accelerations vdot of all velocities, and the generalized force at each: the given one or, for a prescribed
+/// acceleration, the required one. All spans have Tree::velocities entries.
 ///
-/// Accelerations vdot of all velocities, and the generalized force at each: as given, or, where the acceleration is
-/// prescribed, the force that it takes. All spans have Tree::velocities entries.
+/// Modal joints are supported for doubles only; other scalars treat their joints as independent, with velocities that
+/// must be consistent with the modes. A chain is prescribed as a whole or not at all.
 template <class S>
 void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                       std::span<S> vdot, std::span<S> force);
 
-/// The first two of articulated_body()'s three sweeps: twists, articulated inertias and bias wrenches. Reads everything
-/// in `in`; writes the links' scratch but for A.
+/// The first two of articulated_body()'s three sweeps: twists, articulated inertias and bias wrenches. Reads all of
+/// `in`; writes the links' scratch except A.
 template <class S>
 void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace);
 
-/// The third sweep. In between, whoever wants further forces to act may change what the second sweep left: a force x at
-/// a joint with one degree of freedom adds x / (S^T I S + armature) to its g; a wrench on a root, or a moment on a
-/// spherical joint, or the force along a prescribed joint, is taken from its p; forces x on the modes of a chain take
-/// L^-1 x from its y.
+/// The third sweep: accelerations. To apply further forces, modify the results of the second sweep before this call.
+/// Add x / (S^T I S + armature) to g for a force x at a joint with one degree of freedom. Subtract from p a wrench on a
+/// root, a moment on a spherical joint, or a force along a prescribed joint. Subtract L^-1 x from y for forces x on the
+/// modes of a chain.
 template <class S>
 void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                                std::span<S> vdot, std::span<S> force);

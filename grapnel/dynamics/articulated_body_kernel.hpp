@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The three sweeps of articulated_body.hpp, as templates on the scalar.
-/// Included by the translation units that instantiate it: articulated_body.cpp for doubles, grapnel/lanes/ for packs.
-/// Thread safety: as articulated_body.hpp says.
+/// The three sweeps of articulated_body.hpp, as templates on the scalar. Included by the translation units that
+/// instantiate it: articulated_body.cpp for doubles, grapnel/lanes/ for packs. Thread safety: as in
+/// articulated_body.hpp.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 
@@ -19,12 +19,12 @@ bool is_prescribed(const DynamicsInput<S>& in, int v) {
   return !in.prescribed.empty() && in.prescribed[v] != 0;
 }
 
-// Whether joints may move by the modes of a chain.
+// Whether modal joints are supported for this scalar.
 template <class S>
 inline constexpr bool kHasChains = std::is_same_v<S, double>;
 
-// Where the links are on their joints. In a sweep of its own because sines and cosines are long chains of operations
-// that do not wait for each other.
+// Joint transforms. A separate sweep, because sines and cosines are long chains of operations that are independent of
+// each other.
 template <class S>
 void place_links(const Tree<S>& tree, std::span<const S> q, std::vector<LinkScratch<S>>& scratch) {
   const std::size_t count = tree.links.size();
@@ -62,7 +62,7 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
   }
 }
 
-// The second sweep's step. A function of its own for each kind of joint: all of them in one spill more registers.
+// The second sweep's step. One function per kind of joint; a single function for all kinds spills more registers.
 template <class Joint, class S>
 __attribute__((noinline)) void pass_inertia(Joint joint, const TreeLink<S>& link, const DynamicsInput<S>& in,
                                             LinkScratch<S>& w, const TreeLink<S>& carrier, LinkScratch<S>& parent) {
@@ -99,7 +99,7 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWo
   }
 }
 
-// I A' = F at a free root. Whoever has factored its inertia before brings another.
+// Solves I A' = F at a free root. A caller with a factored inertia passes another functor.
 struct SolveArticulated {
   template <class S>
   GRAPNEL_INLINE SpatialAcceleration<S> operator()(std::size_t, const ArticulatedInertia<S>& I,
@@ -108,8 +108,8 @@ struct SolveArticulated {
   }
 };
 
-// Root number n: solves I A' = F - p for A' = A - gravity, or takes the prescribed acceleration and returns the wrench
-// it needs.
+// Root number n: solves I A' = F - p for A' = A - gravity, or takes the prescribed acceleration and returns the
+// required wrench.
 template <class S, class Solve>
 void solve_root(std::size_t n, const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch<S>& w,
                 std::span<S> vdot, std::span<S> force, const Solve& solve) {

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The inertia that a link shows to its joint when the joints beyond it are free to yield: a symmetric 6 x 6 matrix
-/// [J H; H^T M] that maps spatial acceleration to wrench. Operations on it are the cost of forward dynamics, so each is
-/// written out for the structure it has.
+/// Articulated inertia: the inertia of a link at its joint if the joints beyond it are free to move. A symmetric 6 x 6
+/// matrix [J H; H^T M] that maps spatial acceleration to wrench. Its operations dominate the cost of forward dynamics;
+/// each is written out for its structure.
 
 #include "grapnel/spatial/spatial_vector.hpp"
 
@@ -45,8 +45,8 @@ GRAPNEL_INLINE void set_rigid(ArticulatedInertia<S>& I, const RigidBodyInertia<S
   I.M.xx = I.M.yy = I.M.zz = R.mass, I.M.xy = I.M.xz = I.M.yz = S(0);
 }
 
-/// The rigid inertia of a link added to what its first child sends, number by number: H is skew, M a multiple of the
-/// identity.
+/// Sum of the rigid inertia of a link and the inertia passed on by its first child, number by number. In the rigid
+/// inertia, H is skew and M a multiple of the identity.
 template <class S>
 GRAPNEL_INLINE void set_sum(ArticulatedInertia<S>& sum, const RigidBodyInertia<S>& R, const ArticulatedInertia<S>& I) {
   const Symmetric3<S>& J = R.rotational;
@@ -60,8 +60,8 @@ GRAPNEL_INLINE void set_sum(ArticulatedInertia<S>& sum, const RigidBodyInertia<S
   sum.M.xy = I.M.xy, sum.M.xz = I.M.xz, sum.M.yz = I.M.yz;
 }
 
-/// A copy made number by number. What was stored as single numbers must be loaded as such: a copy of the structure as a
-/// block would wait until those stores have left the store buffer (10 ns per link).
+/// Copies number by number. Numbers stored individually must be loaded individually: a block copy would wait for the
+/// store buffer (10 ns per link).
 template <class S>
 GRAPNEL_INLINE ArticulatedInertia<S> loaded(const ArticulatedInertia<S>& I) {
   return {{I.J.xx, I.J.yy, I.J.zz, I.J.xy, I.J.xz, I.J.yz},
@@ -82,7 +82,7 @@ GRAPNEL_INLINE Wrench<S> operator*(const ArticulatedInertia<S>& I, const Spatial
   return F;
 }
 
-/// Seen from a frame with the same axes whose origin lies at -p: the old origin is at p in the new frame.
+/// Transformed to a frame with the same axes whose origin is at -p; the old origin is at p in the new frame.
 ///   H' = H + [p x] M,   J' = J - H [p x] + [p x] H'^T.
 template <class S>
 GRAPNEL_INLINE void shift_origin(ArticulatedInertia<S>& I, const Vector3<S>& p) {
@@ -106,7 +106,7 @@ GRAPNEL_INLINE void shift_origin(ArticulatedInertia<S>& I, const Vector3<S>& p) 
   I.J.yz += (p[0] * h1[1] - p[1] * h1[0]) + (p[2] * n2[0] - p[0] * n2[2]);
 }
 
-/// The same for an articulated inertia that a revolute joint about axis K has passed on: J_K* = 0, H_K* = 0.
+/// Likewise for an articulated inertia passed on by a revolute joint about axis K: J_K* = 0, H_K* = 0.
 template <int K, class S>
 GRAPNEL_INLINE void shift_behind_joint(ArticulatedInertia<S>& I, const Vector3<S>& p) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
@@ -179,7 +179,7 @@ GRAPNEL_INLINE void rotate_block_about(const SineCosine<S>& a, Symmetric3<S>& A)
   A(i, j) = a.cosine * t - A(i, j);
 }
 
-/// Re-expressed after a turn about axis K.
+/// Re-expressed after a rotation about axis K.
 template <int K, class S>
 GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, Symmetric3<S>& A) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
@@ -189,7 +189,7 @@ GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, Symmetric3<S>& A) {
   A(j, K) = a.sine * ai + a.cosine * aj;
 }
 
-/// The same for the rows i and j of H, whose row K is zero or the caller's to turn.
+/// Likewise for the rows i and j of H; row K is zero or handled by the caller.
 template <int K, class S>
 GRAPNEL_INLINE void rotate_rows_about(const SineCosine<S>& a, S (&H)[3][3]) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
@@ -207,7 +207,7 @@ GRAPNEL_INLINE void rotate_rows_about(const SineCosine<S>& a, S (&H)[3][3]) {
   H[j][j] = a.sine * hj[i] + a.cosine * hj[j];
 }
 
-/// Re-expressed after a turn about axis K, no structure assumed.
+/// Re-expressed after a rotation about axis K, for a general structure.
 template <int K, class S>
 GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;

@@ -5,9 +5,9 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kBlock = 8;  // right sides at once
+constexpr std::size_t kBlock = 8;  // number of right-hand sides processed together
 
-// Rows never overlap; told so, the compiler makes vectors of loops this short without asking each time.
+// Rows never overlap; with __restrict the compiler vectorizes these short loops without run-time checks.
 void subtract(double factor, const double* __restrict from, double* __restrict to, std::size_t size) {
   for (std::size_t k = 0; k < size; ++k) to[k] -= factor * from[k];
 }
@@ -23,11 +23,12 @@ void scale(double factor, double* row, std::size_t blocks) {
 
 }  // namespace
 
+// Model => order of the velocities and the ancestors of each: the pattern of nonzeros of L.
 BranchCholesky::BranchCholesky(const Model& model) {
-  // Joints that move by modes share them: their mass matrix has no zeros to count on.
+  // The mass matrix of a modal chain is dense.
   const bool dense = !model.tree().chains.empty();
   std::vector<std::vector<int>> on(model.velocities());
-  std::vector<int> last(model.bodies().size(), -1);  // velocity of a body or of the nearest that carries it
+  std::vector<int> last(model.bodies().size(), -1);  // last velocity of a body, or of the nearest ancestor with one
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& body = model.bodies()[i];
     int before = dense ? (order_.empty() ? -1 : order_.back()) : body.parent < 0 ? -1 : last[body.parent];
@@ -51,6 +52,7 @@ BranchCholesky::BranchCholesky(const Model& model) {
   inverse_.resize(rows());
 }
 
+// M => L of M = L^T L, eliminating velocities from the tips to the roots within the pattern.
 void BranchCholesky::factor(const Eigen::MatrixXd& M) {
   for (const int i : order_) {
     inverse_[i] = M(i, i);
@@ -62,7 +64,7 @@ void BranchCholesky::factor(const Eigen::MatrixXd& M) {
     double* const row = L_.data() + begin_[k];
     const std::size_t count = begin_[k + 1] - begin_[k];
     for (std::size_t a = 0; a < count; ++a) row[a] *= inverse_[k];
-    // What carries a velocity that carries k is what follows it in k's row.
+    // The ancestors of a velocity in k's row are the velocities that follow it in that row.
     for (std::size_t a = 0; a < count; ++a) {
       const int i = on_[begin_[k] + a];
       inverse_[i] -= row[a] * row[a];
@@ -71,6 +73,7 @@ void BranchCholesky::factor(const Eigen::MatrixXd& M) {
   }
 }
 
+// B => X = M^-1 B, by L^T Y = B and L X = Y, several right-hand sides at a time.
 void BranchCholesky::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   const auto columns = static_cast<std::size_t>(B.cols());
   const std::size_t blocks = (columns + kBlock - 1) / kBlock, stride = blocks * kBlock;

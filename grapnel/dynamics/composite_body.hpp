@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The mass matrix N_d^T N_l^T diag(I_i) N_l N_d (B.8) by composite rigid bodies: the columns that a joint shares with
-/// its ancestors come from the momentum of everything it carries (Walker and Orin 1982; Featherstone 2008, table 6.2).
+/// The mass matrix N_d^T N_l^T diag(I_i) N_l N_d (B.8) by composite rigid bodies. The columns that a joint shares with
+/// its ancestors follow from the momentum of its subtree (Walker and Orin 1982; Featherstone 2008, table 6.2).
 
 #include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/spatial/dual.hpp"

@@ -15,7 +15,7 @@ namespace composite_body_steps {
 
 using namespace recursion;
 
-// S^T h of one link for a momentum carried to it, written to the row and column the two velocities share.
+// S^T h of one link for a momentum transformed to it, written to the row and column of the two velocities.
 template <class S>
 GRAPNEL_INLINE void project(const TreeLink<S>& link, const Momentum<S>& h, int column, const S& sign, int size,
                             std::span<S> M) {
@@ -42,6 +42,8 @@ void write_root(const TreeLink<S>& link, const RigidBodyInertia<S>& I, int size,
 
 }  // namespace composite_body_steps
 
+// q => mass matrix (B.8), row-major: accumulates composite inertias inwards; each joint's momentum per unit rate gives
+// its entries with all ancestors.
 template <class S>
 void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace,
                     std::span<S> mass_matrix) {
@@ -70,7 +72,7 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
           const S sign(OneAxis<Joint> ? link.sign : 1.0);
           project(link, h, link.v + k, sign, size, mass_matrix);
           if (OneAxis<Joint>) mass_matrix[link.v * size + link.v] += link.armature;
-          // Carried down the branch, the momentum meets every ancestor's joint.
+          // The momentum is transformed down the branch to the joints of all ancestors.
           for (int m = static_cast<int>(n); tree.links[m].parent >= 0; m = tree.links[m].parent) {
             const TreeLink<S>& carrier = tree.links[m];
             visit_joint(carrier, [&](auto step) {

@@ -14,13 +14,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What has springs, as coordinates d: joints one by one, and the modes of chains.
+// Coordinates d with springs: single joints, and the modes of chains.
 struct Sprung {
   MatrixXd shapes;               // velocities x coordinates
   MatrixXd stiffness, damping;   // over the coordinates
   std::vector<std::uint8_t> is;  // per velocity: whether its joint has a spring
 };
 
+// Model and locked velocities => coordinates with springs that can move, and their stiffness and damping matrices.
 Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
   const auto is_locked = [&](int v) { return std::find(locked.begin(), locked.end(), v) != locked.end(); };
   const auto n = static_cast<Index>(model.velocities());
@@ -54,6 +55,8 @@ Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
 
 }  // namespace
 
+// State => modes of vibration: eliminates the coordinates without springs (22.7) and solves L^-1 M* L^-T z = z /
+// omega^2, K = L L^T.
 std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, std::span<const int> locked) {
   const Sprung sprung = sprung_coordinates(model, locked);
   const Index n = sprung.shapes.cols();
@@ -64,7 +67,7 @@ std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, s
   }
   const MatrixXd M = mass_matrix(model, state), M_d = M * sprung.shapes;
   MatrixXd reduced = sprung.shapes.transpose() * M_d;
-  MatrixXd follow;  // what is free of springs answers: y = -follow d
+  MatrixXd follow;  // response of the coordinates without springs: y = -follow d
   if (!others.empty()) {
     const MatrixXd M_yd = M_d(others, Eigen::all);
     follow = cholesky_solution(Cholesky(MatrixXd(M(others, others))), M_yd);
@@ -78,7 +81,7 @@ std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, s
   std::vector<ElasticMode> modes;
   for (Index i = n; i-- > 0;) {
     const double omega = 1 / std::sqrt(solver.eigenvalues()[i]);
-    if (!std::isfinite(omega)) continue;  // what springs hold there has no inertia
+    if (!std::isfinite(omega)) continue;  // a massless sprung coordinate
     const VectorXd d = omega * upper_solution(root, VectorXd(solver.eigenvectors().col(i)));
     ElasticMode mode;
     mode.frequency = omega / (2 * std::numbers::pi);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Frequencies of a system with springs at its joints, at rest in a posture: small vibrations M x'' + C x' + K x = 0.
+/// Natural frequencies of a system with joint springs, at rest in a posture: small vibrations M x'' + C x' + K x = 0.
 
 #include <Eigen/Core>
 #include <span>
@@ -18,17 +18,15 @@ struct ElasticMode {
   Eigen::VectorXd shape;     // x, per velocity of the model; zero where locked
 };
 
-/// The modes of vibration, slowest first, as many as there are springs that can move: those at frequency zero, in which
-/// the system moves as a whole, are left out exactly, by eliminating what no spring holds: with y what is free of
-/// springs and d what has one, M* = M_dd - M_dy M_yy^-1 M_yd, K d = omega^2 M* d (22.7). Joints that move by
-/// the modes of a chain are in d by these, and stay zero together if one of them is locked. `locked`: velocities that
-/// stay zero (a base that is held, joints that are braked). Springs are at rest, and gravity, rates and loops count
-/// nothing.
+/// The modes of vibration in order of increasing frequency, one per movable spring. Rigid-body modes at frequency zero
+/// are eliminated exactly: with y the coordinates without springs and d those with springs, M* = M_dd - M_dy M_yy^-1
+/// M_yd, K d = omega^2 M* d (22.7). Modal joints contribute their modes to d; they are all zero if one joint of the
+/// chain is locked. `locked`: velocities fixed at zero (a held base, braked joints). Springs are undeflected; gravity,
+/// rates and loops are not considered.
 std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, std::span<const int> locked);
 
-/// What a mode does to the free root `body` that would have to hold it, where that is locked: row by row (angular, then
-/// linear, about its origin, in its axes) the participation x^T M e_k, whose square is the effective mass [kg] or
-/// inertia [kg m^2] of that direction.
+/// Participation factors of a mode at the locked free root `body`: x^T M e_k per direction (angular, then linear, about
+/// its origin, in its axes). Their squares are the effective mass [kg] or inertia [kg m^2].
 Eigen::VectorXd participation(const Model& model, const State& state, const ElasticMode& mode, int body);
 
 }  // namespace grapnel

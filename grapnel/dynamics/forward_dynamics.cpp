@@ -46,6 +46,7 @@ void gather_external(const Model& model, std::span<const ExternalWrench> externa
   }
 }
 
+// State and forces => vdot (2.7), by articulated_body().
 void forward_dynamics(const Model& model, const State& state, const Forces& forces, Workspace& workspace,
                       std::vector<double>& vdot) {
   check(model, state, workspace, "forward_dynamics");

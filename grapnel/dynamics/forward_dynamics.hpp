@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// Scratch for one model; make one per thread. No function allocates once it exists.
+/// Scratch for one model; create one per thread. No function allocates after its construction.
 struct Workspace {
   DynamicsWorkspace<double> kernel;
   std::vector<Wrenchd> link_wrench;  // external wrenches, gathered on the links
@@ -30,20 +30,20 @@ struct ExternalWrench {
   Wrenchd F_W;
 };
 
-/// What acts on a model. Empty vectors mean zero.
+/// Forces on a model. Empty vectors mean zero.
 struct Forces {
   std::vector<double> generalized;  // per velocity: joint torques; for a free root the wrench on B, in B, at its origin
   std::vector<ExternalWrench> external;
   Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
 };
 
-/// Accelerations vdot of (2.7) in O(n). `vdot` is resized to velocities (no allocation if it has that size).
-/// @throws std::invalid_argument if a size is another model's.
+/// Accelerations vdot of (2.7) in O(n). `vdot` is resized to the number of velocities (no allocation if it has that
+/// size). @throws std::invalid_argument if a size does not match the model.
 void forward_dynamics(const Model& model, const State& state, const Forces& forces, Workspace& workspace,
                       std::vector<double>& vdot);
 std::vector<double> forward_dynamics(const Model& model, const State& state, const Forces& forces = {});
 
-/// Generalized forces that give the accelerations `vdot`, beyond what `forces.external` and gravity do
+/// Generalized forces required for the accelerations `vdot`, in addition to `forces.external` and gravity
 /// (`forces.generalized` is not read).
 void inverse_dynamics(const Model& model, const State& state, const std::vector<double>& vdot, const Forces& forces,
                       Workspace& workspace, std::vector<double>& tau);

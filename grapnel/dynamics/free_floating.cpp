@@ -25,7 +25,7 @@ std::vector<int> base_velocities(const Model& model, int root) {
   return indices;
 }
 
-// Momentum of the tree in B at B's origin, the form in which I_b V + I_bm rate = h holds.
+// Momentum of the tree in B at B's origin, for which I_b V + I_bm rate = h.
 Eigen::VectorXd momentum_in_base(const Model& model, const Kinematics& kinematics, int root,
                                  const Momentumd& momentum) {
   const Posed& X_WB = kinematics.X_WB[root];
@@ -37,8 +37,8 @@ Eigen::VectorXd momentum_in_base(const Model& model, const Kinematics& kinematic
   return result;
 }
 
-// I_b^-1 I_bm, the base's answer to joint rates (2.6); for a robot without joints it has no columns, which Eigen's
-// solver does not take.
+// I_b^-1 I_bm, the base's response to joint rates (2.6). For a robot without joints it has no columns, which Eigen's
+// solver does not accept.
 Eigen::MatrixXd base_response(const MassBlocks& blocks) {
   if (blocks.I_bm.cols() == 0) return blocks.I_bm;
   return blocks.I_b.llt().solve(blocks.I_bm);
@@ -121,6 +121,7 @@ Eigen::MatrixXd generalized_inertia(const MassBlocks& blocks) {
   return blocks.I_m - blocks.I_bm.transpose() * base_response(blocks);
 }
 
+// State and generalized forces => I, c and tau of (2.8), from the blocks of the mass matrix and the bias.
 ReducedEquation reduced_equation(const Model& model, const State& state, int root,
                                  const std::vector<double>& generalized, const Vector3d& gravity) {
   Workspace workspace(model);

@@ -1,12 +1,12 @@
 #pragma once
 
 /// @file
-/// A robot whose base floats: what momentum says about the base, and the equations reduced to the joints (2.3)-(2.8).
+/// A robot with a floating base: base motion from momentum, and the equations reduced to the joints (2.3)-(2.8).
 ///
-/// All functions speak of the one tree rooted at `root` (the servicer); other trees in the model, targets say, do not
-/// enter. n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to the
-/// world the base quantities are empty (6 x 0 and the like) and the reduced ones are the ordinary ones.
-/// Public, kept stable.
+/// All functions apply to the tree rooted at `root` (the servicer) and ignore other trees of the model, such as
+/// targets. n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to
+/// the world the base quantities are empty (6 x 0 etc.) and the reduced quantities are those of a fixed base. Public,
+/// kept stable.
 
 #include <Eigen/Core>
 
@@ -25,7 +25,7 @@ struct MassBlocks {
   Eigen::MatrixXd I_m;   // n x n
 };
 MassBlocks mass_blocks(const Model& model, const State& state, int root);
-/// Of the whole model's mass matrix.
+/// Extracts the blocks of a tree from the whole model's mass matrix.
 MassBlocks mass_blocks(const Model& model, const Eigen::MatrixXd& mass_matrix, int root);
 
 /// Generalized Jacobian of a frame, J_g = J_m - J_b I_b^-1 I_bm (2.5), 6 x n: twist of the frame in W per joint rate at

@@ -48,13 +48,14 @@ Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame) 
 
 namespace {
 
-// Writes the column of an angular and a linear part.
+// Writes a column from its angular and linear part.
 void write_column(Eigen::Ref<Eigen::MatrixXd> J, int column, const Vector3d& angular, const Vector3d& linear) {
   for (int k = 0; k < 3; ++k) J(k, column) = angular[k], J(3 + k, column) = linear[k];
 }
 
 }  // namespace
 
+// Kinematics and point => J of (2.1), 6 x velocities: the columns of the joints between the body and its root.
 void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
                     Eigen::Ref<Eigen::MatrixXd> J) {
   if (J.rows() != 6 || J.cols() != model.velocities())
@@ -78,6 +79,8 @@ Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics,
   return J;
 }
 
+// Kinematics and vdot => accelerations of all bodies in W, from parent to child by differentiating the relative motion
+// of each joint.
 std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinematics& k,
                                                  std::span<const double> vdot) {
   const auto rate = [&](int v) { return vdot.empty() ? 0.0 : vdot[v]; };
@@ -98,7 +101,7 @@ std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinem
     const BodyAcceleration& carrier = result[body.parent];
     const Twistd& V_P = k.V_WB[body.parent];
     const Vector3d arm = X_WB.p - k.X_WB[body.parent].p;
-    const Vector3d spin = V.angular - V_P.angular;                            // against the parent
+    const Vector3d spin = V.angular - V_P.angular;                            // relative to the parent
     const Vector3d slip = V.linear - (V_P.linear + cross(V_P.angular, arm));  // of the origin, likewise
     BodyAcceleration& a = result[i];
     a.angular = carrier.angular + cross(V_P.angular, spin);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where bodies and frames are, how they move, and the Jacobians that say so (2.1). Public, kept stable.
+/// Poses, twists and Jacobians of bodies and frames (2.1). Public, kept stable.
 
 #include <Eigen/Core>
 #include <vector>
@@ -21,25 +21,25 @@ struct Kinematics {
   explicit Kinematics(const Model& model);
 };
 
-/// Fills `kinematics`. @throws std::invalid_argument if the state or the output has another model's size.
+/// Computes `kinematics`. @throws std::invalid_argument if the sizes of state or output do not match the model.
 void forward_kinematics(const Model& model, const State& state, Kinematics& kinematics);
 Kinematics forward_kinematics(const Model& model, const State& state);
-/// The second half of it: X_WB and V_WB of all bodies from kinematics.links.
+/// The second half of forward_kinematics(): X_WB and V_WB of all bodies from kinematics.links.
 void place_bodies(const Model& model, Kinematics& kinematics);
 
 /// Pose X_WE of a frame, and its twist V_WE at E's origin in W.
 Posed frame_pose(const Model& model, const Kinematics& kinematics, int frame);
 Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame);
 
-/// Jacobian of a point fixed on a body, 6 x velocities: twist [angular; linear] of the body at the point, in W, is J v
-/// (2.1): the columns of a free root are J_b, those of the joints J_m. `p_WP`: the point's position in W. Where joints
-/// move by modes it is J Pi of modal_chains.hpp.
+/// Jacobian of a point fixed on a body, 6 x velocities: the twist [angular; linear] of the body at the point, in W, is
+/// J v (2.1). The columns of a free root are J_b, those of the joints J_m. `p_WP`: the point's position in W. With
+/// modal joints the result is J Pi of modal_chains.hpp.
 void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
                     Eigen::Ref<Eigen::MatrixXd> J);
 /// Jacobian of a frame at its origin.
 Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics, int frame);
 
-// Accelerations of bodies in the world, from parent to child: independent of the kernels, which work in the links' own
+// Accelerations of bodies in the world, from parent to child. Independent of the kernels, which work in the links' own
 // frames.
 
 /// Ordinary accelerations in W.
@@ -48,7 +48,7 @@ struct BodyAcceleration {
   Vector3d linear;   // of the body frame's origin [m/s^2]
 };
 
-/// Of all bodies, for rates of the velocities `vdot` (empty: zero, what velocities alone make).
+/// Accelerations of all bodies for the accelerations `vdot` (empty: zero, leaving the velocity-dependent terms).
 std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinematics& kinematics,
                                                  std::span<const double> vdot);
 

@@ -24,6 +24,7 @@ LinkMotion<S> root_motion(const TreeLink<S>& link, std::span<const S> q, std::sp
 
 }  // namespace link_motion_steps
 
+// q and v => pose and twist of every link in W, from parent to child.
 template <class S>
 void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, std::span<LinkMotion<S>> motion) {
   using namespace link_motion_steps;

@@ -8,7 +8,7 @@ namespace grapnel {
 
 void mass_matrix(const Model& model, const State& state, Workspace& workspace, Eigen::MatrixXd& M) {
   M.resize(model.velocities(), model.velocities());
-  // Symmetric, so row-major and column-major storage are the same numbers.
+  // A symmetric matrix has the same row-major and column-major storage.
   composite_body<double>(model.tree(), state.q, workspace.kernel, std::span<double>(M.data(), M.size()));
   project_mass_matrix(model.tree(), M);
 }

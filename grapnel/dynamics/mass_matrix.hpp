@@ -9,8 +9,8 @@
 
 namespace grapnel {
 
-/// The mass matrix M of (2.7), rotors included; velocities x velocities. Allocates nothing if `M` has that size, unless
-/// joints move by modes: M is then that of modal_chains.hpp.
+/// The mass matrix M of (2.7), rotors included; velocities x velocities. No allocation if `M` has that size. With modal
+/// joints M is that of modal_chains.hpp, which allocates.
 void mass_matrix(const Model& model, const State& state, Workspace& workspace, Eigen::MatrixXd& M);
 Eigen::MatrixXd mass_matrix(const Model& model, const State& state);
 

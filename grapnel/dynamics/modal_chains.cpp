@@ -4,6 +4,7 @@
 
 namespace grapnel {
 
+// A => A Pi, with Pi = S S^T for the orthonormal shapes S of each chain.
 void project_columns(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> A) {
   for (const ModalChain& chain : tree.chains) {
     const auto modes = static_cast<std::size_t>(chain.modes);
@@ -23,6 +24,7 @@ void project_columns(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> A) {
   }
 }
 
+// M => Pi M Pi + alpha (1 - Pi), symmetric.
 void project_mass_matrix(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> M) {
   if (tree.chains.empty()) return;
   std::vector<double> alphas;
@@ -34,7 +36,7 @@ void project_mass_matrix(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> M
   project_columns(tree, M);
   Eigen::MatrixXd transposed = M.transpose();
   project_columns(tree, transposed);
-  M = 0.5 * (transposed + transposed.transpose());  // symmetric to the last bit, as M was
+  M = 0.5 * (transposed + transposed.transpose());  // exactly symmetric, as M was
   for (std::size_t c = 0; c < tree.chains.size(); ++c) {
     const ModalChain& chain = tree.chains[c];
     for (std::size_t i = 0; i < chain.velocities.size(); ++i) {

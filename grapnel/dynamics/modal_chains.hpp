@@ -1,12 +1,12 @@
 #pragma once
 
 /// @file
-/// Matrices over velocities of a model some of whose joints move by the modes of a chain (ModalJoint). With Pi the
-/// orthogonal projection onto the velocities that such a model can have, the identity for all other joints, J Pi and
-/// Pi M Pi + alpha (1 - Pi), alpha > 0, in place of J and M give every velocity, impulse, energy and inverse inertia of
-/// the model with its modes as coordinates, and nothing that depends on alpha: both parts of the mass matrix are
-/// inverted apart, and no force reaches the second. Docs/theory.md, (22.15). point_jacobian() and mass_matrix() return
-/// these, so that nothing that is built on them knows of modes.
+/// Matrices over the velocities of a model with modal joints (ModalJoint). Pi is the orthogonal projection onto the
+/// velocities that such a model can have; it is the identity for all other joints. With J Pi and Pi M Pi + alpha (1 -
+/// Pi), alpha > 0, in place of J and M, all velocities, impulses, energies and inverse inertias equal those in modal
+/// coordinates. They are independent of alpha: both parts of the mass matrix are inverted separately, and no force acts
+/// on the second. See (22.15) of docs/theory. point_jacobian() and mass_matrix() return these matrices, so their
+/// callers need no special treatment of modes.
 
 #include <Eigen/Core>
 

@@ -8,9 +8,9 @@
 
 namespace grapnel {
 
-/// Generalized forces for the accelerations in `in.acceleration` (empty: zero), less what `in.link_wrench` and gravity
-/// do; `in.force` and `in.prescribed` are not read. With zero acceleration the result is the bias of (2.7), [c_b; c_m].
-/// Afterwards workspace.links[i].p is the wrench that link i's joint transmits to it, in its frame, at its origin.
+/// Generalized forces for the accelerations in `in.acceleration` (empty: zero), minus those of `in.link_wrench` and
+/// gravity; `in.force` and `in.prescribed` are not read. With zero acceleration the result is the bias of (2.7), [c_b;
+/// c_m]. On return workspace.links[i].p is the wrench that link i's joint transmits to it, in its frame, at its origin.
 template <class S>
 void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> force);
 

@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// The sweeps of newton_euler.hpp, as a template on the scalar.
-/// Included by the translation units that instantiate it: newton_euler.cpp for doubles, grapnel/lanes/ for packs.
-/// Thread safety: as newton_euler.hpp says.
+/// The sweeps of newton_euler.hpp, as a template on the scalar. Included by the translation units that instantiate it:
+/// newton_euler.cpp for doubles, grapnel/lanes/ for packs. Thread safety: as in newton_euler.hpp.
 
 #include "grapnel/dynamics/newton_euler.hpp"
 
@@ -11,6 +10,7 @@
 
 namespace grapnel {
 
+// Accelerations => generalized forces and transmitted wrenches (B.6), by an outward and an inward sweep.
 template <class S>
 void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                   std::span<S> force) {
@@ -18,7 +18,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
   std::vector<LinkScratch<S>>& scratch = workspace.links;
   const bool moving = !in.acceleration.empty();
   const std::size_t count = tree.links.size();
-  // Outward: velocities, accelerations, and the wrench each link needs: I A + V x* I V - F.
+  // Outward sweep: velocities, accelerations, and the wrench that each link requires: I A + V x* I V - F.
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
     LinkScratch<S>& w = scratch[n];
@@ -49,7 +49,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
     moment += gyroscopic_moment(link, in.v, scratch[link.parent].V.angular);
     if (moving) moment += S(link.sign * in.acceleration[link.v]) * link.rotor;
   }
-  // Inward: what each joint carries, and its component along the joint.
+  // Inward sweep: the wrench transmitted by each joint, and its component along the joint.
   for (std::size_t n = count; n-- > 0;) {
     const TreeLink<S>& link = tree.links[n];
     LinkScratch<S>& w = scratch[n];

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What the recursive kernels need of joints: how a link's motion follows from its parent's, how inertias and wrenches
-/// go back, how a joint gives way. One overload per kind of joint, chosen once per link by `visit_joint`; the sweeps
-/// and the lanes know no kinds.
+/// Joint operations of the recursive kernels: propagation of motion from parent to link, transformation of inertias and
+/// wrenches to the parent, and elimination of the joint's degrees of freedom. One overload per kind of joint, selected
+/// once per link by `visit_joint`; sweeps and lanes are independent of the kinds.
 
 #include <algorithm>
 #include <cmath>
@@ -75,7 +75,7 @@ GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
   }
 }
 
-// --- Where the link is: fills what `to_child` and `to_parent` need. -------------------------------------------------
+// --- Joint transform: computes the data of `to_child` and `to_parent`. ----------------------------------------------
 
 template <int K, class S>
 GRAPNEL_INLINE void place(Revolute<K>, const TreeLink<S>& link, std::span<const S> q, LinkScratch<S>& w) {
@@ -130,13 +130,13 @@ GRAPNEL_INLINE Vector3<S> to_parent(Joint joint, const TreeLink<S>& link, const 
   return link.rotated ? link.X_PF.R * y : y;
 }
 
-/// A motion vector of the parent at its origin, seen at the link's origin in the link's frame.
+/// A motion vector of the parent at its origin, transformed to the link's origin and frame.
 template <class Joint, class S, SpatialKind kKind>
 GRAPNEL_INLINE SpatialVector<kKind, S> motion_to_link(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
                                                       const SpatialVector<kKind, S>& V) {
   return {to_link(joint, link, w, V.angular), to_link(joint, link, w, V.linear + cross(V.angular, w.p_PL))};
 }
-/// A wrench on the link at its origin, seen at the parent's origin in the parent's frame.
+/// A wrench on the link at its origin, transformed to the parent's origin and frame.
 template <class Joint, class S, SpatialKind kKind>
 GRAPNEL_INLINE SpatialVector<kKind, S> force_to_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
                                                        const SpatialVector<kKind, S>& F) {
@@ -146,7 +146,7 @@ GRAPNEL_INLINE SpatialVector<kKind, S> force_to_parent(Joint joint, const TreeLi
 
 // --- The joint's own motion S v and the velocity-dependent V x S v. -------------------------------------------------
 
-/// What of a motion or a wrench is along the joint's axis: S^T F.
+/// Component of a motion or a wrench along the joint's axis: S^T F.
 template <OneAxis Joint, class S, SpatialKind kKind>
 GRAPNEL_INLINE S& along(Joint, SpatialVector<kKind, S>& F) {
   return (Joint::kTurns ? F.angular : F.linear)[Joint::kAxis];
@@ -166,14 +166,14 @@ GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::sp
   for (int k = 0; k < 3; ++k) V.angular[k] += v[link.v + k];
 }
 
-/// The twist of a link that has been placed from its parent's: one step of t = N_l N_d v.
+/// The twist of a link with a known joint transform from its parent's twist: one step of t = N_l N_d v.
 template <class Joint, class S>
 GRAPNEL_INLINE void move(Joint joint, const TreeLink<S>& link, std::span<const S> v, const Twist<S>& V_parent,
                          LinkScratch<S>& w) {
   w.V = motion_to_link(joint, link, w, V_parent);
   add_joint_motion(joint, link, v, w.V);
 }
-/// A link's place and its twist.
+/// A link's joint transform and twist.
 template <class Joint, class S>
 GRAPNEL_INLINE void follow(Joint joint, const TreeLink<S>& link, std::span<const S> q, std::span<const S> v,
                            const Twist<S>& V_parent, LinkScratch<S>& w) {
@@ -205,14 +205,14 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
   return {cross(V.angular, w), cross(V.linear, w)};
 }
 
-// --- Rotors whose spin counts: (19.7) to (19.11) of docs/theory.md. --------------------------------------------------
+// --- Rotors with a stated axis: (19.7) to (19.11) of docs/theory. -------------------------------------------------
 
-/// The rotor's spin momentum per rate of the joint, in the link's frame; it acts on the parent.
+/// The rotor's spin momentum per joint rate, in the link's frame; the parent carries it.
 template <OneAxis Joint, class S>
 GRAPNEL_INLINE Vector3<S> rotor_in_link(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w) {
   return to_link(joint, link, w, link.rotor);
 }
-/// The moment that a turning parent needs to turn the rotor's spin with it, on the parent.
+/// The moment required to rotate the rotor's spin with its carrier, on the parent.
 template <class S>
 GRAPNEL_INLINE Vector3<S> gyroscopic_moment(const TreeLink<S>& link, std::span<const S> v, const Vector3<S>& w_parent) {
   return cross(w_parent, S(link.sign * v[link.v]) * link.rotor);
@@ -275,7 +275,7 @@ template <class S>
 GRAPNEL_INLINE void rotate_inertia(Spherical, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
   rotate_general(I, w.R_FL);
 }
-/// A rigid inertia seen from the parent's frame.
+/// A rigid inertia transformed to the parent's frame.
 template <class Joint, class S>
 GRAPNEL_INLINE RigidBodyInertia<S> inertia_to_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
                                                      const RigidBodyInertia<S>& I) {
@@ -303,10 +303,10 @@ GRAPNEL_INLINE Momentum<S> unit_momentum(Spherical, const RigidBodyInertia<S>& I
   return {{I.rotational(0, k), I.rotational(1, k), I.rotational(2, k)}, cross(Vector3<S>::unit(k), I.first_moment)};
 }
 
-// --- How a joint gives way: the steps of forward dynamics. -----------------------------------------------------------
+// --- Elimination of joints: the steps of forward dynamics. -----------------------------------------------------------
 
-// The sum of (4.8). The first child to arrive brings the carrier's own inertia in: its structure is still known there,
-// and the first sweep need not write it out.
+// The sum of (4.8). The first child also adds the carrier's own inertia: its structure is still known there, and the
+// first sweep need not write it out.
 template <class S>
 GRAPNEL_INLINE void receive(const TreeLink<S>& carrier, const ArticulatedInertia<S>& I, LinkScratch<S>& parent) {
   if (parent.carries) {
@@ -320,10 +320,10 @@ GRAPNEL_INLINE void receive(const TreeLink<S>& carrier, const ArticulatedInertia
 // One column of the factorization (4.9).
 template <class S>
 struct Column {
-  Wrench<S> U;  // I S: what unit acceleration of the joint takes
+  Wrench<S> U;  // I S: wrench per unit acceleration of the joint
   S u;          // force - S^T p
 };
-// D = S^T I S + armature divides once: the third sweep, a chain of dependent steps, only multiplies and adds.
+// Divides once by D = S^T I S + armature: the third sweep, a chain of dependent steps, then only multiplies and adds.
 template <class S>
 GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<S>& w) {
   const S D_inverse = S(1) / D;
@@ -331,11 +331,11 @@ GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<
   w.g = D_inverse * column.u;
 }
 
-// What the joint passes to the parent, still in the link's frame: the inertia and, returned, the bias wrench
+// Inertia and (returned) bias wrench that the joint passes to the parent, in the link's frame:
 //   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
-// the terms of (4.8) and (4.11) of docs/theory.md, for any structure; c is the bias acceleration (Featherstone 2008,
-// eqs. 7.25, 7.26). Written number by number: with packs, structures of this size returned or assigned as a whole go
-// through memory (a sixth of the time).
+// the terms of (4.8) and (4.11) of docs/theory, for a general structure; c is the bias acceleration (Featherstone
+// 2008, eqs. 7.25, 7.26). Written number by number: with packs, structures of this size that are returned or assigned
+// as a whole go through memory (a sixth of the time).
 template <class S>
 GRAPNEL_INLINE Wrench<S> eliminate(const Column<S>& column, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
   const Vector3<S>&a = w.G.angular, &l = w.G.linear, &Ua = column.U.angular, &Ul = column.U.linear;
@@ -354,10 +354,10 @@ GRAPNEL_INLINE Wrench<S> eliminate(const Column<S>& column, const LinkScratch<S>
   return p;
 }
 
-// The same for a revolute joint without rotor: the moment row of the axis vanishes exactly, and so do its products;
-// c has no component along the axis. The inertia is turned to the axes of the joint's frame on the way, and the wrench
-// goes to the parent: one block of the inertia after the other, each number loaded where it is needed, since packs of
-// the whole inertia do not fit into the registers (16 with AVX2).
+// Likewise for a revolute joint without rotor. The moment row of the axis and its products vanish exactly, and c has no
+// component along the axis. The inertia is rotated to the axes of the joint's frame and the wrench is passed to the
+// parent in the same function. Blocks of the inertia are processed one by one, and each number is loaded where needed,
+// since packs of the whole inertia exceed the registers (16 with AVX2).
 template <int K, class S>
 GRAPNEL_INLINE void eliminate_revolute(Revolute<K> joint, const TreeLink<S>& link, const Column<S>& column,
                                        const LinkScratch<S>& w, ArticulatedInertia<S>& I, LinkScratch<S>& parent) {
@@ -395,7 +395,7 @@ GRAPNEL_INLINE void eliminate_revolute(Revolute<K> joint, const TreeLink<S>& lin
   rotate_rows_about<K>(w.angle, I.H);
 }
 
-// What a rotor adds to the column, (19.9): its spin couples the joint with the parent's angular acceleration.
+// Contribution of a rotor to the column, (19.9): its spin couples the joint with the parent's angular acceleration.
 template <OneAxis Joint, class S>
 GRAPNEL_INLINE void couple_rotor(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, Column<S>& column) {
   if (!link.has_rotor) return;
@@ -404,7 +404,7 @@ GRAPNEL_INLINE void couple_rotor(Joint joint, const TreeLink<S>& link, const Lin
   column.u += dot(r, w.bias.angular);
 }
 
-// From the link's frame at its joint to the parent's, then to the parent's origin.
+// Transforms from the link's frame at its joint to the parent's frame, then to the parent's origin.
 template <class S>
 GRAPNEL_INLINE void shift_to_parent(const TreeLink<S>& link, const Vector3<S>& p_PL, ArticulatedInertia<S>& I) {
   if (link.rotated) rotate_general(I, link.X_PF.R);
@@ -417,7 +417,7 @@ GRAPNEL_INLINE S joint_inertia(Joint, const TreeLink<S>& link, const LinkScratch
   return (Joint::kTurns ? w.I.J : w.I.M)(Joint::kAxis, Joint::kAxis) + link.armature;
 }
 
-// Behind a link whose joint gives way: sends inertia and bias wrench to the parent.
+// For a free joint: passes inertia and bias wrench to the parent.
 template <int K, class S>
 GRAPNEL_INLINE void send(Revolute<K> joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
                          const TreeLink<S>& carrier, LinkScratch<S>& parent) {
@@ -454,7 +454,7 @@ GRAPNEL_INLINE void send(Prismatic<K> joint, const TreeLink<S>& link, std::span<
   receive(carrier, I, parent);
 }
 
-// A spherical joint takes all moment: with I = [J H; H^T M], I_a = [0 0; 0 M - H^T J^-1 H].
+// A spherical joint transmits no moment: with I = [J H; H^T M], I_a = [0 0; 0 M - H^T J^-1 H].
 template <class S>
 GRAPNEL_INLINE void send(Spherical joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
                          const TreeLink<S>& carrier, LinkScratch<S>& parent) {
@@ -480,7 +480,8 @@ GRAPNEL_INLINE void send(Spherical joint, const TreeLink<S>& link, std::span<con
   parent.p += force_to_parent(joint, link, w, p);
 }
 
-// Behind a joint whose acceleration is prescribed: nothing yields, and S times the acceleration joins the bias.
+// For a joint with prescribed acceleration: the inertia is passed on unchanged, and S times the acceleration is added
+// to the bias.
 template <class Joint, class S>
 GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<const S> acceleration, LinkScratch<S>& w,
                                const TreeLink<S>& carrier, LinkScratch<S>& parent) {
@@ -496,7 +497,8 @@ GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<c
   }
 }
 
-// The third sweep's step: the acceleration that the joint adds to w.A, where its parent's has arrived.
+// The third sweep's step: adds the joint's acceleration to w.A, which contains the transformed acceleration of the
+// parent.
 template <OneAxis Joint, class S>
 GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const DynamicsInput<S>& in, bool rigid,
                                LinkScratch<S>& w, std::span<S> vdot, std::span<S> force) {
@@ -525,16 +527,16 @@ GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const Dynamic
   }
 }
 
-// --- Joints that move by the modes of a chain: (4.14) to (4.16) of docs/theory.md. -----------------------------------
+// --- Modal joints: (4.14) to (4.16) of docs/theory. ---------------------------------------------------------------
 //
-// Of what lies beyond a joint, with A' the acceleration that arrives at its link from the inside, the joint passes on
-// the wrench I A' + p + U eta'', and what the modes ask of the joints met so far is D eta'' + r + U^T A' = 0. One joint
-// more, which adds c + S s eta'' to A', s = sign times its row of shapes, makes of these
+// Let A' be the acceleration arriving at a link from the inner side. The joints beyond pass on the wrench I A' + p + U
+// eta'', and the modes require D eta'' + r + U^T A' = 0. A further joint adds c + S s eta'' to A', s = sign times its
+// row of shapes, and these become
 //   D + U^T S s + s^T S^T U + s^T (S^T I S) s,   r + U^T c + s^T (S^T (p + I c) - force),   U + I S s,   p + I c,
-// and I stays. At the innermost joint of the chain the modes are eliminated, D = L L^T, G = U L^-T, y = L^-1 r:
+// with I unchanged. At the innermost joint of the chain the modes are eliminated, D = L L^T, G = U L^-T, y = L^-1 r:
 //   I_a = I - G G^T,   p_a = p - G y,   eta'' = -L^-T (y + G^T A').
 
-/// In place: D = L L^T, and what follows from it of U and r.
+/// In place: D = L L^T, G and y from U and r.
 inline void factor_modes(int modes, ChainScratch& c) {
   const auto m = static_cast<std::size_t>(modes);
   for (std::size_t j = 0; j < m; ++j) {
@@ -613,7 +615,7 @@ void send_modal(Joint joint, const TreeLink<double>& link, const ModalChain& cha
   parent.p += force_to_parent(joint, link, w, p);
 }
 
-/// The third sweep's step, where the parent's acceleration has arrived in w.A.
+/// The third sweep's step; w.A contains the parent's transformed acceleration.
 template <OneAxis Joint>
 void accelerate_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain,
                       const DynamicsInput<double>& in, LinkScratch<double>& w, ChainScratch& c, std::span<double> vdot,

@@ -1,18 +1,18 @@
 #pragma once
 
 /// @file
-/// Motion of free roots from what their trees conserve: (2.3) and (2.6) as an O(n) kernel.
+/// Motion of free roots from the conserved quantities of their trees: (2.3) and (2.6) as an O(n) kernel.
 ///
-/// Where nothing acts from outside, a tree's momentum is a constant of the motion and its centre of mass moves
-/// uniformly. The base's twist is what momentum and joint rates leave, V_B = I_c^-1 (h_B - h_joints), with I_c the
-/// composite inertia and h_joints the momentum of the joint rates alone; its position is what the centre of mass and
-/// the pose leave. Taken from there instead of from their own differential equations, momenta cannot drift.
+/// Without external loads, a tree's momentum is constant and its centre of mass moves uniformly. The base's twist is
+/// V_B = I_c^-1 (h_B - h_joints), with I_c the composite inertia and h_joints the momentum of the joint rates alone;
+/// its position follows from the centre of mass and the pose. Computed in this manner instead of by integration,
+/// momenta cannot drift.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 
 namespace grapnel {
 
-/// What a free tree conserves.
+/// The conserved quantities of a free tree.
 template <class S>
 struct RootMomentum {
   Momentum<S> h;      // [angular about the tree's own centre of mass; linear], in W
@@ -20,13 +20,14 @@ struct RootMomentum {
   S mass;             // [kg]
 };
 
-/// Overwrites the velocities in `v` and the positions in `q` of all free roots (in the order of the links) so that each
-/// tree has its momentum and its centre of mass where it is `elapsed` [s] after the momentum was taken.
+/// Overwrites the velocities in `v` and the positions in `q` of all free roots (in the order of the links), such that
+/// each tree has its conserved momentum, and its centre of mass has its position `elapsed` [s] after the momentum was
+/// stored.
 template <class S>
 void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentum, const S& elapsed,
                    DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v);
 
-/// What the trees of all free roots conserve at this state.
+/// The conserved quantities of the trees of all free roots in this state.
 template <class S>
 void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, DynamicsWorkspace<S>& workspace,
                   std::span<RootMomentum<S>> momentum);

@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// The sweeps of root_velocity.hpp, as templates on the scalar.
-/// Included by the translation units that instantiate it: root_velocity.cpp for doubles, grapnel/lanes/ for packs.
-/// Thread safety: as root_velocity.hpp says.
+/// The sweeps of root_velocity.hpp, as templates on the scalar. Included by the translation units that instantiate it:
+/// root_velocity.cpp for doubles, grapnel/lanes/ for packs. Thread safety: as in root_velocity.hpp.
 
 #include "grapnel/dynamics/root_velocity.hpp"
 
@@ -15,7 +14,7 @@ namespace root_velocity_steps {
 
 using namespace recursion;
 
-// Sums composite inertias into the roots, and into LinkScratch::momentum the momenta of velocities v with the roots'
+// Sums composite inertias into the roots, and into LinkScratch::momentum the momenta of velocities v, with the roots'
 // own motion (`moving_root`) or without it.
 template <class S>
 void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, bool moving_root,
@@ -56,6 +55,8 @@ GRAPNEL_INLINE Rotation<S> root_rotation(const TreeLink<S>& link, std::span<cons
 
 }  // namespace root_velocity_steps
 
+// Conserved momenta, joint coordinates and rates => positions and velocities of the free roots, V_B = I_c^-1 (h_B -
+// h_joints).
 template <class S>
 void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentum, const S& elapsed,
                    DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v) {
@@ -81,6 +82,7 @@ void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentu
   }
 }
 
+// q and v => conserved momentum, centre of mass and mass of every free root's tree.
 template <class S>
 void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, DynamicsWorkspace<S>& workspace,
                   std::span<RootMomentum<S>> momentum) {

@@ -5,7 +5,7 @@
 namespace grapnel {
 namespace {
 
-// The root whose motion is asked for; only roots have a pose of their own.
+// The requested root; only roots have a pose in the state.
 const Body& root_at(const Model& model, int body) {
   const Body& b = model.bodies().at(body);
   if (b.parent >= 0) throw std::invalid_argument("body '" + b.description.name + "' is not a root");

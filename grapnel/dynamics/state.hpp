@@ -9,7 +9,7 @@
 
 namespace grapnel {
 
-/// See Model for the meaning of q and v.
+/// The coordinates q and velocities v are documented in Model.
 template <class S>
 struct BasicState {
   std::vector<S> q;
@@ -27,8 +27,8 @@ void set_root_pose(const Model& model, int body, const Posed& X_WB, State& state
 Twistd root_twist(const Model& model, const State& state, int body);
 void set_root_twist(const Model& model, int body, const Twistd& V_WB, State& state);
 
-/// Puts all free roots at the world's origin, velocities as they are: for what is relative to a tree, and would lose
-/// digits far away.
+/// Moves all free roots to the world's origin and keeps the velocities: for quantities relative to a tree, which would
+/// lose accuracy at a large distance.
 void move_roots_to_origin(const Model& model, State& state);
 
 }  // namespace grapnel

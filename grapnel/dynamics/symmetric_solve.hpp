@@ -31,8 +31,8 @@ class SymmetricFactor3 {
   S d0_, d1_, d2_, l10_, l20_, l21_;  // d: inverse pivots
 };
 
-/// Solves I A = F. With I = [J H; H^T M]: (J - H M^-1 H^T) angular = F.angular - H M^-1 F.linear, then M linear = the
-/// rest.
+/// Solves I A = F. With I = [J H; H^T M]: (J - H M^-1 H^T) angular = F.angular - H M^-1 F.linear, then M linear =
+/// F.linear - H^T angular.
 template <class S>
 GRAPNEL_INLINE SpatialAcceleration<S> solve_articulated(const ArticulatedInertia<S>& I, const Wrench<S>& F) {
   const SymmetricFactor3<S> M(I.M);

@@ -24,17 +24,18 @@ using Sparse = Eigen::SparseMatrix<double>;
 using SparseCholesky = Eigen::SimplicialLDLT<Sparse>;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
-// A model that is free moves as a whole without stiffness: what there is of it must be this much slower than the first
-// mode, or the model is held somewhere.
+// A free model moves as a whole without stiffness: its remaining frequency must be below this fraction of the first
+// mode's, otherwise the model is supported.
 constexpr double kGrounding = 0.02;
-// How much of the mass may differ by direction: files print some digits, and elements have errors of their own.
+// Permitted dependence of the mass on the direction: files have limited digits, and elements have discretization
+// errors.
 constexpr double kRigidity = 1e-3;
-// Modes whose effective mass and inertia are less than this part of the whole in every direction are not excited.
+// Modes whose effective mass and inertia are below this fraction of the total in every direction are not excited.
 constexpr double kParticipation = 1e-9;
-// Up to this number of inner degrees of freedom all modes are computed at once, by dense matrices.
+// Up to this number of inner degrees of freedom, dense matrices give all modes.
 constexpr int kDense = 400;
 
-// K^-1 x and M x, as Spectra asks for them; nothing is shifted.
+// K^-1 x and M x in the interface of Spectra; without a shift.
 class InverseProduct {
  public:
   using Scalar = double;
@@ -74,7 +75,7 @@ class Reduction {
     if (!parts) return std::nullopt;
     parts_ = std::move(*parts);
     if (!split()) return std::nullopt;
-    // (22.11): the model follows the interface without stress.
+    // (22.11): the stress-free motion of the model with its interface.
     SparseCholesky K(K_ii_);
     if (!is_positive(K)) return std::nullopt;
     const MatrixXd K_ib_motion = K_ib_ * parts_.motion;
@@ -89,7 +90,7 @@ class Reduction {
     if (!eigenmodes(settings.modes, K, omega2, shapes)) return std::nullopt;
     if (!is_free(0.5 * (K_rigid + K_rigid.transpose()), M_rigid, omega2, result)) return std::nullopt;
     if (!rigid_body(0.5 * (M_rigid + M_rigid.transpose()), units, result)) return std::nullopt;
-    // (22.13): momenta of a mode's unit rate.
+    // (22.13): momenta of a mode at unit rate.
     const MatrixXd P = parts_.motion.transpose() * (M_ib_.transpose() * shapes) + follow.transpose() * (M_ii_ * shapes);
     take_modes(omega2, P, M_rigid, units, settings, result);
     return result;
@@ -106,7 +107,7 @@ class Reduction {
   bool split() {
     std::vector<int> place(static_cast<std::size_t>(mass_.size()));
     std::vector<std::uint8_t> is_inner(place.size());
-    // Rows of zeros move nothing and are held by nothing.
+    // Removes rows of zeros, which have neither mass nor stiffness.
     std::erase_if(parts_.inner, [&](int row) {
       const auto is_empty = [&](const Sparse& A) {
         for (Sparse::InnerIterator it(A, row); it; ++it) {
@@ -144,11 +145,11 @@ class Reduction {
     blocks(mass_.A, M_ii_, M_ib_, M_bb_);
     blocks(stiffness_.A, K_ii_, K_ib_, K_bb_);
     if (!parts_.inner.empty()) return true;
-    faults_.add(mark_of(mass_), "there is nothing but the interface in the matrices: nothing vibrates");
+    faults_.add(mark_of(mass_), "the matrices contain only the interface: there are no modes of vibration");
     return false;
   }
 
-  // Clamped at the interface nothing may move without stiffness.
+  // Clamped at the interface, the model must not move without stiffness.
   bool is_positive(const SparseCholesky& K) {
     const VectorXd pivots = K.info() == Eigen::Success ? VectorXd(K.vectorD()) : VectorXd();
     Index least = 0;
@@ -169,7 +170,7 @@ class Reduction {
   bool loose(Index row) {
     faults_.add(
         mark_of(stiffness_),
-        fmt::format("clamped at the interface, the model can move without stiffness, at {} for one: the stiffness "
+        fmt::format("clamped at the interface, the model can move without stiffness, for example at {}: the stiffness "
                     "matrix is indefinite there, or a part is not connected with the interface",
                     row_name(parts_.inner[static_cast<std::size_t>(row)])));
     return false;
@@ -185,8 +186,8 @@ class Reduction {
     }
     if (!(m > 0) || off > kRigidity * m) {
       faults_.add(mark_of(mass_),
-                  fmt::format("the model's mass, moved along x, y and z, is {:.6g}, {:.6g} and {:.6g}: that of "
-                              "a body is the same in all directions",
+                  fmt::format("the model's mass along x, y and z is {:.6g}, {:.6g} and {:.6g}: the mass of "
+                              "a body must be equal in all directions",
                               M(0, 0), M(1, 1), M(2, 2)));
       return false;
     }
@@ -196,7 +197,8 @@ class Reduction {
     const double size = std::sqrt(m * std::max({M(3, 3), M(4, 4), M(5, 5), 0.0}));
     if ((0.5 * (H + H.transpose())).cwiseAbs().maxCoeff() > kRigidity * size) {
       faults_.add(mark_of(mass_),
-                  "the model's mass about the interface is not that of a body: its first moments differ by direction");
+                  "the model's mass matrix is not that of a body: its first moments about the interface depend on the "
+                  "direction");
       return false;
     }
     RigidBodyInertiad I;
@@ -210,7 +212,7 @@ class Reduction {
     return true;
   }
 
-  // Stiffness of the model as a whole, against its mass: a frequency that must be nearly nothing.
+  // Stiffness of the model as a whole, relative to its mass: a frequency that must be nearly zero.
   bool is_free(const MatrixXd& K, const MatrixXd& M, const std::vector<double>& omega2, ComponentModes& result) {
     const Cholesky factor(M);
     if (factor.info() != Eigen::Success) return indefinite_mass();
@@ -222,7 +224,7 @@ class Reduction {
     if (omega2.empty() || largest <= kGrounding * kGrounding * omega2[0]) return true;
     faults_.add(
         mark_of(stiffness_),
-        fmt::format("the model is held elsewhere than at the interface: moved as a whole it would swing at {:.4g} Hz, "
+        fmt::format("the model has supports besides the interface: as a whole it would vibrate at {:.4g} Hz, "
                     "and its first mode, clamped, is at {:.4g} Hz. The matrices must be those of the free model, with "
                     "enough digits, and the nodes of the interface must have displacements along the model's axes",
                     result.grounding, std::sqrt(omega2[0]) / kTwoPi));
@@ -231,13 +233,13 @@ class Reduction {
 
   // --- Modes: K_ii x = omega^2 M_ii x, x^T M_ii x = 1 ---
 
-  // The slowest `wanted` and one more.
+  // The slowest `wanted` modes and one more.
   bool eigenmodes(int wanted, const SparseCholesky& stiffness_factor, std::vector<double>& omega2, MatrixXd& shapes) {
     const auto n = static_cast<int>(parts_.inner.size());
     int count = std::min(wanted + 1, n);
     MatrixXd x;
     if (n <= kDense || count > n / 2) {
-      // With K = L L^T: L^-1 M L^-T y = y / omega^2. Masses may be missing.
+      // With K = L L^T: L^-1 M L^-T y = y / omega^2. Masses may be zero.
       const Cholesky K{MatrixXd(K_ii_)};
       const MatrixXd half = lower_solution(K, MatrixXd(M_ii_));
       const MatrixXd A = lower_solution(K, MatrixXd(half.transpose()));
@@ -258,16 +260,16 @@ class Reduction {
       solver.compute(Spectra::SortRule::LargestMagn, 1000, 1e-12);
       if (solver.info() != Spectra::CompInfo::Successful) {
         faults_.add(mark_of(stiffness_),
-                    fmt::format("the {} slowest modes were not found: the search for them did not converge", count));
+                    fmt::format("the {} slowest modes were not found: the eigenvalue solver did not converge", count));
         return false;
       }
       x = solver.eigenvectors();
-      // Where M may lack masses, M + K / w^2 is definite for every w if M is no worse.
+      // If M lacks masses, M + K / w^2 is definite for every w, unless M is indefinite.
       const double beyond = 1e4 * solver.eigenvalues().cwiseAbs().maxCoeff();
       const SparseCholesky both(Sparse(M_ii_ + K_ii_ / beyond));
       if (both.info() != Eigen::Success || !(both.vectorD().minCoeff() > 0)) return indefinite_mass();
     }
-    // Rayleigh's quotients, which have twice the digits that shapes have.
+    // Rayleigh quotients, which have twice the digits of the shapes.
     std::vector<std::pair<double, Index>> order;
     for (Index k = 0; k < x.cols(); ++k) {
       const double inertia = x.col(k).dot(M_ii_ * x.col(k)), stiffness = x.col(k).dot(K_ii_ * x.col(k));
@@ -283,7 +285,7 @@ class Reduction {
     }
     return n <= kDense || none_is_missing(omega2);
   }
-  // Iterations can miss one of several modes of one frequency. Of K - s M as many pivots are negative as there are
+  // Iterations can miss one of several modes with equal frequency. K - s M has as many negative pivots as there are
   // modes below s (Sylvester's law of inertia): s lies in the widest gap among the last modes.
   bool none_is_missing(const std::vector<double>& omega2) {
     std::size_t below = omega2.size() - 1;
@@ -293,17 +295,18 @@ class Reduction {
     if (below == 0) return true;
     const double between = std::sqrt(omega2[below] * omega2[below - 1]);
     const SparseCholesky shifted(Sparse(K_ii_ - between * M_ii_));
-    if (shifted.info() != Eigen::Success) return true;  // nothing can be said
+    if (shifted.info() != Eigen::Success) return true;  // no statement is possible
     const auto found = static_cast<Index>(below), there = (shifted.vectorD().array() < 0).count();
     if (there == found) return true;
     faults_.add(
         mark_of(stiffness_),
-        fmt::format("of the {} modes below {:.6g} Hz the search for them found {}; ask for another number of modes",
-                    there, std::sqrt(between) / kTwoPi, found));
+        fmt::format(
+            "the eigenvalue solver found {2} instead of {0} modes below {1:.6g} Hz; use another number of modes", there,
+            std::sqrt(between) / kTwoPi, found));
     return false;
   }
   bool indefinite_mass() {
-    faults_.add(mark_of(mass_), "the mass matrix is indefinite: some motion would have a negative kinetic energy");
+    faults_.add(mark_of(mass_), "the mass matrix is indefinite: a motion would have negative kinetic energy");
     return false;
   }
 
@@ -317,7 +320,7 @@ class Reduction {
         return;
       }
       const VectorXd p = P.col(static_cast<Index>(k));
-      // Parts of the whole, by which the largest is found in all units alike.
+      // Relative to the total, so that the choice is independent of units.
       Index largest = 0;
       const VectorXd parts = p.array().square() / M_rigid.diagonal().array();
       if (parts.maxCoeff(&largest) < kParticipation) {

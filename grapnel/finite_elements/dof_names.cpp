@@ -1,4 +1,4 @@
-// Names of the rows of a matrix: CalculiX' .dof, and lists of the same kind.
+// Names of the rows of a matrix: CalculiX's .dof files, and similar lists.
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace grapnel::element_text {
 namespace {
 
-// 0 to 6, or as Ansys and others have it.
+// 0 to 6, or the names of Ansys and others.
 std::optional<int> component_of(std::string_view word) {
   if (const auto number = integer_of(word))
     return *number >= 0 && *number <= 6 ? std::optional(static_cast<int>(*number)) : std::nullopt;
@@ -28,7 +28,7 @@ std::optional<int> component_of(std::string_view word) {
   return std::nullopt;
 }
 
-// The name in a line whose row is `row`; empty if it is none.
+// The name in the line of row `row`; empty if it is not a name.
 std::optional<ElementDof> dof_of(std::string_view line, std::size_t row) {
   auto words = words_of(line, " \t,;");
   if (words.size() == 1) {

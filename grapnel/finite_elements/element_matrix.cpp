@@ -24,7 +24,7 @@ std::string ElementDof::text() const {
 namespace element_text {
 
 std::optional<double> number_of(std::string_view text) {
-  // 1.5D+03 and, as Nastran has it, 1.5+3 are Fortran's ways to write 1.5e3.
+  // Fortran notations of 1.5e3: 1.5D+03, and Nastran's 1.5+3.
   std::string plain;
   plain.reserve(text.size() + 1);
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -108,7 +108,7 @@ std::optional<int> index_of(std::string_view word, long long size, const Lines& 
 
 std::optional<double> value_of(std::string_view word, const Lines& lines, FaultList& faults) {
   const auto value = number_of(word);
-  if (!value) faults.add(lines.mark(word), fmt::format("{} is no finite number", in_quotes(word)));
+  if (!value) faults.add(lines.mark(word), fmt::format("{} is not a finite number", in_quotes(word)));
   return value;
 }
 
@@ -124,7 +124,7 @@ std::optional<Eigen::SparseMatrix<double>> Entries::symmetric(Triangles triangle
   Eigen::SparseMatrix<double> A(size_, size_);
   A.setFromTriplets(triplets_.begin(), triplets_.end());
   if (triangles == Triangles::one) {
-    // Of a pair of which one is there, that is both: rows are in any order, so there need be no triangle.
+    // If only one entry of a pair is present, it is both: rows are in any order, so there need not be a triangle.
     std::vector<Triplet> missing;
     for (int column = 0; column < size_; ++column) {
       for (Eigen::SparseMatrix<double>::InnerIterator it(A, column); it; ++it) {
@@ -152,9 +152,10 @@ std::optional<Eigen::SparseMatrix<double>> Entries::symmetric(Triangles triangle
     }
   }
   if (worst > kAsymmetry) {
-    faults.add(mark, fmt::format("the matrix is not symmetric: {:.9g} in row {} and column {}, {:.9g} the other way",
-                                 A.coeff(worst_row, worst_column), row_name(worst_row), row_name(worst_column),
-                                 A.coeff(worst_column, worst_row)));
+    faults.add(mark, fmt::format(
+                         "the matrix is not symmetric: {:.9g} in row {} and column {}, {:.9g} in the mirrored position",
+                         A.coeff(worst_row, worst_column), row_name(worst_row), row_name(worst_column),
+                         A.coeff(worst_column, worst_row)));
     return std::nullopt;
   }
   return Eigen::SparseMatrix<double>(0.5 * (A + T));
@@ -166,14 +167,15 @@ using namespace element_text;
 
 namespace {
 
-// The names of the rows of a matrix in a format without names: of `names`, or of the file beside the matrix if there is
-// one. False after a fault.
+// The names of the rows of a matrix in a format without names: from `names`, or from the file beside the matrix if it
+// exists. False after an error.
 bool name_rows(ElementMatrix& matrix, const std::filesystem::path& path, std::filesystem::path names,
                FaultList& faults) {
   if (!matrix.dofs.empty()) {
     if (names.empty()) return true;
     faults.add(file_mark(path.string()),
-               fmt::format("the file names its rows itself: the names of {} do not apply", in_quotes(names.string())));
+               fmt::format("the file contains the names of its rows: the names of {} do not apply",
+                           in_quotes(names.string())));
     return false;
   }
   if (names.empty()) {
@@ -268,8 +270,8 @@ bool align(ElementMatrix& mass, ElementMatrix& stiffness, FaultList& faults) {
   }
   if (has_repeated) {
     if (mass.dofs == stiffness.dofs) return true;
-    faults.add(blame(mass), fmt::format("names of rows repeat, as those of expanded shells and beams do, and {} has "
-                                        "others or another order: both matrices must come from one run",
+    faults.add(blame(mass), fmt::format("names of rows repeat, as for expanded shells and beams, but {} has "
+                                        "other names or another order: both matrices must come from one run",
                                         in_quotes(stiffness.name)));
     return false;
   }
@@ -311,7 +313,7 @@ std::vector<NodePlace> read_node_places(const std::filesystem::path& path, Fault
       return {};
     }
     const auto [known, is_new] = line_of.emplace(*node, lines.mark({}).line);
-    if (!is_new) faults.add(lines.mark(content), fmt::format("node {} is in line {} already", *node, known->second));
+    if (!is_new) faults.add(lines.mark(content), fmt::format("node {} is already in line {}", *node, known->second));
     places.push_back({*node, p[0], p[1], p[2], lines.mark(content)});
   }
   if (places.empty()) faults.add(blame, "names no nodes; its lines must be NODE, X, Y, Z");

@@ -16,11 +16,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// A pivot of this size, relative to its diagonal element, is rounding: the stiffness is singular there.
+// A pivot below this, relative to its diagonal element, is a rounding error: the stiffness is singular there.
 constexpr double kSingular = 1e-11;
-// Added to the diagonal, likewise, so that a singular matrix can be factorized.
+// Relative addition to the diagonal, with which a singular matrix can be factorized.
 constexpr double kShift = 1e-13;
-// How far places may contradict each other, relative to the distances between them.
+// Permitted inconsistency of positions, relative to the distances between them.
 constexpr double kMismatch = 1e-3;
 
 // The rigid motions of a free model, in any six coordinates: stiffness times motions is zero.
@@ -28,8 +28,8 @@ class RigidMotions {
  public:
   explicit RigidMotions(const Sparse& K) : K_(K) {}
 
-  // `candidates`: rows and what they would do if they were at known places. Six rows that hold the model are found
-  // among them as far as they hold it, then one by one where the factorized stiffness is singular.
+  // `candidates`: rows and their motions at known positions. Searches six rows that support the model among them, then,
+  // if needed, one by one where the factorized stiffness is singular.
   std::optional<MatrixXd> find(const std::vector<ExpandedRow>& candidates) {
     hold_by(candidates);
     while (held_.size() < 6) {
@@ -93,7 +93,7 @@ class RigidMotions {
     return A;
   }
 
-  // Where the elimination meets its first singular pivot, or its least one.
+  // The row of the first singular pivot of the elimination, or of the smallest one.
   std::optional<int> loosest_row() const {
     const std::vector<int> free = free_rows();
     Sparse A = block(free, free);
@@ -117,8 +117,8 @@ class RigidMotions {
   std::vector<int> held_;
 };
 
-// Places of expanded nodes from the motions: with rotations W (three coordinates of them, without translations) there
-// are X and Z such that W X + Z is theta x p at every place p.
+// Positions of expanded nodes from the motions: with rotations W (three coordinates, without translations) there are X
+// and Z such that W X + Z is theta x p at every position p.
 class PlaceFit {
  public:
   PlaceFit(const MatrixXd& N, std::string& reason) : N_(N), reason_(reason) {}
@@ -150,7 +150,7 @@ class PlaceFit {
     const Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
     const MatrixXd T = qr.solve(E);
     if (!((A * T - E).cwiseAbs().maxCoeff() < kMismatch)) {
-      reason_ = "the stiffness resists a translation of the whole model: a support was left in it";
+      reason_ = "the stiffness resists a translation of the whole model: remove the remaining support";
       return false;
     }
     const Eigen::HouseholderQR<MatrixXd> complement(T);
@@ -167,7 +167,7 @@ class PlaceFit {
       e.segment<3>(3 * column) += w;
       e[9 + 3 * column + component] += 1;
     };
-    // Known places: the mean of what a node became.
+    // Known positions: the mean of the nodes that result from one node.
     std::map<std::pair<long long, int>, std::pair<Eigen::RowVector3d, int>> means;
     std::map<long long, std::array<double, 3>> places;
     for (const ExpandedRow& r : known) {
@@ -188,7 +188,7 @@ class PlaceFit {
         equations.push_back(e), right.push_back(theta_x_p[k]);
       }
     }
-    // What a rotation does to a place is skew-symmetric.
+    // The map from a rotation to the motion of a position is skew-symmetric.
     for (std::size_t i = 0; i + 2 < rows.size(); ++i) {
       if (rows[i].component != 1 || rows[i + 1].component != 2 || rows[i + 2].component != 3 ||
           rows[i].node != rows[i + 2].node || rows[i + 2].row != rows[i].row + 2)
@@ -217,18 +217,18 @@ class PlaceFit {
     const VectorXd sigma = svd.singularValues();
     if (A.rows() < 18 || !(sigma[17] > 1e-7 * sigma[0])) {
       reason_ =
-          "the places of these nodes do not determine those of the solids that the program made of them: give at least "
-          "two nodes of different places, or more of them with --node-places";
+          "the positions of these nodes do not determine those of the expanded solids: state at least "
+          "two nodes at different positions, or further ones with --node-places";
       return false;
     }
     const VectorXd y = svd.solve(b);
     const VectorXd x = y.cwiseQuotient(scale);
     X_ = Eigen::Map<const Eigen::Matrix3d>(x.data());
     Z_ = Eigen::Map<const Eigen::Matrix3d>(x.data() + 9);
-    // Distances between the places, against which they must agree.
+    // Distances between the positions, the scale of their inconsistency.
     const double size = (A.leftCols(9) * x.head(9)).cwiseAbs().maxCoeff();
     if ((A * x - b).cwiseAbs().maxCoeff() <= kMismatch * size) return true;
-    reason_ = "the places of the nodes do not go with the matrices: they must be those of the model, in its units";
+    reason_ = "the positions of the nodes do not match the matrices: they must be those of the model, in its units";
     return false;
   }
 

@@ -37,9 +37,10 @@ class InterfaceRows {
     }
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
     if (!(svd.singularValues()[5] > 1e-9 * svd.singularValues()[0])) {
-      faults_.add(interface.nodes.empty() ? mark_of(mass_) : interface.nodes[0].mark,
-                  "the nodes of the interface do not fix it: they need three that are not on one line, or rotations of "
-                  "their own");
+      faults_.add(
+          interface.nodes.empty() ? mark_of(mass_) : interface.nodes[0].mark,
+          "the nodes of the interface do not fix it: it needs three nodes that are not on one line, or nodes with "
+          "rotations");
       return std::nullopt;
     }
     for (int row = 0; row < mass_.size(); ++row) {
@@ -62,8 +63,8 @@ class InterfaceRows {
   bool by_rows(const ElementInterface& interface) {
     if (interface.node || !interface.nodes.empty()) {
       faults_.add(mark_of(mass_),
-                  "the rows of these matrices have no names, so the interface must be given by rows, not by nodes; a "
-                  "file beside with the ending .dof, or --row-names, would name them");
+                  "the rows of these matrices have no names, so state the interface by rows, not by nodes; a "
+                  "file with the ending .dof beside the matrix, or --row-names, can name them");
       return false;
     }
     for (std::size_t k = 0; k < interface.rows.size(); ++k) {
@@ -80,8 +81,7 @@ class InterfaceRows {
 
   bool by_names(const ElementInterface& interface) {
     if (interface.rows.empty()) return by_nodes(interface);
-    faults_.add(mark_of(mass_),
-                "the rows of these matrices have names, so the interface must be given by nodes, not by rows");
+    faults_.add(mark_of(mass_), "the rows of these matrices have names, so state the interface by nodes, not by rows");
     return false;
   }
 
@@ -99,10 +99,9 @@ class InterfaceRows {
     for (const ElementMatrix* m : {&mass_, &stiffness_}) {
       const auto found = m->rotated_nodes.find(node);
       if (found == m->rotated_nodes.end()) continue;
-      faults_.add(mark,
-                  fmt::format("node {} has its displacements in coordinate system {} (field CD of its GRID entry), "
-                              "not in the model's: nodes of the interface must have CD 0",
-                              node, found->second));
+      faults_.add(mark, fmt::format("node {} has displacements in coordinate system {} (field CD of its GRID entry), "
+                                    "not in the model's: nodes of the interface must have CD 0",
+                                    node, found->second));
       return false;
     }
     return true;
@@ -111,7 +110,7 @@ class InterfaceRows {
   bool by_nodes(const ElementInterface& interface) {
     if (interface.node) return by_node(*interface.node);
     if (interface.nodes.empty()) {
-      faults_.add(mark_of(mass_), "the interface is missing: name its node, or a list of nodes that are tied together");
+      faults_.add(mark_of(mass_), "the interface is missing: name its node, or a list of nodes that form it");
       return false;
     }
     bool all = true;
@@ -154,8 +153,8 @@ class InterfaceRows {
       if (rows.size() > 1) {
         faults_.add(
             mark_of(mass_),
-            fmt::format("{} names {} rows: node {} belongs to shells or beams that were expanded to solids. Tie "
-                        "the nodes where the body is attached by a list of nodes",
+            fmt::format("{} names {} rows: node {} belongs to shells or beams that were expanded to solids. State "
+                        "the nodes where the body is attached as a list of nodes",
                         ElementDof{node, k + 1}.text(), rows.size(), node));
         return false;
       }
@@ -177,8 +176,8 @@ class InterfaceRows {
     std::string list;
     for (int k : missing) list += fmt::format("{}{}", list.empty() ? "" : ", ", k);
     faults_.add(mark_of(mass_),
-                fmt::format("node {} lacks {} {} in the matrices, as nodes of solid elements do, or of a support: tie "
-                            "the nodes of the face where the body is attached by a list of nodes",
+                fmt::format("node {} lacks {} {} in the matrices, as nodes of solid elements or of a support: state "
+                            "the nodes of the face where the body is attached as a list of nodes",
                             node, missing.size() == 1 ? "component" : "components", list));
     return false;
   }
@@ -196,8 +195,7 @@ class InterfaceRows {
     if (!motions) {
       faults_.add(
           interface.nodes[0].mark,
-          fmt::format("names of rows repeat, as those of shells and beams that CalculiX expands to solids do: {}",
-                      reason));
+          fmt::format("names of rows repeat, as for shells and beams that CalculiX expands to solids: {}", reason));
       return false;
     }
     for (std::size_t i = 0; i < rows.size(); ++i) take(rows[i].row, (*motions)[i]);
@@ -210,7 +208,7 @@ class InterfaceRows {
   ModelParts parts_;
   std::vector<bool> is_taken_;
   std::vector<std::array<double, 6>> motions_;
-  std::map<ElementDof, std::vector<int>> rows_;  // by names, where there are any
+  std::map<ElementDof, std::vector<int>> rows_;  // by names, if they exist
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which rows of a model's matrices are its interface's, and how they follow it. Internal to this module.
+/// The rows of a model's matrices that form its interface, and their motions with it. Internal to this module.
 
 #include <Eigen/Core>
 #include <optional>
@@ -11,13 +11,13 @@
 
 namespace grapnel {
 
-/// Rows at the interface, their motion for each of its six, and all other rows.
+/// Rows of the interface, their motions for each of its six motions, and all other rows.
 struct ModelParts {
   std::vector<int> boundary, inner;
   Eigen::MatrixXd motion;  // boundary x 6: [translation; rotation]
 };
 
-/// Of matrices that align() has made. Empty after a fault.
+/// For matrices from align(). Empty after an error.
 std::optional<ModelParts> interface_rows(const ElementMatrix& mass, const ElementMatrix& stiffness,
                                          const ElementInterface& interface, FaultList& faults);
 

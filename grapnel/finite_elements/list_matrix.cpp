@@ -1,4 +1,4 @@
-// Matrices that stand alone in a text file: Matrix Market, Abaqus' matrix output, a table, CalculiX's matrix storage.
+// Text files with a single matrix: Matrix Market, Abaqus's matrix output, a table, CalculiX's matrix storage.
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace grapnel::element_text {
 namespace {
 
-// Matrices of finite elements are sparse; those that are written in full are small.
+// Finite-element matrices are sparse; those written in full are small.
 constexpr long long kMostFullRows = 20'000;
 
 // A size in the head of a file.
@@ -47,7 +47,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
   if ((!is_list && words[2] != "array") || (words[3] != "real" && words[3] != "integer" && words[3] != "double") ||
       (words[4] != "symmetric" && words[4] != "general")) {
     faults.add(lines.mark({}),
-               fmt::format("a mass or stiffness matrix is 'coordinate' or 'array', 'real', and 'symmetric' or "
+               fmt::format("a mass or stiffness matrix must be 'coordinate' or 'array', 'real', and 'symmetric' or "
                            "'general', not '{} {} {}'",
                            shortened(words[2]), shortened(words[3]), shortened(words[4])));
     return std::nullopt;
@@ -78,7 +78,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
   long long count = 0;
   const long long n = *size;
   const long long expected = is_list ? integer_of(sizes[2]).value_or(-1) : (is_symmetric ? n * (n + 1) / 2 : n * n);
-  int row = 0, column = 0;  // of an array, which goes down its columns
+  int row = 0, column = 0;  // of an array, which is stored by columns
   while (count < expected && next()) {
     const auto parts = words_of(*line, " \t");
     for (std::size_t i = 0; i < parts.size(); i += is_list ? 3 : 1) {
@@ -100,7 +100,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
     }
   }
   if (count != expected || next()) {
-    faults.add(first, fmt::format("{} entries follow, {} are announced",
+    faults.add(first, fmt::format("{} entries follow, but the head states {}",
                                   count == expected ? "more" : std::to_string(count), expected));
     return std::nullopt;
   }
@@ -114,7 +114,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
 
 namespace {
 
-// What Abaqus writes on the diagonal of a degree of freedom that a boundary condition holds.
+// Abaqus's value on the diagonal of a degree of freedom with a boundary condition.
 constexpr double kAbaqusHeld = 1e35;
 
 struct AbaqusEntry {
@@ -151,7 +151,7 @@ std::optional<AbaqusEntry> abaqus_entry(const std::vector<std::string_view>& wor
   entry.value = *value;
   if (std::abs(entry.value) < kAbaqusHeld) return entry;
   faults.add(lines.mark(words.back()),
-             fmt::format("{} is Abaqus' mark of a degree of freedom that a boundary condition holds: the matrices must "
+             fmt::format("{} is Abaqus's mark of a degree of freedom with a boundary condition: the matrices must "
                          "be those of the free model",
                          in_quotes(words.back())));
   return std::nullopt;
@@ -226,9 +226,10 @@ std::optional<ElementMatrix> read_table(const std::string& path, std::string_vie
       return std::nullopt;
     }
     if (row.size() > static_cast<std::size_t>(kMostFullRows)) {
-      faults.add(lines.mark({}), fmt::format("a table has at most {} columns; larger matrices are sparse, and fit into "
-                                             "a Matrix Market file",
-                                             kMostFullRows));
+      faults.add(lines.mark({}),
+                 fmt::format("a table can have at most {} columns; write larger matrices, which are sparse, to "
+                             "a Matrix Market file",
+                             kMostFullRows));
       return std::nullopt;
     }
     rows.push_back(std::move(row));

@@ -1,4 +1,4 @@
-// Nastran's DMIG bulk data entries, and what the files with several matrices share.
+// Nastran's DMIG bulk data entries, and common parts of formats with several matrices.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ std::string chosen(const std::vector<NamedMatrix>& matrices, const Wanted& wante
   }
   if (!wanted.name.empty()) {
     if (std::find(names.begin(), names.end(), upper(wanted.name)) != names.end()) return upper(wanted.name);
-    faults.add(file_mark(path), fmt::format("there is no matrix {}{}", in_quotes(wanted.name),
+    faults.add(file_mark(path), fmt::format("the file has no matrix {}{}", in_quotes(wanted.name),
                                             suggestion(upper(wanted.name), names, "there are")));
     return {};
   }
@@ -35,8 +35,8 @@ std::string chosen(const std::vector<NamedMatrix>& matrices, const Wanted& wante
     return found;
   };
   if (names.size() == 1) return names[0];
-  // Real and square ones first: a complex or rectangular matrix is no mass and no stiffness. Where there is none, the
-  // only one with the initial is named in the fault that follows.
+  // Real and square ones first: a complex or rectangular matrix is neither a mass nor a stiffness matrix. Without one,
+  // the following error names the only one with the initial.
   for (const bool only_usable : {true, false}) {
     const auto found = fitting(true, only_usable);
     if (found.size() == 1) return found[0];
@@ -51,8 +51,8 @@ namespace {
 
 // --- DMIG ---
 
-// One bulk data entry, as the fields behind its name: of all its lines, eight of 8 characters, four of 16, or what is
-// between commas.
+// One bulk data entry, as the fields after its name: of all its lines, eight of 8 characters, four of 16, or
+// comma-separated.
 struct BulkEntry {
   std::vector<std::string_view> fields;
   std::vector<Mark> marks;
@@ -65,7 +65,7 @@ void append_fields(std::string_view line, const Lines& lines, bool is_wide, Bulk
     entry.marks.push_back(lines.mark(field));
   };
   if (line.find(',') != std::string_view::npos) {
-    std::size_t begin = line.find(',') + 1;  // behind the name, or the mark of a continuation
+    std::size_t begin = line.find(',') + 1;  // after the name, or the mark of a continuation
     for (int k = 0; k < (is_wide ? 4 : 8); ++k) {
       if (begin > line.size()) {
         put({});
@@ -114,7 +114,7 @@ bool for_bulk_entries(const std::string& path, std::string_view text, Visit visi
   return end_entry();
 }
 
-// What a file has beside the wanted matrix.
+// The contents of a file besides the selected matrix.
 struct BulkContents {
   std::vector<NamedMatrix> matrices;
   std::map<long long, long long> rotated_nodes;
@@ -122,7 +122,7 @@ struct BulkContents {
 
 BulkContents contents_of(const std::string& path, std::string_view text) {
   BulkContents contents;
-  constexpr long long kEmpty = -2;         // takes that of GRDSET; -1 is that of a fluid, which has no directions
+  constexpr long long kEmpty = -2;         // uses that of GRDSET; -1 is that of a fluid, which has no directions
   std::map<long long, long long> systems;  // field CD of nodes
   long long usual = 0;                     // that of GRDSET
   for_bulk_entries(path, text, [&](const std::string& kind, const BulkEntry& e) {
@@ -207,7 +207,7 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
       if (!dof) return false;
       const auto value = number_of(e.fields[i + 2]);
       if (!value) {
-        faults.add(e.marks[i + 2], fmt::format("{} is no finite number", in_quotes(e.fields[i + 2])));
+        faults.add(e.marks[i + 2], fmt::format("{} is not a finite number", in_quotes(e.fields[i + 2])));
         return false;
       }
       values.push_back({row(*dof), row(*column), *value});

@@ -1,4 +1,4 @@
-// Nastran's OUTPUT4, as text and as Fortran's unformatted records.
+// Nastran's OUTPUT4 files, as text and as Fortran's unformatted records.
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr long long kMostOutput4Rows = 100'000'000;
 
-// A matrix's head: columns, rows (negative: strings have two numbers before them), form, type, name, Fortran format.
+// A matrix's head: columns, rows (negative: strings have two leading numbers), form, type, name, Fortran format.
 struct Output4Head {
   int columns = 0, rows = 0;
   bool wide_strings = false;
@@ -27,7 +27,7 @@ struct Output4Head {
   bool is_complex() const { return type == 3 || type == 4; }
   bool is_single() const { return type % 2 == 1; }
   bool is_usable() const { return !is_complex() && rows == columns; }
-  // False if no matrix has these.
+  // False if these are not values of a matrix.
   bool set(long long n_columns, long long n_rows, long long its_form, long long its_type) {
     if (n_columns < 0 || n_columns > kMostOutput4Rows || n_rows < -kMostOutput4Rows || n_rows > kMostOutput4Rows ||
         its_type < 1 || its_type > 4)
@@ -37,7 +37,7 @@ struct Output4Head {
     form = its_form, type = its_type;
     return true;
   }
-  // Rows that this count of numbers covers: a complex one counts for two. Empty if they are not within the matrix.
+  // Rows covered by this count of numbers: a complex one counts twice. Empty if they are outside the matrix.
   std::optional<long long> rows_of(long long first_row, long long count) const {
     const long long covered = is_complex() ? count / 2 : count;
     if (first_row < 1 || count < 0 || (is_complex() && count % 2 != 0) || first_row - 1 + covered > rows)
@@ -56,7 +56,7 @@ class Output4TextReader {
   Output4TextReader(const std::string& path, std::string_view text, FaultList& faults)
       : lines_(path, text), faults_(faults) {}
 
-  // The next matrix's head; empty at the end, and after a fault.
+  // The next matrix's head; empty at the end, and after an error.
   std::optional<Output4Head> head() {
     std::optional<std::string_view> line;
     do line = lines_.next();
@@ -77,7 +77,7 @@ class Output4TextReader {
       const std::size_t point = format.find('.', e);
       const auto width = integer_of(std::string_view(format).substr(e + 1, point - e - 1));
       if (!per_line || !width || *per_line < 1 || *per_line > 100 || *width < 8 || *width > 60) {
-        fault(*line, fmt::format("cannot read numbers of the format {}", in_quotes(format)));
+        fault(*line, fmt::format("cannot read numbers in the format {}", in_quotes(format)));
         return std::nullopt;
       }
       head.per_line = static_cast<int>(*per_line), head.width = static_cast<int>(*width);
@@ -85,10 +85,10 @@ class Output4TextReader {
     return head;
   }
 
-  // What follows a head: put(row, column, value) for every number of a real matrix. False after a fault.
+  // The data after a head: put(row, column, value) for every number of a real matrix. False after an error.
   template <class Put>
   bool columns(const Output4Head& head, Put put) {
-    const int words = head.is_single() ? 1 : 2;  // that a number counts for in strings
+    const int words = head.is_single() ? 1 : 2;  // words of a number in strings
     while (true) {
       const auto line = lines_.next();
       const auto column = line ? integer(*line, 0) : std::nullopt, row = line ? integer(*line, 1) : std::nullopt,
@@ -98,7 +98,7 @@ class Output4TextReader {
               "a column must begin with its number, its first row and the count of what follows");
         return false;
       }
-      if (*column > head.columns) return lines_.next().has_value() || true;  // the end, with one number behind it
+      if (*column > head.columns) return lines_.next().has_value() || true;  // the end, followed by one number
       if (*row > 0) {
         if (!numbers(head, *row, *count, [&](int r, double v) { put(r, static_cast<int>(*column) - 1, v); }))
           return false;
@@ -106,7 +106,7 @@ class Output4TextReader {
       }
       for (long long left = *count; left > 0;) {
         const auto string_head = lines_.next();
-        // The one number of a short head may be longer than a field.
+        // The only number of a short head may be longer than a field.
         const auto first = !string_head        ? std::nullopt
                            : head.wide_strings ? integer(*string_head, 0)
                                                : integer_of(trimmed(*string_head));
@@ -147,7 +147,7 @@ class Output4TextReader {
       const std::string_view word = at < line.size() ? trimmed(line.substr(at, width)) : std::string_view();
       const auto value = number_of(word);
       if (!value) {
-        fault(line, fmt::format("number {} of this column, {}, is no finite number", i + 1, in_quotes(word)));
+        fault(line, fmt::format("number {} of this column, {}, is not a finite number", i + 1, in_quotes(word)));
         return false;
       }
       if (!head.is_complex()) put(static_cast<int>(first_row - 1 + i), *value);
@@ -161,7 +161,7 @@ class Output4TextReader {
 
 // --- Binary ---
 
-// How a file's records are written: the length before and behind each, the words in it, and the order of bytes.
+// The layout of a file's records: the length before and after each, the words in it, and the byte order.
 struct Output4Layout {
   std::size_t marker = 4, word = 4;  // [bytes]
   bool is_big_endian = false;
@@ -178,7 +178,7 @@ struct Output4Layout {
   }
 };
 
-// The first record has four integers and the name, of two words: 24 or 48 bytes.
+// The first record has four integers and the name, which has two words: 24 or 48 bytes.
 std::optional<Output4Layout> output4_layout(std::string_view bytes) {
   for (const std::size_t marker : {4u, 8u}) {
     for (const bool is_big_endian : {false, true}) {
@@ -226,7 +226,7 @@ class Output4BinaryReader {
       if (!record) return false;
       if (record->size() < 3 * w) return fault("a column must begin with its number, its first row and its length");
       const long long column = integer(*record, 0), row = integer(*record, 1), words = integer(*record, 2);
-      if (column > head.columns) return true;  // the end, with one number behind it
+      if (column > head.columns) return true;  // the end, followed by one number
       if (column < 1 || row < 0 || words < 0 || static_cast<std::uint64_t>(words) > (record->size() - 3 * w) / w)
         return fault(fmt::format("column {} from row {} on has {} words in a record of {} bytes", column, row, words,
                                  record->size()));
@@ -250,12 +250,12 @@ class Output4BinaryReader {
     const std::size_t m = layout_.marker, left = bytes_.size() - at_;
     const std::uint64_t length = left >= m ? layout_.unsigned_at(bytes_, at_, m) : 0;
     if (left < 2 * m || length > left - 2 * m) {
-      fault("the file is cut off: a record ends behind it");
+      fault("the file is truncated: its last record is incomplete");
       return std::nullopt;
     }
     const std::string_view record = bytes_.substr(at_ + m, static_cast<std::size_t>(length));
     if (layout_.unsigned_at(bytes_, at_ + m + record.size(), m) != length) {
-      fault(fmt::format("a record of {} bytes has another length behind it", length));
+      fault(fmt::format("a record of {} bytes is followed by a different length", length));
       return std::nullopt;
     }
     at_ += 2 * m + record.size();
@@ -283,7 +283,7 @@ class Output4BinaryReader {
 
   template <class Put>
   bool numbers(const Output4Head& head, long long first_row, std::string_view content, Put put) {
-    // With words of eight bytes single precision has them too.
+    // With words of eight bytes, single precision also has eight bytes.
     const std::size_t size = head.is_single() ? layout_.word : 8;
     const auto count = static_cast<long long>(content.size() / size);
     if (content.size() % size != 0 || !head.rows_of(first_row, count)) return fault(head.beyond(first_row, count));
@@ -293,7 +293,8 @@ class Output4BinaryReader {
       const double value =
           size == 8 ? std::bit_cast<double>(bits) : std::bit_cast<float>(static_cast<std::uint32_t>(bits));
       if (!std::isfinite(value))
-        return fault(fmt::format("row {} of matrix {} is {}, no finite number", first_row + i, head.name, value));
+        return fault(
+            fmt::format("row {} of matrix {} is {}, which is not a finite number", first_row + i, head.name, value));
       put(static_cast<int>(first_row - 1 + i), value);
     }
     return true;
@@ -303,10 +304,10 @@ class Output4BinaryReader {
   std::string_view bytes_;
   Output4Layout layout_;
   FaultList& faults_;
-  std::size_t at_ = 0, begin_ = 0;  // of the next and the present record
+  std::size_t at_ = 0, begin_ = 0;  // of the next and the current record
 };
 
-// `reader()` makes a reader that begins at the first matrix.
+// `reader()` creates a reader that begins at the first matrix.
 template <class MakeReader>
 std::optional<ElementMatrix> read_output4_with(MakeReader reader, const std::string& path, const Wanted& wanted,
                                                FaultList& faults) {
@@ -357,7 +358,7 @@ std::optional<ElementMatrix> read_output4(const std::string& path, std::string_v
     return read_output4_with([&] { return Output4BinaryReader(path, bytes, *layout, faults); }, path, wanted, faults);
   if (bytes.substr(0, 64).find('\0') != std::string_view::npos) {
     faults.add(file_mark(path),
-               "the file is neither OUTPUT4 text nor made of Fortran's records, of which the first has 24 or 48 bytes");
+               "the file is neither OUTPUT4 text nor Fortran records, the first of which must have 24 or 48 bytes");
     return std::nullopt;
   }
   return read_output4_with([&] { return Output4TextReader(path, bytes, faults); }, path, wanted, faults);

@@ -9,7 +9,7 @@
 
 namespace grapnel::fmi {
 
-/// What functions return, in both versions; pending is of 2.0 alone.
+/// Return values of functions, in both versions; pending exists only in 2.0.
 enum Status : int { kOk, kWarning, kDiscard, kError, kFatal, kPending };
 
 using Instance = void*;

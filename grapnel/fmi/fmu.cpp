@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Unpacked; an archive may claim anything.
+// Limit of the unpacked size: an archive may state any size.
 constexpr std::uint64_t kLargest = 2'000'000'000;
 
 std::string zip_reason(int code) {
@@ -34,12 +34,12 @@ std::string zip_reason(int code) {
   return text;
 }
 
-// An entry's place below the folder. @throws FmuError where it would be elsewhere.
+// The path of an entry below the folder. @throws FmuError if it would be outside.
 fs::path place_of(const fs::path& folder, const std::string& name) {
   const fs::path path(name);
   const bool leaves = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
   if (leaves || name.find('\\') != std::string::npos)
-    throw FmuError(fmt::format("its archive has an entry {}, which is no path below it", in_quotes(name)));
+    throw FmuError(fmt::format("its archive has an entry {}, whose path is outside the archive", in_quotes(name)));
   return folder / path;
 }
 
@@ -64,7 +64,7 @@ void unpack_entry(zip_t* archive, zip_uint64_t i, const fs::path& folder, std::u
     left -= static_cast<std::uint64_t>(count);
   }
   const bool is_sound = zip_fclose(entry) == 0 && count == 0;
-  if (count > 0) throw FmuError(fmt::format("unpacked it has more than {} bytes", kLargest));
+  if (count > 0) throw FmuError(fmt::format("its unpacked size is above {} bytes", kLargest));
   if (!is_sound) throw FmuError(fmt::format("{} of its archive is damaged", in_quotes(name)));
   if (!out.flush()) throw FmuError(fmt::format("{} cannot be written", place.string()));
 }
@@ -72,7 +72,7 @@ void unpack_entry(zip_t* archive, zip_uint64_t i, const fs::path& folder, std::u
 void unpack(const fs::path& file, const fs::path& folder) {
   int code = 0;
   zip_t* const archive = zip_open(file.c_str(), ZIP_RDONLY, &code);
-  if (!archive) throw FmuError(fmt::format("it is no ZIP archive that can be read: {}", zip_reason(code)));
+  if (!archive) throw FmuError(fmt::format("it is not a readable ZIP archive: {}", zip_reason(code)));
   const std::unique_ptr<zip_t, void (*)(zip_t*)> closes(archive, zip_discard);
   std::uint64_t left = kLargest;
   const zip_int64_t count = zip_get_num_entries(archive, 0);
@@ -96,7 +96,7 @@ fs::path binary_of(const fs::path& folder, const ModelDescription& model) {
     others.push_back(entry.path().filename().string());
   std::sort(others.begin(), others.end());
   throw FmuError(fmt::format("it has no binary for this system, binaries/{}/{}.so; {}", platform, model.identifier,
-                             others.empty() ? "it has none at all" : "it has: " + some_of(others)));
+                             others.empty() ? "it has none for any system" : "it has: " + some_of(others)));
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ struct Fmu::Turn {
   std::thread::id by;
 };
 
-// A scenario may be read many times, and the process is one: FMUs with one token are one.
+// A scenario may be read many times in one process: FMUs with the same token share one turn.
 std::shared_ptr<Fmu::Turn> Fmu::turn_of(const ModelDescription& model) {
   static std::mutex mutex;
   static std::map<std::string, std::shared_ptr<Turn>> turns;
@@ -131,7 +131,7 @@ Fmu::Fmu(const fs::path& file, const std::string& shown) : named_(fmt::format("t
       const char* const reason = ::dlerror();
       throw FmuError(fmt::format("its binary cannot be loaded: {}", reason ? reason : "unknown reason"));
     }
-    // All that an instance will call.
+    // All functions that an instance calls.
     for (const char* name : {"GetVersion", "FreeInstance", "EnterInitializationMode", "ExitInitializationMode",
                              "Terminate", "DoStep", "SetBoolean", "SetString"})
       symbol(name);
@@ -165,7 +165,7 @@ void Fmu::acquire() const {
   if (!model_.once_per_process) return;
   std::unique_lock lock(turn_->mutex);
   if (turn_->taken && turn_->by == std::this_thread::get_id())
-    throw FmuError("it can be instantiated once per process only, and another run of this thread has its instance");
+    throw FmuError("it can be instantiated only once per process, and another run of this thread holds the instance");
   turn_->freed.wait(lock, [&] { return !turn_->taken; });
   turn_->taken = true, turn_->by = std::this_thread::get_id();
 }

@@ -21,7 +21,7 @@ struct FmuState {
   std::unique_ptr<FmuInstance> instance;
   Wiring wiring;
   double period = 0;
-  double time = 0;  // of the FMU's clock
+  double time = 0;  // on the FMU's clock
   bool is_initialized = false;
   std::vector<double> seen, said;
   std::string error;
@@ -40,7 +40,7 @@ void set_constant(FmuInstance& instance, const Constant& constant) {
 void sample(FmuState& own, const grapnel_controller_input& in, grapnel_controller_output& out) {
   FmuInstance& fmu = *own.instance;
   if (own.is_initialized) {
-    // Samples that nobody has taken, as during an impact in time, are steps all the same.
+    // Skipped samples, as during a compliant impact, still count as steps.
     const double steps = std::max(1.0, std::round((in.time - own.time) / own.period));
     for (double k = 0; k < steps; ++k) fmu.step(own.time + k * own.period, own.period);
   }
@@ -61,7 +61,7 @@ void sample(FmuState& own, const grapnel_controller_input& in, grapnel_controlle
   }
 }
 
-// Of which FMU create() makes an instance: it is called on the thread that asks for it.
+// The FMU that create() instantiates: create() is called on the thread that requests the controller.
 thread_local const FmuControllers* t_source = nullptr;
 
 int create(const grapnel_controller_setup* setup, void** instance, char* error, std::size_t error_size) {

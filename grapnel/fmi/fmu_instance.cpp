@@ -20,7 +20,7 @@ const char* name_of_status(int status) {
                                                                  : "an unknown status";
 }
 
-// A path as URI: what is no plain letter is escaped.
+// A path as a URI, with percent-encoded special characters.
 std::string file_uri(const std::string& path) {
   std::string uri = "file://";
   for (const char c : path) {
@@ -77,7 +77,7 @@ FmuInstance::FmuInstance(std::shared_ptr<const Fmu> fmu)
           model.identifier.c_str(), model.token.c_str(), (fmu_->resources().string() + "/").c_str(), false, false,
           false, false, nullptr, 0, this, &FmuInstance::log_3, nullptr);
     });
-    if (!instance_) throw FmuError(fmt::format("it made no instance{}{}", said_.empty() ? "" : ": ", said_));
+    if (!instance_) throw FmuError(fmt::format("it created no instance{}{}", said_.empty() ? "" : ": ", said_));
   } catch (...) {
     fmu_->release();
     throw;
@@ -90,7 +90,7 @@ FmuInstance::~FmuInstance() {
       guarded(fmu_->named(), "Terminate", time_, [&] { return fmu_->function<Plain>("Terminate")(instance_); });
     guarded(fmu_->named(), "FreeInstance", time_, [&] { fmu_->function<FreeInstance>("FreeInstance")(instance_); });
   } catch (const ControllerError&) {
-    // It threw at its end: nothing is asked of it any more.
+    // It threw an exception at its end: no further calls.
   }
   fmu_->release();
 }
@@ -168,9 +168,10 @@ void FmuInstance::step(double time, double length) {
   call("DoStep", [&] {
     return fmu_->function<DoStep3>("DoStep")(instance_, time, length, true, &event, &ends, &early, &reached);
   });
-  if (ends) throw FmuError("fmi3DoStep() asks to end the simulation");
+  if (ends) throw FmuError("fmi3DoStep() requests the end of the simulation");
   if (early)
-    throw FmuError(fmt::format("fmi3DoStep() returned early, at {:.9g} s, which was not allowed to it", reached));
+    throw FmuError(
+        fmt::format("fmi3DoStep() returned early, at {:.9g} s, although early return is not allowed", reached));
 }
 
 }  // namespace grapnel::fmi

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// An instance of an FMU, whichever version of the standard it follows.
+/// An instance of an FMU of either version of the standard.
 
 #include <memory>
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace grapnel::fmi {
 
-/// Instantiated, then, after set_parameter() and set() as wanted, initialized, then stepped. A function that returns
-/// discard, error or fatal throws FmuError with its name, the status and what the FMU has logged. A crash in one is
-/// blamed on it (PluginCall). Thread safety: one thread at a time.
+/// Order of calls: construction, set_parameter() and set() as required, initialization, steps. A function that returns
+/// discard, error or fatal throws FmuError with its name, the status and the FMU's log. A crash is attributed to the
+/// FMU (PluginCall). Thread safety: one thread at a time.
 class FmuInstance {
  public:
   explicit FmuInstance(std::shared_ptr<const Fmu> fmu);
@@ -29,10 +29,10 @@ class FmuInstance {
   void set(std::span<const Reference> variables, std::span<const double> values);
   void get(std::span<const Reference> variables, std::span<double> values);
 
-  /// At `time`. Inputs that have been set before count in the outputs.
+  /// Initializes at `time`. Outputs depend on inputs set before.
   void begin_initialization(double time);
   void end_initialization();
-  /// From `time` on, with the inputs that were set last. @throws FmuError also if it does not come so far.
+  /// Steps from `time` on, with the inputs set last. @throws FmuError also if the step is incomplete.
   void step(double time, double length);
 
  private:
@@ -49,7 +49,7 @@ class FmuInstance {
   Instance instance_ = nullptr;
   double time_ = 0;
   bool is_initialized_ = false, is_lost_ = false;
-  std::string said_;  // what it logged last of what went wrong
+  std::string said_;  // the last logged message of an error
 };
 
 }  // namespace grapnel::fmi

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What an input is named with that keeps the value it starts with.
+// The value in control.inputs with which an input keeps its start value.
 constexpr const char* kStart = "start";
 
 // ---- Signals ----
@@ -64,7 +64,7 @@ std::vector<std::string> names_of(const Signals& signals) {
 
 // ---- Variables ----
 
-// The value of a variable of this type; empty if the JSON is none.
+// The value of a variable of this type; empty if the JSON value has another type.
 std::optional<Constant> constant_of(const Variable& variable, const Json& value) {
   using Type = Variable::Type;
   if (variable.is_array) return std::nullopt;
@@ -81,7 +81,7 @@ class Wirer {
  public:
   Wirer(const Fmu& fmu, std::vector<FmuMisfit>& misfits) : fmu_(fmu), misfits_(misfits) {}
 
-  // Every variable of this causality that is named in `stated`, or is called like a signal.
+  // Connects all variables of this causality that `stated` names, or that have the name of a signal.
   Connections connect(const char* key, const std::string& causality, const std::string& stated, const Signals& signals,
                       std::vector<Constant>& constants) {
     const Json named_ones = Json::parse(stated);
@@ -111,8 +111,8 @@ class Wirer {
     }
     if (causality == "input" && !open.empty())
       misfits_.push_back({"fmu", "",
-                          fmt::format("{}: nothing says what its {} {} {}; name each in control.inputs, with a signal "
-                                      "such as position[1], a number, or {} for the value that it starts with",
+                          fmt::format("{}: its {} {} {} without a value; name each in control.inputs, with a signal "
+                                      "such as position[1], a number, or {} for its start value",
                                       fmu_.named(), open.size() == 1 ? "input" : "inputs", some_of(open),
                                       open.size() == 1 ? "is" : "are", kStart)});
     return made;
@@ -134,7 +134,7 @@ class Wirer {
     if (variable.causality == causality) return true;
     misfits_.push_back(
         {key, variable.name,
-         fmt::format("{} is of causality {}, expected is {}", what(variable), variable.causality, causality)});
+         fmt::format("{} has causality {}, expected {}", what(variable), variable.causality, causality)});
     return false;
   }
 
@@ -147,12 +147,12 @@ class Wirer {
            std::map<Signal, std::string>& used, Connections& made) {
     const char* const real = fmu_.model().version == 2 ? "Real" : "Float64";
     if (variable.is_array) {
-      misfits_.push_back({key, variable.name, what(variable) + " is an array, expected are scalar variables"});
+      misfits_.push_back({key, variable.name, what(variable) + " is an array; only scalar variables are supported"});
     } else if (variable.type != Variable::Type::real) {
       misfits_.push_back(
           {key, variable.name,
            fmt::format(
-               "{} is a {}, expected is a {}{}", what(variable), variable.type_name, real,
+               "{} is a {}, expected a {}{}", what(variable), variable.type_name, real,
                causality == "input" ? fmt::format(", or in control.inputs a constant or {}", kStart) : std::string())});
     } else if (const auto [first, fresh] = used.emplace(signal, variable.name); !fresh && causality == "output") {
       misfits_.push_back({key, variable.name,
@@ -173,7 +173,7 @@ class Wirer {
       return;
     }
     misfits_.push_back({key, variable.name,
-                        fmt::format("control.{}: {} is no signal{}", key, in_quotes(wanted),
+                        fmt::format("control.{}: {} is not a signal{}", key, in_quotes(wanted),
                                     suggestion(wanted, names_of(signals), "signals"))});
   }
 
@@ -230,7 +230,8 @@ std::vector<Constant> parameters_of(const Fmu& fmu, const std::string& parameter
     const Variable* const variable = wirer.variable_named(name, "parameters", "parameter");
     if (!variable || !wirer.has_causality(*variable, "parameters", "parameter")) continue;
     if (variable->is_array)
-      misfits.push_back({"parameters", name, wirer.what(*variable) + " is an array, expected are scalar variables"});
+      misfits.push_back(
+          {"parameters", name, wirer.what(*variable) + " is an array; only scalar variables are supported"});
     else if (auto constant = constant_of(*variable, value))
       constants.push_back(std::move(*constant));
     else
@@ -247,8 +248,8 @@ void check_period(const Fmu& fmu, double period, std::vector<FmuMisfit>& misfits
   const double count = period / *step;
   if (std::abs(count - std::round(count)) > 1e-6 || count < 0.5)
     misfits.push_back({"period", "",
-                       fmt::format("{} computes in steps of {} s (fixedInternalStepSize), of which "
-                                   "control.period, {} s, is no multiple",
+                       fmt::format("{} has steps of {} s (fixedInternalStepSize); "
+                                   "control.period, {} s, must be a multiple of them",
                                    fmu.named(), *step, period)});
 }
 

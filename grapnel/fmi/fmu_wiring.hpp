@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// How the variables of an FMU are connected with the signals of a controller. Internal to this module.
+/// The connections between the variables of an FMU and the signals of a controller. Internal to this module.
 
 #include <string>
 #include <variant>
@@ -13,7 +13,7 @@
 
 namespace grapnel::fmi {
 
-/// A part of what a controller reads or commands, and the number in it from 0 on.
+/// A part of a controller's input or output, and the index in it, from 0.
 struct Signal {
   int part = 0;
   int index = 0;
@@ -38,7 +38,7 @@ struct Wiring {
   std::vector<Constant> constants;  // of inputs
 };
 
-/// `inputs`, `outputs`, `parameters`: JSON, see FmuControllers. What does not fit is added to `misfits`.
+/// `inputs`, `outputs`, `parameters`: JSON, see FmuControllers. Mismatches are appended to `misfits`.
 Wiring wire(const Fmu& fmu, const std::string& inputs, const std::string& outputs,
             const std::vector<std::string>& joints, bool commands_base, std::vector<FmuMisfit>& misfits);
 std::vector<Constant> parameters_of(const Fmu& fmu, const std::string& parameters, std::vector<FmuMisfit>& misfits);

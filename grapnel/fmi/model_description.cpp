@@ -49,32 +49,33 @@ ModelDescription read_model_description(std::string_view xml) {
   const std::string version = root.attribute("fmiVersion").value();
   ModelDescription model;
   model.version = version == "2.0" ? 2 : version == "3.0" || version.starts_with("3.0.") ? 3 : 0;
-  if (model.version == 0) throw FmuError(fmt::format("it follows FMI {}, expected is 2.0 or 3.0", in_quotes(version)));
+  if (model.version == 0) throw FmuError(fmt::format("it follows FMI {}, expected 2.0 or 3.0", in_quotes(version)));
   model.name = root.attribute("modelName").value();
   model.token = root.attribute(model.version == 2 ? "guid" : "instantiationToken").value();
   const pugi::xml_node how = root.child("CoSimulation");
-  if (!how) throw FmuError("it is made for model exchange; expected is one for co-simulation");
+  if (!how) throw FmuError("it is for model exchange only, expected co-simulation");
   if (how.attribute("needsExecutionTool").as_bool())
-    throw FmuError("it needs the tool that made it (needsExecutionTool); expected is one that stands by itself");
+    throw FmuError("it requires the tool that made it (needsExecutionTool), expected a self-contained FMU");
   model.identifier = how.attribute("modelIdentifier").value();
-  // It becomes a file's name.
+  // The identifier becomes a file name.
   const auto is_plain = [](char c) { return c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0; };
   if (model.identifier.empty() || !std::all_of(model.identifier.begin(), model.identifier.end(), is_plain))
     throw FmuError(
-        fmt::format("its modelIdentifier is {}, expected is the name of a C function", in_quotes(model.identifier)));
+        fmt::format("its modelIdentifier is {}, expected the name of a C function", in_quotes(model.identifier)));
   model.once_per_process = how.attribute("canBeInstantiatedOnlyOncePerProcess").as_bool();
   if (const pugi::xml_attribute step = how.attribute("fixedInternalStepSize")) model.fixed_step = step.as_double();
   std::set<std::string> names;
   for (const pugi::xml_node& node : root.child("ModelVariables").children()) {
     if (node.type() != pugi::node_element) continue;
-    // In 2.0 the type is the first child, in 3.0 it is the element itself.
+    // In 2.0 the type is the first child; in 3.0 it is the element itself.
     const bool is_own = model.version == 3;
     if (!is_own && std::string_view(node.name()) != "ScalarVariable") continue;
     pugi::xml_node type = is_own ? node : node.first_child();
     while (type && type.type() != pugi::node_element) type = type.next_sibling();
     model.variables.push_back(variable(node, type, model.version));
     if (!names.insert(model.variables.back().name).second)
-      throw FmuError(fmt::format("modelDescription.xml has two variables {}", in_quotes(model.variables.back().name)));
+      throw FmuError(
+          fmt::format("modelDescription.xml has two variables named {}", in_quotes(model.variables.back().name)));
   }
   return model;
 }

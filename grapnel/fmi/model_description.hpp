@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an FMU says of itself: its modelDescription.xml.
+/// The description of an FMU: its modelDescription.xml.
 
 #include <optional>
 #include <stdexcept>
@@ -21,8 +21,8 @@ struct Variable {
   std::string name;
   unsigned reference = 0;
   Type type = Type::other;
-  std::string type_name;  // as the standard's version calls it: "Real", "Float64"
-  std::string causality;  // "input"; "local" where it says none
+  std::string type_name;  // name in the standard's version: "Real", "Float64"
+  std::string causality;  // "input"; "local" if not stated
   bool is_array = false;  // of version 3.0
 };
 
@@ -32,7 +32,7 @@ struct ModelDescription {
   std::string token;       // guid, instantiationToken
   std::string identifier;  // of the binary for co-simulation
   bool once_per_process = false;
-  std::optional<double> fixed_step;  // of its own integration; steps must be multiples of it [s]
+  std::optional<double> fixed_step;  // of its internal integration; steps must be multiples of it [s]
   std::vector<Variable> variables;
 };
 

@@ -19,10 +19,10 @@ UnpackedFolder::UnpackedFolder() {
   ::posix_spawn_file_actions_init(&files);
   ::posix_spawnattr_init(&attributes);
   ::posix_spawn_file_actions_adddup2(&files, ends[0], 0);
-  // What holds the standard output open would keep a reader of it waiting.
+  // An inherited standard output would remain open and block its reader.
   ::posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
   ::posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-  // A session of its own: what a terminal sends to the process is not for the keeper.
+  // A separate session: signals of the terminal do not reach the keeper.
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
   std::string shell = "sh", option = "-c", script = "read x; exec rm -rf -- \"$0\"", folder = folder_.path().string();
   std::array<char*, 5> arguments{shell.data(), option.data(), script.data(), folder.data(), nullptr};

@@ -11,8 +11,8 @@
 
 namespace grapnel::fmi {
 
-/// A folder among the system's temporary ones that is gone with the object, and also when the process ends without
-/// destroying it, as in a crash of the FMU: a shell of its own waits for the end of the process and removes it.
+/// A temporary folder that is removed with the object, or when the process ends without destroying it, as in a crash of
+/// the FMU: a shell process waits for the end of this process and removes the folder.
 class UnpackedFolder {
  public:
   /// @throws CannotWrite

@@ -14,28 +14,28 @@ namespace grapnel {
 namespace {
 
 constexpr int kN = kInertialParameters;
-// Momenta are never taken to be better known than this, relative to their scale: integration and rounding.
+// Minimum relative error of momenta, due to integration and rounding.
 constexpr double kMomentumError = 1e-9;
-// Singular values below this part of the largest are rounding.
+// Singular values below this part of the largest are rounding errors.
 constexpr double kRankTolerance = 1e-8;
-// A direction counts if its singular value squared is so many times what noise in the rates alone would make.
+// A direction is significant if its squared singular value exceeds this multiple of the contribution of rate noise.
 constexpr double kAboveNoise = 4;
 constexpr int kMostIterations = 50;
-// In standard deviations: a change that is none.
+// Convergence: change in standard deviations.
 constexpr double kSettled = 1e-3;
-// A parameter is determined if what is unseen changes it by no more than this part of the servicer's own size, or by
-// so many of its standard deviations.
+// A parameter is determined if null-space directions change it by at most this part of the servicer's own value, or by
+// this multiple of its standard deviation.
 constexpr double kUnseen = 1e-6, kUnseenDeviations = 10;
-constexpr int kSamplesAtOnce = 64;  // in a step of the orthogonal reduction
+constexpr int kSamplesAtOnce = 64;  // per step of the orthogonal reduction
 
 using Matrix10 = Eigen::Matrix<double, kN, kN>;
 
-// The least-squares problem at one set of weights, reduced: R (x / scale) = b, of residual |rest|; noise_gram: what
-// noise in the rates adds to R^T R on average.
+// The reduced least-squares problem for one set of weights: R (x / scale) = b, with residual |rest|. noise_gram:
+// expected contribution of rate noise to R^T R.
 struct Reduced {
   Eigen::MatrixXd R;
   Eigen::VectorXd b, nuisance;
-  Eigen::MatrixXd coupling, factor;  // of the nuisance to x, and its own
+  Eigen::MatrixXd coupling, factor;  // of the nuisance parameters: coupling to x, and own factor
   double rest = 0;
   Matrix10 noise_gram = Matrix10::Zero();
 };
@@ -80,13 +80,13 @@ class Identification {
       const Eigen::VectorXd V = rows.J * rows.velocity;
       speed = std::max(speed, l * V.head<3>().norm() + V.tail<3>().norm());
     }
-    if (!(speed > 0)) speed = 1;  // at rest; any will do
+    if (!(speed > 0)) speed = 1;  // at rest: arbitrary
     row_scale_ = Eigen::VectorXd::Constant(known_.rows, m * speed);
     row_scale_.head<3>() *= l;
   }
 
-  // The weighted equations of all samples, reduced by Householder reflections, some samples at a time. Smoothed: the
-  // regressor at the rates that the present parameters make most likely, (16.8); else at the measured ones.
+  // Weighted equations of all samples, reduced by Householder reflections, several samples at a time. Smoothed: the
+  // regressor at the most likely rates for the present parameters, (16.8); otherwise at the measured rates.
   Reduced reduce(bool smoothed) const {
     const int m = known_.rows, extra = unknown_momentum_ ? m : 0, columns = extra + kN + 1;
     Reduced reduced;
@@ -135,8 +135,7 @@ class Identification {
     }
   }
 
-  // The shortest of the parameters that fit best, in units of the scales: what is unseen is left at zero here, and not
-  // reported.
+  // Minimum-norm best fit, in units of the scales: null-space components are zero here and not reported.
   void step(const Reduced& problem) {
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(problem.R, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Eigen::VectorXd s = svd.singularValues();
@@ -165,7 +164,7 @@ class Identification {
     return free > 0 ? std::abs(rest) / std::sqrt(free) : 0;
   }
 
-  // From the reduced parameters of (16.5) to those of the body, (16.6), and their derivatives.
+  // From the reduced parameters of (16.5) to those of the body, (16.6), with derivatives.
   LinearParameters whole_body(Matrix10& K) const {
     K.setIdentity();
     if (known_.rows == 6) return x_;
@@ -195,7 +194,8 @@ class Identification {
     return D;
   }
 
-  // Mass, centre of mass, inertia about it, from mass, first moment and inertia about the origin, with derivatives.
+  // From mass, first moment and inertia about the origin to mass, centre of mass and inertia about it, with
+  // derivatives.
   static LinearParameters about_com(const LinearParameters& z, Matrix10& J) {
     const double m = z[0];
     const Eigen::Vector3d c = z.segment<3>(1) / m;
@@ -234,7 +234,7 @@ class Identification {
       known[i] = found.rank == kN || effect.row(i).norm() <= kUnseen * size[i] + kUnseenDeviations * deviation;
       if (!known[i]) continue;
       found.value[i] = y[i];
-      // What is unseen may be about the servicer's own size.
+      // Null-space components may be as large as the servicer's own values.
       if (has_noise_) found.deviation[i] = std::hypot(deviation, found.rank == kN ? 0.0 : effect.row(i).norm());
     }
     const auto group = [&](int first, int count, bool alone) {
@@ -263,8 +263,8 @@ class Identification {
     return inertia_fault({y[4], y[5], y[6], y[7], y[8], y[9]});
   }
 
-  // A basis of what is unseen in which each vector has a parameter of its own, by one unit, by elimination with full
-  // pivoting. In the order of the parameters.
+  // A basis of the null space in which each vector changes one parameter by one unit, by Gaussian elimination with full
+  // pivoting, in the order of the parameters.
   std::vector<UnseenChange> unseen_changes(const Eigen::MatrixXd& free) const {
     Eigen::MatrixXd F = scaled(free);
     std::vector<int> pivots;
@@ -294,7 +294,7 @@ class Identification {
   Eigen::VectorXd variance_, row_scale_;
   bool has_noise_ = false;
   LinearParameters scale_, x_ = LinearParameters::Zero();
-  Eigen::VectorXd momentum_;                     // of all at the first sample
+  Eigen::VectorXd momentum_;                     // total momentum at the first sample
   Eigen::MatrixXd seen_{kN, 0}, unseen_{kN, 0};  // directions, in units of the scales
   std::vector<double> singular_;                 // of the seen ones, decreasing
 };
@@ -304,7 +304,7 @@ void check(const IdentificationTask& task) {
   if (task.samples.empty()) refuse("there are no samples");
   const int held = task.model.frames().at(task.frame).body;
   if (task.model.bodies()[held].parent < 0) refuse("the body is not held: it is the root of its tree");
-  if (!task.model.has_free_root(held)) refuse("the robot stands on the ground, which takes up any momentum");
+  if (!task.model.has_free_root(held)) refuse("the robot is fixed to the world, which absorbs any momentum");
   for (double deviation : {task.noise.angular_velocity, task.noise.velocity, task.noise.joint_rate})
     if (!(deviation >= 0) || !std::isfinite(deviation)) refuse("noise must be finite and not negative");
   const auto finite = [](const std::vector<double>& values) {
@@ -313,7 +313,7 @@ void check(const IdentificationTask& task) {
   for (const MotionSample& sample : task.samples)
     if (!finite(sample.state.q) || !finite(sample.state.v) ||
         !std::isfinite(norm(sample.impulse.angular) + norm(sample.impulse.linear)))
-      refuse("a sample has a number that is not finite (what is not measured is zero)");
+      refuse("a sample has a number that is not finite (set values that are not measured to zero)");
   for (const MotionSample& sample : task.samples)
     if (task.base == MeasuredBase::rotation && norm(sample.impulse.linear) > 0)
       refuse("a force acts: the base's velocity must be measured");

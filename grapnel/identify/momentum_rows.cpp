@@ -10,7 +10,7 @@ namespace {
 Eigen::Vector3d eigen_vector(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 Vector3d vector_of(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
 
-// The bodies of the held body's tree without it.
+// Visits the bodies of the held body's tree except the held body.
 template <class Visit>
 void for_known(const IdentificationTask& task, Visit visit) {
   const std::vector<Body>& bodies = task.model.bodies();
@@ -42,7 +42,7 @@ Eigen::MatrixXd known_momentum(const IdentificationTask& task, const Kinematics&
       sum.col(j).tail<3>() += eigen_vector(h.linear);
     }
   });
-  // Rotors that the known bodies carry have a spin of their own, (19.6).
+  // Rotors of the known bodies have their own spin, (19.6).
   const std::vector<Body>& bodies = task.model.bodies();
   const int root = bodies[task.model.frames()[task.frame].body].root;
   for (const int rotor : task.model.rotors()) {

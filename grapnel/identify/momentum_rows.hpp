@@ -2,7 +2,7 @@
 
 /// @file
 /// The momentum of one sample as a linear function of the held body's parameters and of the velocities: the equations
-/// of docs/theory.md, section 16, before any noise is weighed.
+/// of docs/theory, section 16, before weighting.
 
 #include <Eigen/Core>
 
@@ -10,7 +10,7 @@
 
 namespace grapnel {
 
-/// Mass, first moment and inertia about the frame's origin, in the frame: in them momentum is linear. With
+/// Mass, first moment and inertia about the frame's origin, in the frame; momentum is linear in these. With
 /// MeasuredBase::rotation the reduced parameters of (16.5).
 using LinearParameters = Eigen::Matrix<double, kInertialParameters, 1>;
 
@@ -24,11 +24,11 @@ struct MomentumRows {
   Eigen::VectorXd impulse;   // rows; since the first sample, about the reference point
 };
 
-/// What all samples have in common.
+/// Quantities common to all samples.
 struct KnownBodies {
   double mass = 0;    // [kg]
   double radius = 0;  // of gyration at the first sample [m]
-  Vector3d p_WO;      // the reference point where the base's twist is measured: the held frame's first place
+  Vector3d p_WO;      // the reference point if the base's twist is measured: the initial position of the held frame
   int rows = 6;
 };
 KnownBodies known_bodies(const IdentificationTask& task);
@@ -37,7 +37,7 @@ MomentumRows momentum_rows(const IdentificationTask& task, const KnownBodies& kn
 
 /// The regressor Y of (16.2): rows x 10, at a twist of the held frame, in its axes.
 Eigen::MatrixXd regressor(const MomentumRows& rows, const Eigen::VectorXd& twist);
-/// The momentum of all per velocity, (16.3): rows x velocities.
+/// The total momentum per velocity, (16.3): rows x velocities.
 Eigen::MatrixXd momentum_matrix(const MomentumRows& rows, const LinearParameters& x);
 
 }  // namespace grapnel

@@ -31,7 +31,7 @@ State with_rate_noise(const State& state, const std::vector<double>& deviations,
   State noisy = state;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
     if (deviations[i] == 0) continue;
-    // The last word keeps these numbers apart from those of NoiseSignal with the same seed.
+    // The last word separates these numbers from those of NoiseSignal with the same seed.
     const r123::Philox4x32::ctr_type counter = {{sample, static_cast<std::uint32_t>(i), 0, 1}};
     const r123::Philox4x32::ctr_type random = r123::Philox4x32()(counter, key);
     const double radius = std::sqrt(-2 * std::log(unit(random[0], random[1])));

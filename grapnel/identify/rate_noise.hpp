@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Noise of sensors of rates, from a seed.
+/// Seeded noise of rate sensors.
 
 #include <cstdint>
 
@@ -12,8 +12,8 @@ namespace grapnel {
 /// Standard deviations of the velocities of the tree rooted at `root`, per velocity of the model; zero for the others.
 std::vector<double> rate_deviations(const Model& model, int root, const RateNoise& noise);
 
-/// The state as sensors show it: velocities with Gaussian noise added. Counter-based (Philox 4x32-10, Salmon et al.
-/// 2011) and Box-Muller: a function of seed, sample and velocity alone.
+/// A state with Gaussian noise added to its velocities. Counter-based (Philox 4x32-10, Salmon et al. 2011) and
+/// Box-Muller: depends on seed, sample and velocity alone.
 State with_rate_noise(const State& state, const std::vector<double>& deviations, std::uint64_t seed,
                       std::uint32_t sample);
 

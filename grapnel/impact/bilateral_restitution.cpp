@@ -13,8 +13,7 @@
 namespace grapnel {
 namespace {
 
-// A row's velocity misses what E asks for by more than rounding leaves: relative to the fastest row, rows made
-// commensurable by the metric D.
+// Relative tolerance of a row's velocity against E, relative to the fastest row; the metric D makes rows commensurable.
 constexpr double kMissed = 1e-8;
 
 void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> restitution) {
@@ -76,14 +75,14 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   }
   BilateralRestitution result{solve_rows(M, rows, state, wanted, grasps, held), {}};
   if (rows.J.rows() == 0) return result;
-  // Where rows are redundant their velocities fulfil a relation, and E u- need not.
+  // Velocities of redundant rows satisfy a linear relation, which E u- may violate.
   const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
-  wanted.tail(static_cast<Eigen::Index>(rows.held.size())) = after(rows.held);  // of drives that gave way
+  wanted.tail(static_cast<Eigen::Index>(rows.held.size())) = after(rows.held);  // of overpowered drives
   const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
   const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
   const double fastest =
       std::max(u.cwiseQuotient(size).lpNorm<Eigen::Infinity>(), wanted.cwiseQuotient(size).lpNorm<Eigen::Infinity>());
-  // Rounding of J v itself, where the grasps move along with velocities far above their relative ones.
+  // Rounding error of J v itself, for grasps whose velocities are far above their relative ones.
   const double rounding = 1e-14 * (rows.J.cwiseAbs() * v.cwiseAbs()).cwiseQuotient(size).lpNorm<Eigen::Infinity>();
   result.inconsistent = missed_rows(missed, std::max(kMissed * fastest, 100 * rounding), grasps, held);
   return result;

@@ -2,7 +2,7 @@
 
 /// @file
 /// Restitution at bilateral grasps, u+ = -E u-: the grasps' relative velocities rebound row by row. dT = -1/2
-/// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory.md, section 11).
+/// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory, section 11).
 
 #include <string>
 
@@ -12,9 +12,9 @@ namespace grapnel {
 
 struct BilateralRestitution {
   ImpactSolution solution;
-  /// Not empty: with redundant rows this E asks for velocities that no motion has; names the rows ("grasp 2, linear
-  /// y"). The solution then is the nearest in the least-squares sense. (Drives that hold rates against E just give
-  /// way.)
+  /// Not empty: with redundant rows no motion has the velocities that this E requires; names the rows ("grasp 2, linear
+  /// y"). The solution is then the nearest one in the least-squares sense. (Drives whose held rates contradict E are
+  /// overpowered.)
   std::string inconsistent;
 };
 

@@ -16,15 +16,16 @@ namespace grapnel {
 
 namespace {
 
-// Relative speeds below this share of the largest are rounding.
+// Relative speeds below this fraction of the largest are rounding errors.
 constexpr double kNoSpeed = 1e-12;
-// Of a peak's place in an interval, binary digits: half of a double's, more cannot be told from values.
+// Binary digits of a peak's position in an interval: half of a double's, the limit of what values resolve.
 constexpr int kPeakBits = 26;
-// Of the springs' shortest time scale: a contact at rest that is pushed is noticed at the end of the first step.
+// Fraction of the springs' shortest time scale: a pushed contact at rest is detected at the end of the first step.
 constexpr double kFirstStep = 1e-4;
 
-// The estimate is that of a method of order 5 and far above the error of one of order 9: with this tolerance the
-// polynomial between stages, of order 6, is about as good as the tolerance asked for, and the ends are better.
+// The error estimate is that of a method of order 5, far above the error of the method of order 9. With this tolerance
+// the interpolating polynomial, of order 6, is about as accurate as the requested tolerance, and the ends are more
+// accurate.
 double step_tolerance(double relative) { return std::pow(relative, 0.75); }
 
 void require(bool holds, const std::string& what) {
@@ -38,9 +39,9 @@ bool finite(const Vector3d& x) { return std::isfinite(x[0]) && std::isfinite(x[1
 
 void check_bodies(const Model& model, int robot, int target, const Vector3d& p_WC, const std::string& who) {
   const int count = static_cast<int>(model.bodies().size());
-  require(robot >= 0 && robot < count && target >= 0 && target < count, who + " is on no body of the model");
-  require(robot != target, who + " has one body on both sides");
-  require(finite(p_WC), who + " is at no finite point");
+  require(robot >= 0 && robot < count && target >= 0 && target < count, who + ": a body is not in the model");
+  require(robot != target, who + ": both sides are the same body");
+  require(finite(p_WC), who + ": the point is not finite");
 }
 
 void check_contact(const Model& model, const CompliantContact& c, std::size_t index) {
@@ -69,13 +70,14 @@ void check_grasp(const Model& model, const CompliantGrasp& g, std::size_t index)
 void check_held(const Model& model, std::span<const int> held) {
   std::vector<int> marks(model.velocities());
   for (int v : held) {
-    require(v >= 0 && v < model.velocities(), "a held velocity is not the model's");
+    require(v >= 0 && v < model.velocities(), "a held velocity is not in the model");
     require(++marks[v] == 1, "a velocity is held twice");
   }
   for (const Body& b : model.bodies()) {
     const int count = velocity_count(b.description.joint.type);
     for (int k = 1; k < count; ++k) {
-      require(marks[b.v] == marks[b.v + k], "of a free root or a spherical joint all velocities or none can be held");
+      require(marks[b.v] == marks[b.v + k],
+              "either all velocities of a free root or a spherical joint or none can be held");
     }
   }
 }
@@ -83,7 +85,7 @@ void check_held(const Model& model, std::span<const int> held) {
 void check(const Model& model, const State& state, const CompliantSetup& setup) {
   require(
       static_cast<int>(state.q.size()) == model.coordinates() && static_cast<int>(state.v.size()) == model.velocities(),
-      "the state has another model's size");
+      "the state's size differs from the model's");
   for (double x : state.q) require(std::isfinite(x), "the state is not finite");
   for (double x : state.v) require(std::isfinite(x), "the state is not finite");
   require(positive(setup.longest), "longest must be positive");
@@ -94,7 +96,7 @@ void check(const Model& model, const State& state, const CompliantSetup& setup) 
   require(setup.most_steps > 0, "most_steps must be positive");
 }
 
-// One impact under way.
+// One impact in progress.
 class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
@@ -141,8 +143,8 @@ class Run {
   CompliantScales scales_;
   CompliantOutcome result_;
   double grasp_motion_before_ = 0;                               // [J]
-  double last_motion_ = 0;                                       // when grasps moved last [s]
-  double rest_period_ = 0;                                       // for which they must be at rest [s]
+  double last_motion_ = 0;                                       // time of the last motion of grasps [s]
+  double rest_period_ = 0;                                       // required duration of rest [s]
   double next_break_ = std::numeric_limits<double>::infinity();  // of the drive [s]
   double largest_angle_ = 0;
 };
@@ -152,7 +154,7 @@ void Run::enter(std::size_t contact, ContactPhase next) {
   system_.phase[contact] = next;
 }
 
-// Contacts that approach press from the beginning; follow_events() sees to those that are at rest.
+// Approaching contacts press from the beginning; follow_events() handles those at rest.
 void Run::choose_first_phases(std::span<const double> y) {
   system_.load(0, y);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -160,14 +162,14 @@ void Run::choose_first_phases(std::span<const double> y) {
   }
 }
 
-// A pressing contact's pulse must not be stepped over.
+// Limits the step so that it cannot skip the pulse of a pressing contact.
 void Run::limit_step(StiffIntegrator& integrator) const {
   const bool pressing =
       std::any_of(system_.phase.begin(), system_.phase.end(), [](auto p) { return p == ContactPhase::pressing; });
   integrator.limit_step(pressing ? scales_.longest_contact_time : 0);
 }
 
-// A drive's efforts may jump here, and do so next where the integrator is told to stop.
+// A drive's efforts may jump here and at the next stop of the integrator.
 void Run::begin_piece(StiffIntegrator& integrator) {
   if (!drive_) return;
   system_.load(integrator.time(), integrator.y());
@@ -175,14 +177,14 @@ void Run::begin_piece(StiffIntegrator& integrator) {
   next_break_ = drive_->next_break(integrator.time());
 }
 
-// The next instant at which the integrator must stop by itself.
+// The next instant at which the integrator must stop.
 double Run::next_stop(double t) const {
   const double at_rest = grasps_.empty() ? 0 : last_motion_ + rest_period_;
   const double stop = std::min(setup_.longest, next_break_);
   return at_rest > t ? std::min(stop, at_rest) : stop;
 }
 
-// Changes phases where an event says so; true if one changed. The recorder gets the instant before and after.
+// Changes phases at events; returns whether one changed. The recorder receives the instant before and after.
 bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event) {
   const double t = integrator.time();
   std::vector<ContactPhase> next = system_.phase;
@@ -191,7 +193,7 @@ bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder
     for (int which = 1; event && which >= 0; --which) {
       if (integrator.crossed()[2 * i + which] != 0) next[i] = system_.phase_after(static_cast<int>(i), which, load);
     }
-    // One that was at rest at the start and is pushed has no sign to change: it presses from the first (tiny) step on.
+    // A pushed contact that was at rest at the start has no sign change: it presses from the first (tiny) step on.
     if (!event && system_.phase[i] == ContactPhase::apart && load.deformation > 0 && load.signed_force > 0 &&
         load.rate > kNoSpeed * scales_.speed) {
       next[i] = ContactPhase::pressing;
@@ -206,7 +208,7 @@ bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder
   return true;
 }
 
-// Kinetic energy of the grasps' relative motion, with the inertia at the beginning, in the targets' axes.
+// Kinetic energy of the grasps' relative motion, with the initial inertia, in the targets' axes.
 double Run::grasp_motion(std::span<const InterfaceLoad> loads) const {
   const Eigen::Index count = static_cast<Eigen::Index>(grasps_.size());
   Eigen::VectorXd u(6 * count);
@@ -217,7 +219,7 @@ double Run::grasp_motion(std::span<const InterfaceLoad> loads) const {
   return 0.5 * u.dot(scales_.grasp_inertia * u);
 }
 
-// When the grasps' motion falls below what counts as rest, between two instants of the last step.
+// The time at which the grasps' motion falls below the rest threshold, between two instants of the last step.
 double Run::settling(StiffIntegrator& integrator, double moving, double at_rest) {
   while (true) {
     const double middle = 0.5 * (moving + at_rest);
@@ -227,12 +229,12 @@ double Run::settling(StiffIntegrator& integrator, double moving, double at_rest)
   }
 }
 
-// Peaks and the grasps' motion in the last step, looked for at its stages.
+// Searches peaks and the grasps' motion in the last step, at its stages.
 void Run::observe(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   double before = integrator.step_begin();
   if (!(integrator.time() > before)) return;
   bool moved = last_motion_ >= before;
-  double moving = 0, at_rest = -1;  // instants between which motion ended
+  double moving = 0, at_rest = -1;  // interval in which the motion ended
   for (int stage = 0; stage < integrator.stages(); ++stage) {
     const double t = integrator.time_of_stage(stage);
     const std::span<const InterfaceLoad> loads = integrator.loads_at_stage(stage);
@@ -280,7 +282,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       return;
     }
     observe(integrator, recorder);
-    // An event may fall on an end.
+    // An event may coincide with an end.
     if (follow_events(integrator, recorder, made == StiffIntegrator::Result::event)) {
       integrator.restart();
       limit_step(integrator);
@@ -297,14 +299,14 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     }
     loads.assign(integrator.loads_at_end().begin(), integrator.loads_at_end().end());
     if (largest_angle_ > 3) {
-      result_.message =
-          fmt::format("at {:.6g} s: a grasp has turned by {:.3g} rad, springs there know half a turn at most",
-                      integrator.time(), largest_angle_);
+      result_.message = fmt::format(
+          "at {:.6g} s: a grasp has turned by {:.3g} rad, but its springs are defined only up to half a turn",
+          integrator.time(), largest_angle_);
       return;
     }
     if (result_.steps >= setup_.most_steps) {
       result_.message =
-          fmt::format("at {:.6g} s: {} steps made, no more are allowed", integrator.time(), result_.steps);
+          fmt::format("at {:.6g} s: the maximum number of steps, {}, is reached", integrator.time(), result_.steps);
       return;
     }
   }
@@ -324,7 +326,7 @@ void Run::check_balances(double t, std::span<const double> y) {
     h.energy_lost = y[system_.loss_offset(i)];
     const double energy = system_.loads()[i].energy;
     if (is_contact && system_.phase[i] == ContactPhase::relaxing) {
-      h.energy_lost += energy;  // nobody will get it back
+      h.energy_lost += energy;  // the energy is dissipated
     } else {
       result_.elastic_energy_after += energy;
     }
@@ -357,7 +359,7 @@ CompliantOutcome Run::outcome() {
   CompliantRecorder recorder(system_, setup_.samples,
                              scales_.speed > 0 ? scales_.shortest_time / setup_.samples : setup_.longest);
   if (!(scales_.speed > 0)) {
-    // Nothing moves against anything.
+    // There is no relative motion.
     recorder.mark(0, start);
     result_.status = grasps_.empty() ? CompliantOutcome::Status::separated : CompliantOutcome::Status::settled;
     check_balances(0, start);
@@ -368,9 +370,9 @@ CompliantOutcome Run::outcome() {
   system_.load(0, start);
   grasp_motion_before_ = grasps_.empty() ? 0 : grasp_motion(system_.loads());
   rest_period_ = 2 * std::numbers::pi * scales_.longest_grasp_time;
-  // Friction at small slip is stiff, and what the energy loses to it shows errors of the velocity at full size: its
-  // contacts take the tolerance as it is asked for, and differences that are small against the slip speed: but not so
-  // small that the rounding of velocities, which friction multiplies by the speed over the slip speed, is seen in them.
+  // Friction at small slip is stiff, and errors of the velocity appear in its energy loss in full. Its contacts
+  // therefore use the requested tolerance, and differences that are small relative to the slip speed. The differences
+  // must exceed the rounding errors of velocities, which friction amplifies by the speed over the slip speed.
   double slip = 1, tolerance = step_tolerance(setup_.relative_tolerance);
   for (const CompliantContact& c : contacts_) {
     if (c.friction > 0) tolerance = setup_.relative_tolerance, slip = std::min(slip, c.slip_speed / scales_.speed);
@@ -424,13 +426,14 @@ void CompliantRecorder::measure_all(std::span<const InterfaceLoad> loads, std::v
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = measure(loads, i);
 }
 
-// Most samples go again as the grid becomes coarser: states and forces of the others are found when it is known which.
+// Most samples are dropped as the grid becomes coarser: states and forces are computed once the remaining ones are
+// known.
 void CompliantRecorder::take(double t, long grid, std::span<const double> y) {
   taken_.push_back({t, grid});
   y_.insert(y_.end(), y.begin(), y.end());
 }
 
-// Some at a time, so that what they need at once stays in the cache.
+// In blocks, so that the working set fits the cache.
 void CompliantRecorder::evaluate() {
   constexpr std::size_t kAtOnce = 32;
   const std::size_t size = system_.size(), nq = system_.now().q.size(), nv = system_.now().v.size();
@@ -462,7 +465,7 @@ void CompliantRecorder::mark(double t, std::span<const double> y) {
   }
 }
 
-// Every second point of the grid goes.
+// Drops every second point of the grid.
 void CompliantRecorder::thin() {
   const std::size_t size = system_.size(), interfaces = system_.interfaces(), evaluated = states_.size();
   std::size_t kept = 0, kept_evaluated = 0;
@@ -513,7 +516,7 @@ void CompliantRecorder::step(StiffIntegrator& integrator) {
     for (int k = 1; k <= last; ++k) {
       if (looks_[k][i] > peaks_[i].value) peaks_[i] = {looks_[k][i], look_time[k]};
     }
-    // The parabola through three neighbours says whether a peak lies in between and is worth a search.
+    // The parabola through three neighbours decides whether a peak lies between them and justifies a search.
     for (int k = 1; k < last; ++k) {
       const double a = look_time[k - 1], b = look_time[k], c = look_time[k + 1];
       const double rise = (looks_[k][i] - looks_[k - 1][i]) / (b - a),
@@ -528,7 +531,7 @@ void CompliantRecorder::step(StiffIntegrator& integrator) {
   looks_[0].swap(looks_[last]);
 }
 
-// The value's error is of second order in that of the place.
+// The error of the value is of second order in that of the position.
 void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double to, std::size_t index) {
   const auto negative = [&](double s) {
     const double t = from + s * (to - from);

@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// The equations of a compliant impact, (12.1) to (12.11), on any scalar: doubles, or packs with another instant in
-/// every lane.
-/// compliant_system.hpp has it for doubles; for packs the translation units compliant_packs_SET.cpp alone instantiate
-/// it.
+/// The equations of a compliant impact, (12.1) to (12.11), for any scalar: doubles, or packs with a different instant
+/// in each lane. compliant_system.hpp instantiates them for doubles; the translation units compliant_packs_SET.cpp for
+/// packs.
 
 #include <cmath>
 #include <span>
@@ -28,7 +27,7 @@ GRAPNEL_INLINE Vector3<S> turned_by(const Quaternion<S>& turn, const Vector3<S>&
 
 namespace compliant_kernel {
 
-// Of doubles, what grapnel/pack/pack.hpp has of packs.
+// Counterparts for doubles of the functions for packs in grapnel/pack/pack.hpp.
 GRAPNEL_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
 GRAPNEL_INLINE double power(double x, double exponent) { return __builtin_pow(x, exponent); }
 GRAPNEL_INLINE double turn_per_sine(double s, double w) {
@@ -61,13 +60,13 @@ GRAPNEL_INLINE Quaternion<S> conjugate(const Quaternion<S>& q) {
 // Normal force of a compliant contact over its deformation.
 template <class S>
 struct NormalForce {
-  S elastic;  // of the spring alone [N]
-  S total;    // with the damper, signed: where it is negative the surfaces do not touch [N]
+  S elastic;  // of the spring only [N]
+  S total;    // with the damper, signed: negative values mean no contact [N]
   S energy;   // of the spring [J]
 };
 
-/// (12.4)-(12.6). `deformation` d [m], zero force for d <= 0 (but for kelvin_voigt's damper, which knows no d);
-/// `rate` d' [m/s]. `contact`: of CompliantContact's or InterfaceTable's members.
+/// (12.4)-(12.6). `deformation` d [m], zero force for d <= 0 (except for kelvin_voigt's damper, which is independent of
+/// d); `rate` d' [m/s]. `contact`: members of CompliantContact or InterfaceTable.
 template <class Contact, class S>
 NormalForce<S> normal_force(const Contact& contact, const S& deformation, const S& rate) {
   using std::sqrt;
@@ -84,9 +83,9 @@ NormalForce<S> normal_force(const Contact& contact, const S& deformation, const 
   return {elastic, total, S(S(elastic * d) / S(n + 1))};
 }
 
-/// How bodies have moved, from the change of the coordinates in the layout of State::q: for joints the difference; for
-/// quaternions those of conj(start) o now from (1, 0, 0, 0); for a free root the displacement in W of its tree's centre
-/// of mass, or of its origin where it is held. (12.2)
+/// Displacements of bodies, from the change of the coordinates in the layout of State::q: for joints the difference;
+/// for quaternions those of conj(start) o now from (1, 0, 0, 0); for a free root the displacement in W of its tree's
+/// centre of mass, or of its origin if it is held. (12.2)
 template <class S>
 class Displacements {
  public:
@@ -104,7 +103,8 @@ class Displacements {
       const BasicDisplacement<S>& carrier = at(start.parent);
       at(i) = {carrier.turn * own.turn, carrier.move + own.move + turned_by(carrier.turn, own.move)};
     }
-    // Free trees turn about o so far: shift each to where its centre of mass, or its root, is to be.
+    // Free trees are rotated about o so far: shifts each so that its centre of mass, or its root, has the right
+    // position.
     for (int t = 0; t < tables_.tree_count; ++t) place(tables_.trees[t], change);
   }
 
@@ -113,7 +113,7 @@ class Displacements {
  private:
   GRAPNEL_INLINE BasicDisplacement<S>& at(int body) { return of_[static_cast<std::size_t>(body)]; }
 
-  // The turn of a body whose quaternion, relative to the start and in the body's axes then, is (1, 0, 0, 0) + change.
+  // The rotation of a body whose quaternion, relative to its initial axes, is (1, 0, 0, 0) + change.
   static Quaternion<S> turn_in_world(const Rotationd& R_WB, const S* change) {
     using std::sqrt;
     const S w = S(1.0) + change[0];
@@ -125,7 +125,7 @@ class Displacements {
     return {S(scale * w), v[0], v[1], v[2]};
   }
 
-  // The motion the body's own joint adds, seen in W with everything before it at the start.
+  // The motion due to the body's own joint, in W, with all joints before it at the start.
   static BasicDisplacement<S> own_motion(const StartBody& start, const S* change) {
     BasicDisplacement<S> own{{S(1.0), S(0.0), S(0.0), S(0.0)}, Vector3<S>::zero()};
     const JointTraits& joint = traits_of(start.type);
@@ -142,8 +142,8 @@ class Displacements {
     } else {
       return own;
     }
-    if (joint.position >= 0) return own;                       // its translation comes at last
-    own.move = turned_by(own.turn, broadcast<S>(-start.arm));  // the joint stays where it is
+    if (joint.position >= 0) return own;                       // its translation is added last
+    own.move = turned_by(own.turn, broadcast<S>(-start.arm));  // the joint's position is fixed
     return own;
   }
 
@@ -192,13 +192,14 @@ class CompliantKernel {
     for (int i = 0; i < tables.velocities; ++i) v_[count(i)] = S(tables.v[i]);
   }
 
-  /// Takes the state out of y and evaluates all interfaces.
+  /// Reads the state from y and evaluates all interfaces.
   void load(const S& t, const S* y);
-  /// Under the present loads and these efforts (per velocity; null: none). Held velocities' are zero.
+  /// Accelerations under the current loads and these efforts (per velocity; null: none). Those of held velocities are
+  /// zero.
   void accelerate(const S* effort);
-  /// Whether the rates of y need accelerations: momenta say everything of free bodies alone.
+  /// Whether the rates of y need accelerations: for free bodies momenta suffice.
   bool has_rates() const { return tables_.rate_count + tables_.held_count > 0; }
-  /// Of y, when accelerations are there, if they are needed. `effort`: as above.
+  /// The rates of y; needs the accelerations if has_rates(). `effort`: as above.
   void rates(const S* y, const S* effort, S* dydt);
 
   const std::vector<S>& q() const { return q_; }
@@ -230,7 +231,7 @@ class CompliantKernel {
   std::vector<S> q_, change_, v_, zero_, force_, solved_, vdot_;
 };
 
-// Momenta of free trees are those of the start and the impulses since; their roots' velocities follow. (12.1)
+// Momenta of free trees are the initial ones plus the impulses; their roots' velocities follow. (12.1)
 template <class S>
 void CompliantKernel<S>::recover(const S& t, const S* y) {
   using namespace compliant_kernel;
@@ -247,7 +248,7 @@ void CompliantKernel<S>::recover(const S& t, const S* y) {
       const Impulse<S> P = shift(at_point, broadcast<S>(tree.com - at.point));
       h = h + (robot ? P : -P);
     }
-    // About where the centre of mass is now: away by (t / m) p_0 + y, of which the first part is parallel to p_0.
+    // About the current centre of mass: displaced by (t / m) p_0 + y, of which the first part is parallel to p_0.
     const Vector3<S> added = h.linear - p_0, strayed = vector_at(y, tree.q);
     const S elapsed = t / S(tree.mass);
     h.angular -= elapsed * cross(p_0, added) + cross(strayed, h.linear);
@@ -305,7 +306,7 @@ void CompliantKernel<S>::load(const S& t, const S* y) {
   }
 }
 
-// By how much the robot's point has left the target's, which were one at the start.
+// The displacement of the robot's point relative to the target's; both coincide at the start.
 template <class S>
 Vector3<S> CompliantKernel<S>::apart_by(const InterfaceTable& at) const {
   const BasicDisplacement<S>&a = displacement_[at.robot.body], &b = displacement_[at.target.body];
@@ -313,7 +314,7 @@ Vector3<S> CompliantKernel<S>::apart_by(const InterfaceTable& at) const {
   return (turned_by(a.turn, arm) - turned_by(b.turn, arm)) + (a.move - b.move);
 }
 
-// Where it is, and how the bodies move there.
+// The current point, and the bodies' motion there.
 template <class S>
 void CompliantKernel<S>::begin_load(const InterfaceTable& at, const S& t, BasicInterfaceLoad<S>& load) const {
   using namespace compliant_kernel;
@@ -368,11 +369,11 @@ void CompliantKernel<S>::load_grasp(const InterfaceTable& g, BasicInterfaceLoad<
   load.energy = S(0.5 * g.stiffness) * square;
   load.loss = S(g.damping) * dot(load.u.linear, load.u.linear);
   if (g.turns == GraspTurns::free) return;
-  const Quaternion<S> turn = robot * back;  // of the end-effector against the target, in W
+  const Quaternion<S> turn = robot * back;  // of the end-effector relative to the target, in W
   Vector3<S> turned, w = load.u.angular;
   if (g.turns == GraspTurns::none) {
     const Vector3<S> v{turn.x, turn.y, turn.z};
-    const S s = norm(v), per_sine = turn_per_sine(s, turn.w);  // of the shorter turn, with w's sign
+    const S s = norm(v), per_sine = turn_per_sine(s, turn.w);  // of the shorter rotation, with the sign of w
     turned = per_sine * v;
     load.angle = S(select(per_sine < S(0.0), -per_sine, per_sine)) * s;
   } else {
@@ -382,7 +383,7 @@ void CompliantKernel<S>::load_grasp(const InterfaceTable& g, BasicInterfaceLoad<
     const Vector3<S> change = turned_by(turn, hinge_D), hinge_C = hinge_D + change;
     const Vector3<S> sine = cross(hinge_D, change);
     const S s = norm(sine), c = S(1.0) + dot(hinge_D, change);
-    const S half = S(0.5) * turn_per_sine(s, c);  // atan2(s, |c|) / s, with c's sign
+    const S half = S(0.5) * turn_per_sine(s, c);  // atan2(s, |c|) / s, with the sign of c
     const S rest = S(3.14159265358979323846) / S(s + S(1e-150)) + half;
     const S per_sine = select(c < S(0.0), rest, half);
     turned = per_sine * sine;
@@ -426,7 +427,7 @@ void CompliantKernel<S>::accelerate(const S* effort) {
   articulated_body<S>(tree_, in, workspace_, vdot_, solved_);
 }
 
-// Rates of the coordinates' part of y.
+// Rates of the coordinates in y.
 template <class S>
 void CompliantKernel<S>::coordinate_changes(const S* y, S* dydt) const {
   using namespace compliant_kernel;
@@ -441,7 +442,7 @@ void CompliantKernel<S>::coordinate_changes(const S* y, S* dydt) const {
         quaternion_rate(Quaternion<S>{S(S(1.0) + y[q]), y[q + 1], y[q + 2], y[q + 3]}, vector_at(v_.data(), v));
     dydt[q] = rate.w, dydt[q + 1] = rate.x, dydt[q + 2] = rate.y, dydt[q + 3] = rate.z;
   }
-  // Free trees: what impulses add to the uniform motion of the centre of mass; held roots: where they go.
+  // Free trees: deviation of the centre of mass from uniform motion due to impulses; held roots: their motion.
   for (int i = 0; i < tables_.tree_count; ++i) {
     const StartTree& tree = tables_.trees[i];
     Vector3<S> rate = S(1 / tree.mass) * (momenta_[count(i)].h.linear - broadcast<S>(tree.h.linear));

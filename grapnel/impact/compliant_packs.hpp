@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The equations of a compliant impact in packs: an instant of one impact in every lane. The stages of an implicit
-/// step, the columns of its Jacobian and the samples of histories wait for nothing but their own numbers.
+/// The equations of a compliant impact in packs: a different instant of one impact in each lane. The stages of an
+/// implicit step, the columns of its Jacobian and the samples of histories are independent of each other.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
@@ -40,7 +40,7 @@ class PackedPoints : public CompliantPacks {
     return tree;
   }
 
-  // Rows of `size` numbers, of which those beyond the last point are the last one's again, and are not written.
+  // Gathers rows of `size` numbers; lanes beyond the last point repeat the last one, and are not written back.
   static void gather(const double* rows, int size, int here, S* to) {
     double lanes[S::kWidth];
     for (int i = 0; i < size; ++i) {
@@ -85,7 +85,7 @@ class PackedPoints : public CompliantPacks {
     }
   }
 
-  // What the drive says, lane by lane; null: there is none.
+  // The drive's efforts, lane by lane; null: no drive.
   const S* ask(const CompliantPoints& points, int first, int here) {
     if (points.efforts == nullptr) return nullptr;
     const int nq = tables_.coordinates, nv = tables_.velocities;

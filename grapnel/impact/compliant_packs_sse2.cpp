@@ -1,4 +1,4 @@
-// The equations of a compliant impact in packs for sse2. Compiled with flags of its own, see CMakeLists.txt.
+// The equations of a compliant impact in packs for sse2. Compiled with special flags, see CMakeLists.txt.
 
 #include "grapnel/impact/compliant_packs.hpp"
 

@@ -10,12 +10,12 @@
 namespace grapnel {
 namespace {
 
-// Coordinates of order one are known to rounding at best.
+// Rounding error of coordinates of order one.
 constexpr double kAngleRounding = 2e-15;
-// Of the fastest contact or grasp: what errors at any other are judged by at least.
+// Minimum scale of errors at any contact or grasp, relative to the fastest one.
 constexpr double kLeastShare = 1e-3;
 
-// One interface: relative Jacobian over the velocities that may change, and what a rigid impact would do.
+// One interface: relative Jacobian over the free velocities, and the response to a rigid impact.
 struct Interface {
   Eigen::MatrixXd response;                   // M^-1 J^T, velocities x 6
   Eigen::MatrixXd half;                       // L^-1 J^T of the Cholesky factor
@@ -33,12 +33,12 @@ Eigen::MatrixXd relative_jacobian(const Model& model, const Kinematics& k, const
   point_jacobian(model, k, target, p_WC, J_T);
   J_E -= J_T;
   for (int v = 0; v < model.velocities(); ++v) {
-    if (system.is_held(v)) J_E.col(v).setZero();  // these give way to nothing
+    if (system.is_held(v)) J_E.col(v).setZero();  // held velocities do not respond
   }
   return J_E;
 }
 
-// Turning and translation feed each other: each counts at least with the energy of the other.
+// Rotation and translation are coupled: each has at least the energy of the other as its scale.
 void share_speeds(Interface& i, double turn, double speed) {
   const double radius = std::sqrt(i.mobility / i.angular_mobility);
   i.turn = turn + speed / radius;
@@ -68,8 +68,8 @@ Interface grasp_interface(const CompliantGrasp& g, const Eigen::MatrixXd& W, con
   return i;
 }
 
-// One that hardly moves by itself is moved by what the others pass on, M^-1 being common to all; and what is left is
-// judged by a share of the fastest, since velocities have the rounding of the bodies' own.
+// An interface that barely moves alone is moved by the others, since M^-1 is common to all. The remaining ones use a
+// fraction of the fastest as scale, since velocities have the rounding errors of the bodies' velocities.
 void share_among(std::vector<Interface>& interfaces) {
   const std::vector<Interface> alone = interfaces;
   double speed = 0, turn = 0;
@@ -91,7 +91,7 @@ void share_among(std::vector<Interface>& interfaces) {
   }
 }
 
-// Of the stacked twists in the grasps' directions, in W: A^T (A W A^T)^+ A.
+// Relative inertia of the stacked twists in the grasps' directions, in W: A^T (A W A^T)^+ A.
 Eigen::MatrixXd relative_inertia(std::span<const CompliantGrasp> grasps, std::span<const Interface> of_grasps) {
   const Eigen::Index count = static_cast<Eigen::Index>(grasps.size());
   if (count == 0) return {};
@@ -127,7 +127,7 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
     }
     for (int k = 0; k < 4; ++k) size[link.q + joint.quaternion + k] = 0.5 * time * v.segment(link.v, 3).norm();
     if (joint.position >= 0) {
-      // Of the centre of mass, or of a held root.
+      // For the centre of mass, or a held root.
       for (int k = 0; k < 3; ++k)
         size[link.q + joint.position + k] = time * std::max(impulse / model.mass(), v.segment(link.v + 3, 3).norm());
     }
@@ -166,7 +166,7 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
     const Eigen::MatrixXd J = relative_jacobian(model, k, system, robot, target, p_WC);
     const Eigen::MatrixXd response = cholesky_solution(held_out, J.transpose());
     Interface floors;
-    // Reached only where nothing free is pushed at: a free target alone gives way more.
+    // Reached only if no free body is pushed: a free target alone has a larger mobility.
     floors.mobility = 1 / model.mass();
     floors.angular_mobility = 1 / std::max(M.trace(), model.mass());
     Interface i = estimate(Eigen::MatrixXd(J * response), floors);
@@ -202,7 +202,7 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
 
 std::vector<double> absolute_tolerances(const Model& model, const CompliantScales& scales, double relative) {
   std::vector<double> tolerance(scales.of_y);
-  for (double& x : tolerance) x = x > 0 ? x * relative : relative;  // zero: nothing can change it
+  for (double& x : tolerance) x = x > 0 ? x * relative : relative;  // zero: never changes
   for (int q = 0; q < model.coordinates(); ++q) tolerance[q] = std::max(tolerance[q], 1e-19);
   const auto floor = [&](int q, int count) {
     for (int k = 0; k < count; ++k) tolerance[q + k] = std::max(tolerance[q + k], kAngleRounding);

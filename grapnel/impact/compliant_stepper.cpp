@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-// What each step at most shifts the end of one that is made again for an event, over its length; beyond: once more.
+// Maximum shift of the end of a step that is repeated for an event, relative to its length; beyond: repeat again.
 constexpr double kLanded = 1e-14;
 constexpr int kMostLandings = 4, kMostLookups = 60;
 
@@ -56,10 +56,10 @@ StiffIntegrator::Result StiffIntegrator::step() {
   if (begin_.empty()) return time() >= stop_ ? Result::end : Result::stepped;
   before_ = begin_;
   double from = radau_.begin();
-  for (int i = 0; i < RadauIIA::kStages; ++i) {  // stages lie closer than steps
+  for (int i = 0; i < RadauIIA::kStages; ++i) {  // stages are closer than steps
     const double to = radau_.time_of_stage(i);
     system_.event_values(loads_at_stage(i), now_);
-    // The first of those that cross between two stages.
+    // The first of the functions that cross between two stages.
     std::size_t first = now_.size();
     double when = to;
     for (std::size_t k = 0; k < now_.size(); ++k) {
@@ -75,7 +75,7 @@ StiffIntegrator::Result StiffIntegrator::step() {
   return time() >= stop_ ? Result::end : Result::stepped;
 }
 
-// Where function `index` crosses zero on the step's polynomial, by the Illinois method; the signs at a and b differ.
+// Zero of function `index` on the step's polynomial, by the Illinois method; the signs at a and b differ.
 double StiffIntegrator::crossing(std::size_t index, double a, double b, double at_a, double at_b) {
   const double close = kLanded * (b - a);
   int side = 0;
@@ -103,7 +103,7 @@ double StiffIntegrator::value_at(std::size_t index, double t) {
   return there_[index];
 }
 
-// The step again, such that function `index` is zero at its end, near t: the polynomial is not as good as the end.
+// Repeats the step such that function `index` is zero at its end, near t: the polynomial is less accurate than the end.
 bool StiffIntegrator::land(double t, std::size_t index) {
   for (int i = 0; i < kMostLandings; ++i) {
     if (!radau_.end_at(t)) return false;
@@ -118,7 +118,8 @@ bool StiffIntegrator::land(double t, std::size_t index) {
   for (std::size_t k = 0; k < crossed_.size(); ++k) {
     if (k != index && !crosses(k, begin_[k], now_[k])) continue;
     crossed_[k] = directions_[k];
-    now_[k] = directions_[k] * std::max(std::abs(now_[k]), std::numeric_limits<double>::min());  // it is over
+    // the event has occurred
+    now_[k] = directions_[k] * std::max(std::abs(now_[k]), std::numeric_limits<double>::min());
   }
   begin_.swap(now_);
   return true;
@@ -134,7 +135,7 @@ std::span<const InterfaceLoad> StiffIntegrator::loads_at_stage(int stage) const 
   return std::span(stage_loads_).subspan(static_cast<std::size_t>(stage) * count, count);
 }
 
-// A step of no length has its stages where it begins.
+// A step of zero length has its stages at its beginning.
 void StiffIntegrator::look_at_begin() {
   system_.load(time(), y());
   for (int i = 0; i < stages(); ++i) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A CompliantSystem over time, one step of Radau's method at a time, with events; and what is recorded meanwhile.
+/// Integration of a CompliantSystem, one step of the Radau method at a time, with events; and its recorder.
 
 #include "grapnel/impact/compliant_system.hpp"
 #include "grapnel/integrate/radau_iia.hpp"
@@ -12,38 +12,38 @@ class StiffIntegrator {
  public:
   enum class Result { stepped, event, end, failed };
 
-  /// From y = 0 at t = 0 until `end`. `sizes` of changes and `tolerances` of steps: as RadauIIA takes them.
-  /// `first_step`: here and after every restart [s]. `system` must outlive the integrator.
+  /// Integrates from y = 0 at t = 0 to `end`. `sizes` of changes and `tolerances` of steps: as for RadauIIA.
+  /// `first_step`: initially and after every restart [s]. `system` must outlive the integrator.
   StiffIntegrator(CompliantSystem& system, std::span<const double> sizes, std::span<const double> tolerances,
                   double first_step, double end);
   StiffIntegrator(const StiffIntegrator&) = delete;
   StiffIntegrator& operator=(const StiffIntegrator&) = delete;
 
-  /// One step, or as far as the first event in it: then the step is made again such that it ends there.
+  /// Makes one step, up to the first event in it: then the step is repeated such that it ends at the event.
   Result step();
   double time() const { return radau_.time(); }
   std::span<const double> y() const { return radau_.y(); }
-  /// Event functions that crossed zero at the last Result::event: not zero.
+  /// Event functions that crossed zero at the last Result::event: nonzero entries.
   std::span<const int> crossed() const { return crossed_; }
   /// The solution at a time within the last step.
   std::span<const double> at(double t);
-  /// The last step's beginning, and its stages: instants in it, the last at its end; what interfaces do there.
+  /// The last step's beginning, and its stages: instants in it, the last at its end; loads of interfaces there.
   double step_begin() const { return radau_.begin(); }
   static constexpr int stages() { return RadauIIA::kStages; }
   double time_of_stage(int stage) const { return radau_.time_of_stage(stage); }
   std::span<const InterfaceLoad> loads_at_stage(int stage) const;
   std::span<const InterfaceLoad> loads_at_end() const { return loads_at_stage(stages() - 1); }
-  /// Begins anew where it is: phases have changed.
+  /// Restarts at the current time: phases have changed.
   void restart();
-  /// What a drive does jumps here.
+  /// A drive's efforts jump here.
   void jump() { radau_.jump(); }
-  /// The next Result::end is at this time, if that is before the end.
+  /// The next Result::end occurs at this time, if it is before the end.
   void stop_at(double t) { stop_ = std::min(t, end_); }
-  /// No step is longer; 0: no limit. [s]
+  /// Maximum length of a step; 0: no limit. [s]
   void limit_step(double longest) { radau_.limit_step(longest); }
 
   long evaluations() const { return radau_.evaluations(); }
-  /// What went wrong, and when.
+  /// Cause and time of a failure.
   std::string message() const;
 
  private:
@@ -63,24 +63,24 @@ class StiffIntegrator {
   std::vector<double> at_;
   std::vector<int> crossed_, directions_;
   std::vector<double> begin_, before_, now_,
-      there_;  // event functions: at the step's beginning, and while it is looked through
+      there_;  // event functions: at the step's beginning, and during the search in it
 };
 
-// Histories and peaks of a compliant impact, taken from the solution between steps as well.
+// Records histories and peaks of a compliant impact, from the solution between steps, too.
 
-/// Samples lie on a grid in time that is made coarser as the impact goes on, so that their number stays between
-/// `samples` and twice that, whatever the duration; and at every event, before and after.
+/// Samples lie on a time grid that becomes coarser during the impact, so that their number stays between `samples` and
+/// twice that for any duration; and at every event, before and after.
 class CompliantRecorder {
  public:
-  /// `spacing`: of the grid at first [s].
+  /// `spacing`: initial spacing of the grid [s].
   CompliantRecorder(CompliantSystem& system, int samples, double spacing);
 
-  /// A sample of its own, and the values from which the next step's peaks are sought; to be called before phases or a
-  /// drive's piece change, too.
+  /// Adds a sample, and the values from which the next step's peaks are searched; call it also before phases or a
+  /// drive's piece change.
   void mark(double t, std::span<const double> y);
-  /// Peaks and samples of the integrator's last step; phases still those of the step.
+  /// Adds peaks and samples of the integrator's last step; phases must still be those of the step.
   void step(StiffIntegrator& integrator);
-  /// Writes times, states and histories; the histories' impulses and losses are the caller's.
+  /// Writes times, states and histories; the caller writes the histories' impulses and losses.
   void finish(CompliantOutcome& outcome);
 
  private:
@@ -104,7 +104,7 @@ class CompliantRecorder {
   double spacing_;
   long next_ = 1;
   long on_grid_ = 0;
-  std::vector<Sample> taken_;  // first those that are evaluated
+  std::vector<Sample> taken_;  // evaluated ones first
   std::vector<double> y_;      // of the others, row by row
   // Per evaluated sample:
   std::vector<State> states_;

@@ -20,7 +20,7 @@ double largest_deformation(const CompliantContact& contact, double mass, double 
 
 namespace {
 
-// The first contact point: displacements have least to cancel near where deformations are.
+// The first contact point: near deformations, displacements have the smallest cancellation errors.
 Vector3d reference_point(std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps) {
   return !contacts.empty() ? contacts[0].p_WC : !grasps.empty() ? grasps[0].grasp.p_WC : Vector3d::zero();
 }
@@ -114,7 +114,7 @@ void CompliantSystem::describe_bodies(const Vector3d& origin_W) {
   }
 }
 
-// Free trees move by their momentum but where their root is held; the rates that neither gives are integrated.
+// Free trees move by their momentum unless their root is held; other rates are integrated.
 void CompliantSystem::describe_trees() {
   Workspace workspace(model_);
   std::vector<RootMomentum<double>> momenta(free_root_count(model_.tree()));
@@ -234,7 +234,7 @@ void CompliantSystem::say_efforts(double t, const double* q, const double* v, co
   if (effort != effort_.data()) std::copy(effort_.begin(), effort_.end(), effort);
 }
 
-// In packs, where more than one is asked for: a pack costs no less for lanes that nobody needs.
+// In packs for more than one point: a pack costs the same for unused lanes.
 void CompliantSystem::evaluate(CompliantPoints points) {
   const bool asks = drive_ != nullptr && (points.dydt != nullptr || points.acceleration != nullptr);
   if (asks) {
@@ -258,7 +258,7 @@ void CompliantSystem::evaluate(CompliantPoints points) {
   }
 }
 
-// One after the other, in doubles.
+// Sequentially, in doubles.
 void CompliantSystem::evaluate_here(const CompliantPoints& points) {
   const auto keep = [](const auto& from, auto* rows, std::size_t k) {
     if (rows != nullptr) std::copy(from.begin(), from.end(), rows + k * from.size());
@@ -335,7 +335,7 @@ void CompliantSystem::event_values(std::span<const InterfaceLoad> loads, std::sp
         first = load.deformation;
         break;
       case ContactPhase::pressing:
-        // Kelvin-Voigt's force vanishes once, before the deformation; Hunt and Crossley's by either factor.
+        // Kelvin-Voigt's force vanishes once, before the deformation; Hunt and Crossley's with either factor.
         first = viscous ? load.signed_force : load.deformation;
         if (crossley) second = 1 + contact.damping * load.rate;
         break;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The differential equations of a compliant impact (docs/theory.md, section 12) of one model: their tables, single
-/// points in doubles, many points at once in packs.
+/// The differential equations of a compliant impact (docs/theory, section 12) of one model: their tables, single
+/// points in doubles, many points in packs.
 
 #include <memory>
 #include <optional>
@@ -15,18 +15,18 @@
 
 namespace grapnel {
 
-/// Largest deformation of a lossless central impact at `speed` between bodies that the spring feels as `mass`, (12.15).
+/// Maximum deformation of a lossless central impact at `speed` with the effective `mass` of the bodies, (12.15).
 double largest_deformation(const CompliantContact& contact, double mass, double speed);
 
-/// Integrated numbers y: how coordinates differ from the start (compliant_kernel::Displacements), of free uniform
-/// motion for trees moved by their centres of mass; how the velocities differ that are neither held nor follow from
+/// Integrated numbers y: deviations of coordinates from the start (compliant_kernel::Displacements), for trees moved by
+/// their centres of mass from free uniform motion; deviations of velocities that are neither held nor follow from
 /// momentum; per interface (contacts, then grasps) the impulse about its point at the start; per interface the energy
 /// lost; per held velocity its impulse; the work of held velocities; with a drive its work; with springs at joints
-/// (JointDescription::spring) the energy that their dampers have taken. All zero at the start.
+/// (JointDescription::spring) the energy dissipated by their dampers. All zero at the start.
 class CompliantSystem {
  public:
-  /// `set`: of the packs in which several points at once are evaluated; none: doubles, one after the other, as models
-  /// whose joints move by modes are in any case.
+  /// `set`: of the packs in which several points are evaluated simultaneously; none: doubles, sequentially, as always
+  /// for models with joints that move by modes.
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                   std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive = nullptr,
                   std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
@@ -46,16 +46,16 @@ class CompliantSystem {
   int held_offset(int held) const { return tables_.held_at + held; }
   int work_offset() const { return tables_.work_at; }
   int drive_offset() const { return tables_.drive_at(); }    // of the drive's work, with one
-  int spring_offset() const { return tables_.spring_at(); }  // of what dampers at sprung joints have taken
-  /// Velocities (indices into State::v) that y holds, in order.
+  int spring_offset() const { return tables_.spring_at(); }  // of the energy dissipated by dampers at sprung joints
+  /// Velocities (indices into State::v) in y, in order.
   std::span<const int> integrated_rates() const { return rates_; }
   bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
 
-  /// Takes the state out of y and evaluates all interfaces; now() and loads() then have them.
+  /// Reads the state from y and evaluates all interfaces; see now() and loads().
   void load(double t, std::span<const double> y);
   const State& now() const { return now_; }
   std::span<const InterfaceLoad> loads() const { return kernel_->loads(); }
-  /// What contacts and grasps do to both their bodies.
+  /// Wrenches of contacts and grasps on both their bodies.
   std::span<const ExternalWrench> wrenches_now() { return wrenches(loads()); }
   double kinetic_energy_now() const;
   /// Of the trees that an interface or a held velocity acts on [J].
@@ -66,11 +66,11 @@ class CompliantSystem {
 
   /// Right-hand side. Never throws.
   void rates(double t, std::span<const double> y, std::span<double> dydt);
-  /// Of many points: as many y's one after the other as there are times; so are results. `loads`: what interfaces do at
-  /// each, as many as there are interfaces; or empty. Never throws.
+  /// For many points: as many y's in sequence as times; likewise the results. `loads`: of interfaces at each point, as
+  /// many as interfaces; or empty. Never throws.
   void rates(std::span<const double> t, std::span<const double> y, std::span<double> dydt,
              std::span<InterfaceLoad> loads);
-  /// What interfaces do at many points.
+  /// Loads of interfaces at many points.
   void look(std::span<const double> t, std::span<const double> y, std::span<InterfaceLoad> loads);
   /// States, interfaces and rates of all velocities (per State::v; held ones zero) at many points.
   struct Sampled {
@@ -84,10 +84,10 @@ class CompliantSystem {
   void event_values(std::span<const InterfaceLoad> loads, std::span<double> g) const;
   void event_values(double t, std::span<const double> y, std::span<double> g);
   void event_directions(std::span<int> directions) const;
-  /// What a contact that bears `load` does after event function `which` (0 or 1) has crossed zero.
+  /// The phase of a contact with `load` after event function `which` (0 or 1) has crossed zero.
   ContactPhase phase_after(int contact, int which, const InterfaceLoad& load) const;
 
-  std::vector<ContactPhase> phase;  // per contact; the caller's to change, between steps
+  std::vector<ContactPhase> phase;  // per contact; may be changed by the caller between steps
 
  private:
   void describe_bodies(const Vector3d& origin_W);

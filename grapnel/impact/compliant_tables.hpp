@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the equations of a compliant impact (compliant_kernel.hpp) work on: plain data, which files compiled for an
-/// instruction set may see.
+/// The data of the equations of a compliant impact (compliant_kernel.hpp): plain data, which files compiled for an
+/// instruction set may include.
 
 #include <cstdint>
 
@@ -14,16 +14,16 @@ namespace grapnel {
 /// kelvin_voigt: max(0, k d + c d').  hertz: k d^(3/2).  hunt_crossley: max(0, k d^n (1 + a d')).
 enum class ContactForceModel { kelvin_voigt, hertz, hunt_crossley };
 
-/// apart: no deformation. pressing: the force law holds. relaxing: the surface is dented, nothing touches it.
+/// apart: no deformation. pressing: the force law applies. relaxing: the surface is deformed, but not in contact.
 enum class ContactPhase { apart, pressing, relaxing };
 
-// How far bodies have moved since an instant, without cancellation: a deformation of micrometres is the difference of
-// two displacements, not of two positions of several metres.
+// Displacements of bodies since an instant, without cancellation: a deformation of micrometres is the difference of two
+// displacements, not of two positions of several metres.
 
 /// The motion x -> x + (turn - 1)(x - o) + move of all points of a body in W, o a reference point common to all bodies.
 template <class S>
 struct BasicDisplacement {
-  Quaternion<S> turn;  // in W, unit; its vector part keeps its digits near zero
+  Quaternion<S> turn;  // in W, unit; its vector part is accurate near zero
   Vector3<S> move;     // of the point at o
 };
 
@@ -35,14 +35,14 @@ struct StartBody {
   Vector3d arm;   // from o to the body's origin
   Vector3d com;   // from o to the centre of mass
   Rotationd R_WB;
-  double share;  // mass over that of its tree
+  double share;  // mass relative to that of its tree
 };
 
 /// A free tree, in the order of the links.
 struct StartTree {
   int body;          // its root
   int q, v;          // of the root
-  bool by_momentum;  // else the root is held
+  bool by_momentum;  // otherwise the root is held
   Momentumd h;       // about its centre of mass
   Vector3d com;      // in W
   double mass;
@@ -56,7 +56,7 @@ struct InterfaceSide {
 
 enum class GraspTurns { free, about_hinge, none };
 
-/// A contact, or a grasp of which nothing of the contact is read.
+/// A contact, or a grasp, for which the contact members are unused.
 struct InterfaceTable {
   InterfaceSide robot, target;
   Vector3d point;  // in W, at the start
@@ -68,7 +68,7 @@ struct InterfaceTable {
   double stiffness = 0, damping = 0, exponent = 0;
   double friction = 0, slip_speed = 1;
 
-  // Grasps: with `stiffness` and `damping` of the points' distance.
+  // Grasps: also with `stiffness` and `damping` of the points' distance.
   GraspTurns turns = GraspTurns::free;
   Vector3d hinge = Vector3d::zero();
   double angular_stiffness = 0, angular_damping = 0;
@@ -78,10 +78,10 @@ struct InterfaceTable {
 struct SpringTable {
   int q, v;
   double stiffness, damping, rest, backlash;
-  bool counted;  // the tree takes part in the impact
+  bool counted;  // the tree participates in the impact
 };
 
-/// All of an impact. Numbers y as CompliantSystem says.
+/// All data of an impact. Numbers y as in CompliantSystem.
 struct CompliantTables {
   int coordinates, velocities;
   const double *q, *v;  // at the start
@@ -96,12 +96,12 @@ struct CompliantTables {
   const ContactPhase* phase;  // per contact; changes between steps
   const SpringTable* springs;
   int spring_count;
-  const int* rates;  // velocities that y holds
+  const int* rates;  // velocities in y
   int rate_count;
   const int* held;  // velocities
   int held_count;
   const std::uint8_t* prescribed;  // per velocity
-  Vector3d drift;                  // velocity common to all, which displacements leave out
+  Vector3d drift;                  // velocity common to all, excluded from displacements
   bool driven;
   int rate_at, impulse_at, loss_at, held_at, work_at, size;  // offsets in y; of y
 
@@ -110,23 +110,23 @@ struct CompliantTables {
   int spring_at() const { return work_at + (driven ? 2 : 1); }  // with springs
 };
 
-/// What one contact or grasp does at an instant, in W, on the robot's body at `point`.
+/// Loads of one contact or grasp at an instant, in W, on the robot's body at `point`.
 template <class S>
 struct BasicInterfaceLoad {
-  Vector3<S> point;  // on the robot's body: action and reaction are taken here
+  Vector3<S> point;  // on the robot's body: point of action and reaction
   Wrench<S> F;       // about `point`
-  Twist<S> u;        // of the robot's body against the target's, at `point`
-  Twist<S> u_T;      // of a grasp, in the axes that its target had at the start
+  Twist<S> u;        // of the robot's body relative to the target's, at `point`
+  Twist<S> u_T;      // of a grasp, in the initial axes of its target
   S deformation;     // [m]
   S rate;            // of it, for contacts [m/s]
-  S signed_force;    // what the law of a contact would give if it could pull [N]
+  S signed_force;    // force of a contact's law if it could pull [N]
   S angle;           // of a grasp's rotational spring [rad]
   S energy;          // of springs [J]
   S loss;            // power of dampers and friction, >= 0 [W]
 };
 using InterfaceLoad = BasicInterfaceLoad<double>;
 
-/// Points (t, y) and what is wanted of them, row by row; null: not wanted.
+/// Points (t, y) and the requested results, row by row; null: not requested.
 struct CompliantPoints {
   int count = 0;
   const double *t = nullptr, *y = nullptr;
@@ -134,15 +134,14 @@ struct CompliantPoints {
   double *q = nullptr, *v = nullptr;  // State's
   double* acceleration = nullptr;     // per velocity
   double* dydt = nullptr;
-  /// With a drive, wherever accelerations are needed: efforts per velocity, zero when asked. Then q, v and loads are
-  /// wanted too.
+  /// With a drive, wherever accelerations are needed: efforts per velocity, zero on call. Requires q, v and loads.
   void (*efforts)(void* drive, double t, const double* q, const double* v, const InterfaceLoad* loads,
                   double* effort) = nullptr;
   void* drive = nullptr;
 };
 
-/// The equations at many points, in the packs of an instruction set. Bits do not depend on the set among those with
-/// fused products, nor on the other points.
+/// The equations at many points, in the packs of an instruction set. Results are bit-identical for all sets with fused
+/// products, and independent of the other points.
 class CompliantPacks {
  public:
   CompliantPacks() = default;
@@ -152,8 +151,8 @@ class CompliantPacks {
   virtual void evaluate(const CompliantPoints& points) = 0;
 };
 
-/// Once per instruction set; each is defined where it is compiled for its set. `tables` must outlive what is made,
-/// which the caller deletes.
+/// Once per instruction set; each is defined in the file compiled for its set. `tables` must outlive the object, which
+/// the caller deletes.
 CompliantPacks* make_compliant_packs_one_lane(const CompliantTables& tables, const TreeLink<double>* links, int count);
 CompliantPacks* make_compliant_packs_sse2(const CompliantTables& tables, const TreeLink<double>* links, int count);
 CompliantPacks* make_compliant_packs_avx2(const CompliantTables& tables, const TreeLink<double>* links, int count);

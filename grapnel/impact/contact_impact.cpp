@@ -16,12 +16,12 @@
 namespace grapnel {
 namespace {
 
-constexpr double kOtherOrder = 100;       // factor on a stiffness that stands for another order of the contacts
-constexpr double kOtherTolerance = 1e-9;  // what the spread needs
+constexpr double kOtherOrder = 100;       // factor on a stiffness that represents another order of the contacts
+constexpr double kOtherTolerance = 1e-9;  // tolerance of the spread
 constexpr int kOtherSteps = 5000;
-constexpr double kUnique = 1e-6;          // spread below which the shares are said to be unique
-constexpr double kCreated = 1e-9;         // fraction of the work turned over that counts as energy created
-constexpr double kNothingYields = 1e-12;  // of the mobility that a contact would have without grasps and held rates
+constexpr double kUnique = 1e-6;          // spread below which the impulses count as unique
+constexpr double kCreated = 1e-9;         // fraction of the exchanged work that counts as created energy
+constexpr double kNothingYields = 1e-12;  // relative to the mobility of a contact without grasps and held rates
 
 void check(std::span<const ContactPoint> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -43,8 +43,8 @@ void check(std::span<const ContactPoint> contacts) {
 Eigen::Vector3d eigen(const Vector3d& a) { return {a[0], a[1], a[2]}; }
 Vector3d vector(const Eigen::Vector3d& a) { return {a[0], a[1], a[2]}; }
 
-// What the contacts are to the model: axes (rows normal, tangent, tangent, in W) and the Jacobian of their relative
-// velocities along these.
+// The contacts in the model: axes (rows normal, tangent, tangent, in W) and the Jacobian of their relative velocities
+// along these.
 struct ContactRows {
   std::vector<Eigen::Matrix3d> axes;
   Eigen::MatrixXd J;  // 3 n x velocities
@@ -66,7 +66,7 @@ ContactRows contact_rows(const Model& model, const Kinematics& kinematics, std::
   return rows;
 }
 
-// The system as the contacts feel it: their inverse inertia with grasps and held rates kept, and the velocities once
+// The system seen from the contacts: their inverse inertia with grasps and held rates enforced, and the velocities once
 // these are reached.
 struct Felt {
   Eigen::MatrixXd W;
@@ -82,7 +82,7 @@ Felt felt(const Eigen::MatrixXd& M, const Cholesky& mass, const Eigen::MatrixXd&
     f.W = Y.transpose() * Y;
     f.velocity = v;
   } else {
-    // The response to an impulse, M^-1 J^T, projected onto the motions that grasps and held rates leave.
+    // The response to an impulse, M^-1 J^T, projected onto the motions that grasps and held rates permit.
     Eigen::MatrixXd response = cholesky_solution(mass, J.transpose());
     const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
     for (Eigen::Index i = 0; i < response.cols(); ++i) {
@@ -111,18 +111,18 @@ ContactPathProblem path_problem(const Felt& f, std::span<const ContactPoint> con
   return problem;
 }
 
-// Names a contact that is pressed together and cannot give way; empty if there is none.
+// Names a contact that is pressed together but cannot move; empty if there is none.
 std::string unyielding(const ContactPathProblem& problem) {
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(problem.contacts.size()); ++i) {
     if (problem.W(3 * i, 3 * i) > 0 || problem.u[3 * i] >= -1e4 * problem.rounding) continue;
-    return fmt::format("contact {}: held rates and grasps press it together at {:.3g} m/s and nothing can yield", i + 1,
+    return fmt::format("contact {}: held rates and grasps press it together at {:.3g} m/s and no body can move", i + 1,
                        -problem.u[3 * i]);
   }
   return {};
 }
 
-// The path, and behind it those by which vary_order() tells how much depends on the order in which the contacts take
-// their shares: other stiffness ratios stand for other orders.
+// The path, followed by those with which vary_order() evaluates the dependence on the order of the contacts: other
+// stiffness ratios represent other orders.
 std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& problem) {
   const std::size_t n = problem.contacts.size();
   std::vector<ContactPathProblem> all(n < 2 ? 1 : 2 * n + 1, problem);
@@ -181,7 +181,7 @@ void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<c
   solution.energy_created = gained > kCreated * turned_over;
 }
 
-// What grasps give in all, as a generalized impulse.
+// The total impulse of the grasps, as a generalized impulse.
 Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const Grasp> closed,
                                     const ImpactSolution& kept) {
   Eigen::VectorXd P(rows.J.rows());
@@ -220,11 +220,11 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   ContactImpactSolution solution;
   solution.message = unyielding(problem);
   if (!solution.message.empty()) {
-    // Nothing is done to the contacts: no finite impulse would do.
+    // Contacts receive no impulse: no finite one would suffice.
     for (auto& c : problem.contacts) c.stiffness = 1;
     problem.u.setZero();
   }
-  // Where the first path fails nobody asks for the spread, which alone needs the others.
+  // If the first path fails the spread is not needed, and only the spread needs the others.
   const std::vector<ContactPath> paths =
       follow_contacts(with_other_orders(problem), lanes::best_instruction_set(), OtherPaths::if_first_ends);
   const ContactPath& path = paths[0];
@@ -232,7 +232,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;
   solution.steps = path.steps;
 
-  // Grasps and held rates take what the contacts bring and what they needed themselves, in one.
+  // Grasps and held rates receive the impulses of the contacts and their own in one solution.
   State pushed = state;
   const Eigen::VectorXd brought = rows.J.transpose() * path.impulse;
   Eigen::Map<Eigen::VectorXd>(pushed.v.data(), before.size()) += cholesky_solution(mass, brought);

@@ -13,26 +13,26 @@ namespace grapnel {
 namespace {
 
 constexpr double kGrowth = 6, kShrink = 0.2;
-constexpr double kWorthStiff = 30;  // how much further a stiff step must go than an explicit one
-constexpr int kPatience = 40;       // explicit steps so short that a stiff one would be worth it, before one is tried
+constexpr double kWorthStiff = 30;  // required length of a stiff step relative to an explicit one
+constexpr int kPatience = 40;       // number of very short explicit steps before a stiff one is tried
 constexpr double kSmallestStep = 1e-13;
-constexpr double kStop = 1e-12;   // slower than this fraction of the approach a contact has come to rest
-constexpr double kEdge = 1e-10;   // a friction force this near the cone's edge is on it
-constexpr double kAtOnce = 1e-4;  // an event within so short a step from where it was not due is one at its start
-constexpr double kNegligibleRebound = 50;  // of the tolerance: forces and velocities left of a cascade that never ends
-constexpr double kFeed = 1000;             // steps after which twice as much is left of it
-constexpr double kLawMissed = 1e-9;        // by friction at rest, of what drives it; measured 1e-14
-constexpr int kMostCrawls = 2000;          // solutions of it by the slow method: half a second of five contacts
-constexpr double kSlowdown = 0.9;          // largest fraction of its speed that a sliding contact loses in a step
+constexpr double kStop = 1e-12;   // fraction of the approach speed below which a contact is at rest
+constexpr double kEdge = 1e-10;   // relative distance from the cone's edge below which a friction force is on it
+constexpr double kAtOnce = 1e-4;  // an event in so short a step counts as one at its start
+constexpr double kNegligibleRebound = 50;  // times the tolerance: remaining forces and velocities of an endless cascade
+constexpr double kFeed = 1000;             // steps after which the remaining amount is doubled
+constexpr double kLawMissed = 1e-9;        // residual of friction at rest, relative to its input; measured 1e-14
+constexpr int kMostCrawls = 2000;          // maximum number of slow solutions: half a second for five contacts
+constexpr double kSlowdown = 0.9;          // maximum fraction of its speed that a sliding contact loses in a step
 
-// What ends a step early.
+// An event that ends a step early.
 struct Event {
   int contact = -1;
   Watch watch = Watch::velocity;
 };
 
-// One path, turned inside out: it says which explicit step it wants to be tried, and is told when that has been done,
-// so that steps of several can be tried together. Stiff steps it tries itself.
+// One path as a state machine: it requests an explicit step, and continues when the step has been tried, so that steps
+// of several paths are tried together. It makes stiff steps itself.
 class Follower {
  public:
   explicit Follower(const ContactPathProblem& problem) : problem_(problem), motion_(problem), count_(motion_.count()) {
@@ -42,19 +42,19 @@ class Follower {
     stop_ = std::max(kStop, 10 * motion_.rounding());
   }
 
-  /// As far as the first explicit step, or the path's end.
+  /// Runs to the first explicit step, or to the path's end.
   void begin();
   bool done() const { return done_; }
   bool failed() const { return !result_.failure.empty(); }
-  /// Unless it is done, it is not followed any more.
+  /// Abandons the path, unless it is done.
   void give_up() {
     if (!done_) result_.failure = "not followed to its end: the first path failed";
     done_ = true;
   }
-  /// Once begun, unless it is done: into a lane of its own; and each step that it wants.
+  /// Writes the next step into a lane; call after begin(), unless done, and for each step.
   void enter(const PathLanes& lanes, int lane) { motion_.enter(lanes, lane); }
   void put(const PathLanes& lanes, int lane) { motion_.put(lanes, lane, size_); }
-  /// The step was tried: as far as the next one, or the path's end.
+  /// The step was tried: runs to the next one, or to the path's end.
   void take(const PathLanes& lanes, int lane) {
     judge(motion_.take(lanes, lane));
     go_on();
@@ -92,7 +92,7 @@ class Follower {
   std::vector<Eigen::Vector2d> first_slip_;
   double small_, stop_;
   double step_ = 1e-2, stiff_step_ = 1e-2;
-  bool stiff_ = false;  // which kind of step is being tried
+  bool stiff_ = false;  // kind of the tried step
   int short_steps_ = 0;
   bool done_ = false;
 
@@ -101,8 +101,8 @@ class Follower {
   double length_ = 0;  // of the step: an event in it can be earlier
   double tightness_ = 1;
   Event event_;     // that ends it
-  int rounds_ = 0;  // of looking for events
-  // Looking for the instant of one: Illinois' rule, every value from a step of its own.
+  int rounds_ = 0;  // of the search for events
+  // Search for the instant of an event: Illinois method, one step per value.
   bool seeking_ = false;
   Event sought_;
   double low_ = 0, high_ = 0, gap_low_ = 0, gap_high_ = 0, gap_ = 0, at_ = 0;
@@ -119,7 +119,7 @@ bool Follower::start() {
   return any;
 }
 
-// A fraction of the fastest spring's period, so that no spring turns twice in a step; and sliding must not end in it.
+// A fraction of the fastest spring's period, so that no spring turns twice in a step; sliding must not end in it.
 double Follower::spring_step() const {
   double squares = 1e-6;
   for (int i = 0; i < count_; ++i) squares += motion_.frequency_squared(i);
@@ -140,12 +140,12 @@ double Follower::longest_step() const {
   return h;
 }
 
-// An event that the step just tried has passed, other than `but`.
+// An event in the tried step, other than `but`.
 Event Follower::event_in_step(const Event& but) const {
   for (int i = 0; i < count_; ++i) {
     for (Watch watch : {Watch::velocity, Watch::release, Watch::cone}) {
       if ((but.contact == i && but.watch == watch) || !motion_.watches(i, watch)) continue;
-      if (stiff_ && watch == Watch::cone) continue;  // this step needs not know when
+      if (stiff_ && watch == Watch::cone) continue;  // this step does not need the instant
       if (motion_.gap(motion_.end(), i, watch) < -bound(watch)) return {i, watch};
     }
   }
@@ -166,8 +166,8 @@ bool Follower::slows_too_fast(double h) const {
   return false;
 }
 
-// Which contacts at rest in their tangent planes stick, and how the others begin to slide. `pushed_over`: one that has
-// just reached its cone's edge, or -1.
+// Decides which contacts at rest in their tangent planes stick, and how the others begin to slide. `pushed_over`: one
+// that has just reached its cone's edge, or -1.
 void Follower::decide_friction(int pushed_over) {
   std::vector<int> rest;
   for (int i = 0; i < count_; ++i) {
@@ -191,7 +191,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   if (rest.empty()) return;
   for (int i : rest) {
     PathSpring& c = motion_.contact(i);
-    c.offset += motion_.slip(motion_.now(), i);  // what was left of its speed counts as none
+    c.offset += motion_.slip(motion_.now(), i);  // its remaining speed counts as zero
     c.share.setZero();
   }
   const RestProblem r = motion_.at_rest(rest);
@@ -214,7 +214,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
     }
   }
   if (sticking.empty() || !r.mobility.redundant) return;
-  // Redundant: some distribution of the forces holds; take the one that uses the cones least.
+  // Redundant: some distribution of the forces satisfies the cones; take the one with minimum use of the cones.
   const RestProblem again = motion_.at_rest(sticking);
   const StickShare share = least_used_cones(again.mobility.A, again.b, again.radius);
   motion_.count(share);
@@ -268,7 +268,7 @@ void Follower::note_modes() {
   }
 }
 
-// A contact about to stop must not be lost in the error: of how much of the tolerance there is left.
+// The error must not hide that a contact is about to stop: returns the usable fraction of the tolerance.
 double Follower::tightness() const {
   double slowest = 1;
   for (int i = 0; i < count_; ++i) {
@@ -279,8 +279,8 @@ double Follower::tightness() const {
   return std::clamp(0.01 * slowest / problem_.tolerance, 0.03, 1.0);
 }
 
-// The kind of the next step and its size: the stiff kind costs more and must go much further for that. It takes
-// whatever has not yet died down of a turn of friction for done, so that only explicit steps may follow an event.
+// Chooses the kind of the next step and its size: the stiff kind costs more and must be correspondingly longer. It
+// treats transients of a change of friction as decayed, so that only explicit steps may follow an event.
 double Follower::choose_step() {
   const double explicit_step = std::min(step_, longest_step()), stiff_step = std::min(stiff_step_, spring_step());
   const bool worth = stiff_step > kWorthStiff * explicit_step;
@@ -308,19 +308,20 @@ void Follower::begin_step() {
     result_.failure = "the impulses are not finite";
     return;
   }
-  // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
+  // Errors of the steps feed a cascade that barely decays: the bound grows with its length.
   const double negligible = kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed);
   const bool is_over = !motion_.any_touching() || motion_.rebounds_negligible(negligible);
   const PathMotion::Wedge wedge = is_over ? PathMotion::Wedge::none : motion_.wedged(negligible);
-  // However the path ends, what friction missed on it is said.
+  // Reports the friction residual, however the path ends.
   if (motion_.law_missed() > kLawMissed) {
-    result_.failure = fmt::format("friction of contacts at rest misses Coulomb's law by {:.1e} of what drives them",
-                                  motion_.law_missed());
+    result_.failure =
+        fmt::format("friction of contacts at rest violates Coulomb's law by {:.1e}, relative to the driving rates",
+                    motion_.law_missed());
     return;
   }
   if (is_over || wedge == PathMotion::Wedge::at_rest) return;
   if (wedge == PathMotion::Wedge::ever_harder) {
-    result_.failure = "bodies are wedged at rest, and forces that are to part them grow without end";
+    result_.failure = "bodies are wedged at rest, and the forces that separate them grow without bound";
     return;
   }
   if (motion_.crawled() > kMostCrawls) {
@@ -344,10 +345,10 @@ void Follower::try_again(double h) {
   size_ = length_ = std::max(h, kSmallestStep);
 }
 
-// What becomes of the step just tried: another try, a search for an event in it, or the next step.
+// Evaluates the tried step: another try, a search for an event in it, or the next step.
 void Follower::judge(double error) {
   if (seeking_) {
-    // A step of this size can fail though the longer one did not, by chance, over a change of friction.
+    // A step of this size can fail although the longer one passed, because of a change of friction.
     if (!(error <= 1) && stiff_) return try_again(0.3 * at_);
     if (!found()) return;
   } else {
@@ -355,7 +356,7 @@ void Follower::judge(double error) {
     event_ = {};
     rounds_ = 0;
   }
-  // The first of the events in the step, which becomes shorter with every one that is found.
+  // Finds the first of the events in the step; each found event shortens it.
   for (; rounds_ < 3 * count_ + 3; ++rounds_) {
     const Event e = event_in_step(event_);
     if (e.contact < 0) break;
@@ -364,7 +365,7 @@ void Follower::judge(double error) {
       ++rounds_;
       return seek(e, before);
     }
-    // It stood at its event when the step began and has gone over: at once, or by a turn within the step.
+    // It was at its event when the step began and has crossed: immediately, or by a reversal within the step.
     if (length_ > kAtOnce * std::min(1.0, spring_step()) && !(motion_.gap_rate(e.contact, e.watch) < -1e-9))
       return try_again(0.1 * length_);
     event_ = e, length_ = 0;
@@ -374,7 +375,7 @@ void Follower::judge(double error) {
   begin_step();
 }
 
-// Whether the step just tried is small enough; if so, how large the next is to be.
+// Whether the tried step is accurate enough; sets the size of the next.
 bool Follower::passes(double error) {
   if (!stiff_) error /= tightness_;
   double& next = stiff_ ? stiff_step_ : step_;
@@ -393,7 +394,7 @@ bool Follower::passes(double error) {
   return true;
 }
 
-// Begins to look for the instant of an event that the step just tried has passed; `before`: its gap at the beginning.
+// Begins the search for the instant of an event in the tried step; `before`: its gap at the beginning.
 void Follower::seek(const Event& event, double before) {
   seeking_ = true;
   sought_ = event;
@@ -403,7 +404,7 @@ void Follower::seek(const Event& event, double before) {
   look();
 }
 
-// Asks for the next try; false if the instant is found: that of the last.
+// Requests the next try; false if the instant is found: that of the last.
 bool Follower::look() {
   if (looks_ == 100 || !(std::abs(gap_) > 0.1 * bound(sought_.watch)) || !(high_ - low_ > 1e-16 * length_))
     return false;
@@ -413,7 +414,7 @@ bool Follower::look() {
   return true;
 }
 
-// What the try at at_ says; true if the step now ends there, at the event.
+// Evaluates the try at at_; true if the step now ends there, at the event.
 bool Follower::found() {
   gap_ = motion_.gap(motion_.end(), sought_.contact, sought_.watch);
   const int now = gap_ > 0 ? 1 : -1;
@@ -428,7 +429,7 @@ bool Follower::found() {
   return true;
 }
 
-// The step ends where its last try does.
+// Ends the step at its last try.
 void Follower::end_step() {
   if (!stiff_) ++short_steps_, stiff_step_ = std::min(1.5 * stiff_step_, 0.1);
   const bool at_rest = length_ > 0 && came_to_rest();
@@ -473,7 +474,7 @@ std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> pro
   const std::unique_ptr<PathSteps> steps =
       make_path_steps(set, static_cast<int>(contacts), static_cast<int>(problems.size()));
   const PathLanes& lanes = steps->lanes;
-  // A lane whose path is done takes the next one that is not; when none is left it makes steps of no size.
+  // A lane whose path is done takes the next unfinished one; if none is left it makes steps of size zero.
   std::vector<Follower*> in_lane(static_cast<std::size_t>(lanes.width), nullptr);
   auto next = paths.begin();
   for (;;) {

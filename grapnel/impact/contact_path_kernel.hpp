@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The equations of the inner time of contact_path.hpp, (11.3) to (11.8), and one step of DOP853 over them, on any
-/// scalar: doubles, or packs with another path in every lane. contact_path_motion.cpp has it for doubles; for packs the
-/// translation units contact_path_packs_SET.cpp alone instantiate it.
+/// The equations of the inner time of contact_path.hpp, (11.3) to (11.8), and one step of DOP853, for any scalar:
+/// doubles, or packs with a different path in each lane. contact_path_motion.cpp instantiates them for doubles; the
+/// translation units contact_path_packs_SET.cpp for packs.
 
 #include <cmath>
 
@@ -13,7 +13,7 @@
 namespace grapnel {
 namespace contact_path_kernel {
 
-// Of doubles, what grapnel/pack/pack.hpp has of packs.
+// Counterparts for doubles of the functions for packs in grapnel/pack/pack.hpp.
 GRAPNEL_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
 GRAPNEL_INLINE bool any(bool condition) { return condition; }
 GRAPNEL_INLINE double max(double a, double b) { return a > b ? a : b; }
@@ -26,9 +26,9 @@ inline constexpr int kWidth<double> = 1;
 
 }  // namespace contact_path_kernel
 
-/// Velocities u at y = [f; P; ...], and the rates of y. `table`: of PathTable. What no lane needs is left out: in a
-/// lane that does not need it, it changes no bit.
-/// `N`: how many contacts there are, where a text of its own is worth it; 0: any number.
+/// Velocities u at y = [f; P; ...], and the rates of y. `table`: of PathTable. Terms that no lane needs are skipped; in
+/// a lane that does not need them they would change no bit. `N`: number of contacts for a specialized implementation;
+/// 0: any number.
 template <int N, class S>
 void path_rates(const PathTable& table_of, const S* table, bool any_sticks, const S* y, S* u, S* b, S* rate) {
   using namespace contact_path_kernel;
@@ -58,7 +58,7 @@ void path_rates(const PathTable& table_of, const S* table, bool any_sticks, cons
     force[3 * i + 2] = -S(radius * z);
   }
   if (any_sticks) {
-    // What all others do to the tangential velocities of contacts that stick is undone.
+    // Removes the effect of all others on the tangential velocities of sticking contacts.
     for (int i = 0; i < 2 * n; ++i) {
       const S* const row = W + (3 * (i / 2) + 1 + i % 2) * rows;
       S sum(0.0);
@@ -101,7 +101,7 @@ class PackedPathSteps : public PathSteps {
     table_ = take(at_.size()), size_ = take(1), y_ = take(y), end_ = take(y), u_ = take(y), end_rate_ = take(y);
     error_ = take(2), state_ = take(y), b_ = take(y), stages_ = take(dop853::kStages * y);
     for (int i = 0; i < numbers_; ++i) data_[i] = S(0.0);
-    // A scalar is nothing but its lanes' doubles.
+    // A scalar consists of its lanes' doubles only.
     static_assert(sizeof(S) == contact_path_kernel::kWidth<S> * sizeof(double));
     const auto doubles = [](S* at) GRAPNEL_INLINE_LAMBDA { return reinterpret_cast<double*>(at); };
     lanes.width = contact_path_kernel::kWidth<S>;
@@ -132,7 +132,7 @@ class PackedPathSteps : public PathSteps {
   }
 
  private:
-  // Forces and impulses alone: nothing depends on the other numbers of y.
+  // Forces and impulses only: no other number of y is an input.
   template <int kNumber, const auto& kRow>
   void stage() {
     const S h = *size_;
@@ -141,8 +141,8 @@ class PackedPathSteps : public PathSteps {
     path_rates<N>(at_, table_, any_sticks_, state_, u_, b_, stages_ + (kNumber - 1) * y);
   }
 
-  // The step's end and the sizes of both estimates of its error: the largest of forces, of impulses as the velocities
-  // feel them, and of the energy balance.
+  // The step's end and the norms of both error estimates: the maximum over forces, impulses (as their effect on
+  // velocities), and the energy balance.
   void finish() {
     using namespace contact_path_kernel;
     const S h = *size_;
@@ -154,7 +154,7 @@ class PackedPathSteps : public PathSteps {
       const S scale = i >= n && i < 4 * n ? table_[at_.scale() + i - n] : S(1.0);
       error5 = max(error5, abs(S(scale * dop853::weighted_sum<dop853::kError5>(stages_, y, i))));
       error3 = max(error3, abs(S(scale * S(slope - dop853::weighted_sum<dop853::kThirdOrder>(stages_, y, i)))));
-      sum += S(0.0) * end_[i];  // not a number where any is not finite, which the largest of several may miss
+      sum += S(0.0) * end_[i];  // NaN if any is not finite, which the maximum could miss
     }
     const S size = abs(h);
     error_[0] = size * error5 + sum;
@@ -168,7 +168,7 @@ class PackedPathSteps : public PathSteps {
   bool any_sticks_ = false;
 };
 
-/// The commonest numbers of contacts have texts of their own.
+/// Specialized implementations for the most common numbers of contacts.
 template <class S>
 PathSteps* new_path_steps(int contacts) {
   if (contacts == 1) return new PackedPathSteps<S, 1>(contacts);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRedundant = 1e-11;  // eigenvalues below this fraction of the largest are zero
 
-// Eigenvalues and vectors of A with its rows scaled to unit diagonal, so that heavy and light bodies count alike.
+// Eigenvalues and vectors of A with its rows scaled to unit diagonal, so that heavy and light bodies have equal weight.
 struct Scaled {
   Eigen::VectorXd size;
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
@@ -32,7 +32,7 @@ struct Scaled {
   }
 };
 
-constexpr double kSmallCone = 1e-4;  // cones below this fraction of the largest are measured against that
+constexpr double kSmallCone = 1e-4;  // minimum scale of cones, relative to the largest
 
 }  // namespace
 
@@ -80,7 +80,7 @@ bool PathMotion::any_touching() const {
 bool PathMotion::rebounds_negligible(double small) const {
   for (int i = 0; i < count_; ++i) {
     if (!touches(i)) continue;
-    // The velocity to which the spring could make it rebound.
+    // The rebound velocity that the spring could cause.
     const double stored = std::abs(now_.y[i]) * std::sqrt(W_(3 * i, 3 * i) / stiffness(i));
     if (stored > small || std::abs(normal_velocity(now_, i) - contact(i).released) > small) return false;
   }
@@ -94,19 +94,19 @@ PathMotion::Wedge PathMotion::wedged(double small) {
     if (!touches(i)) continue;
     if (std::abs(normal_velocity(now_, i)) > small) return Wedge::none;
     force[i] = now_.y[i], growth[i] = force_rate(i, 0);
-    if (growth[i] < 0) return Wedge::none;  // Poisson's spring loses its force at rest too
+    if (growth[i] < 0) return Wedge::none;  // Poisson's spring loses its force at rest, too
     if (friction(i) == 0) continue;
     if (slip(now_, i).norm() > small) return Wedge::none;
     rubbing.push_back(i);
   }
   if (!balanced(rubbing, force, small)) return Wedge::none;
   if (growth.isZero()) return Wedge::at_rest;
-  // If friction can balance what they grow by it can balance them at any time, cones being convex.
+  // If friction can balance their growth it can always balance them, since cones are convex.
   return balanced(rubbing, growth, small * growth.maxCoeff()) ? Wedge::ever_harder : Wedge::none;
 }
 
-// Whether friction of the contacts `rubbing` can balance these normal forces: what is left of them must not bring more
-// speed than `small` within a spring's period.
+// Whether friction of the contacts `rubbing` can balance these normal forces: the remainder must not cause a speed
+// above `small` within a spring's period.
 bool PathMotion::balanced(const std::vector<int>& rubbing, const Eigen::VectorXd& normal, double small) {
   const Eigen::Index m = static_cast<Eigen::Index>(rubbing.size());
   force_.setZero(3 * count_);
@@ -139,7 +139,7 @@ double PathMotion::frequency_squared(int i) const {
   return k;
 }
 
-// The law of the spring (docs/theory.md, section 11).
+// The spring's law (docs/theory, section 11).
 double PathMotion::force_rate(int i, double normal_velocity) const {
   const PathSpring& c = contact(i);
   if (c.phase == NormalPhase::open) return 0;
@@ -149,7 +149,7 @@ double PathMotion::force_rate(int i, double normal_velocity) const {
   return -stiffness(i) / (restitution(i) * restitution(i)) * normal_velocity;
 }
 
-// What contacts are doing, as numbers of the equations: see PathTable.
+// Writes the contacts' states as numbers of the equations: see PathTable.
 void PathMotion::write_springs() {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = contact(i);
@@ -175,7 +175,7 @@ void PathMotion::write_springs() {
     } else if (!rubs) {
       slow = kFrictionless;
     } else {
-      // The first moments of sliding have no direction of their own yet.
+      // At the start of sliding the velocity has no direction yet.
       slow = c.direction.isZero() ? kAnySpeed : kSlow, along = c.direction;
     }
   }
@@ -228,7 +228,7 @@ void PathMotion::prepare() {
 }
 
 RestProblem PathMotion::at_rest(const std::vector<int>& rest) {
-  // At the very beginning forces are zero and only what they grow with is known: it has the same directions.
+  // At the very beginning forces are zero and only their growth is known, which has the same directions.
   Eigen::VectorXd normal = Eigen::VectorXd::Zero(count_);
   for (int i = 0; i < count_; ++i) {
     if (touches(i)) normal[i] = std::max(0.0, now_.y[i]);
@@ -274,7 +274,7 @@ double PathMotion::gap(const PathPoint& at, int i, Watch watch) const {
     if (problem_.hypothesis == RestitutionHypothesis::newton) return c.released - normal_velocity(at, i);
     return at.y[i] / c.top;
   }
-  // Where the normal force goes to zero the cone does, and what sticking takes need not.
+  // The cone vanishes with the normal force, but the sticking force need not.
   const double radius = friction(i) * std::max(0.0, at.y[i]), largest = friction(i) * at.y.head(count_).maxCoeff();
   if (largest <= 0) return 1;
   return (radius - at.rate.segment<2>(count_ + 3 * i + 1).norm()) / std::max(radius, kSmallCone * largest);
@@ -298,7 +298,7 @@ void PathMotion::open(int i) {
   now_.y[i] = 0;
 }
 
-// A turning point: the normal velocity has come up to zero.
+// A turning point: the normal velocity reaches zero from below.
 void PathMotion::turn(int i, double velocity) {
   PathSpring& c = contact(i);
   c.phase = NormalPhase::unloading;
@@ -308,7 +308,7 @@ void PathMotion::turn(int i, double velocity) {
       if (c.released <= std::max(0.0, velocity)) open(i);
       return;
     case RestitutionHypothesis::poisson: {
-      // Left to give: e times the impulse of compression, less what is given already. It ends with f = 0.
+      // Remaining impulse: e times the impulse of compression, less the impulse already given. It ends with f = 0.
       const double left = (1 + restitution(i)) * now_.y[4 * count_ + i] - now_.y[count_ + 3 * i];
       if (left <= 1e-13 * now_.y[4 * count_ + i] || c.top <= 0) return open(i);
       c.slope = -c.top * c.top / (2 * left);
@@ -377,7 +377,7 @@ double PathMotion::take(const PathLanes& lanes, int lane) {
   from_lane(lanes.end_u, 3 * count_, lanes.width, lane, end_.u.data());
   from_lane(lanes.end_rate, at_.state(), lanes.width, lane, end_.rate.data());
   end_rates_known_ = true;
-  // The combination of both estimates is Hairer's (II.10).
+  // Hairer's combination of both estimates (II.10).
   const double e5 = lanes.error[lane] / problem_.tolerance, e3 = lanes.error[lanes.width + lane] / problem_.tolerance;
   return e5 == 0 ? 0.0 : e5 * e5 / std::sqrt(e5 * e5 + 0.01 * e3 * e3);
 }
@@ -386,7 +386,7 @@ Eigen::Vector2d PathMotion::slip_rate(int i) const {
   return W_.middleRows<2>(3 * i + 1) * now_.rate.segment(count_, 3 * count_);
 }
 
-// Errors of forces, of impulses as the velocities feel them, and of the energy balance, over the tolerance.
+// Errors of forces, of impulses as their effect on velocities, and of the energy balance, over the tolerance.
 double PathMotion::error_size(const PathState& error) const {
   double largest = error.head(count_).lpNorm<Eigen::Infinity>();
   for (Eigen::Index i = 0; i < 3 * count_; ++i) {
@@ -407,7 +407,7 @@ void PathMotion::fill(ContactPath& path) const {
   }
 }
 
-// --- Which steps there are ---
+// --- Kinds of steps ---
 
 PathSteps::~PathSteps() = default;
 
@@ -421,7 +421,7 @@ std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> 
       steps = make_path_steps_sse2(contacts);
       break;
     case lanes::InstructionSet::avx512:
-      // Few paths as by avx2, which has the same bits: empty lanes cost less.
+      // For few paths as avx2, with identical bits: fewer empty lanes cost less.
       if (paths > lanes::lane_count(lanes::InstructionSet::avx2)) {
         steps = make_path_steps_avx512(contacts);
         break;

@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// State of the inner time of contact_path.hpp, with the phases that the contacts are in: what steps need to know of it
-/// and what follows from them. Dimensionless: velocities over the fastest approach, W over its largest normal entry,
-/// stiffness over the largest.
+/// State of the inner time of contact_path.hpp and the contacts' phases: the input of steps and derived quantities.
+/// Dimensionless: velocities relative to the fastest approach, W to its largest normal entry, stiffness to the largest.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -23,26 +22,26 @@ enum class Hold { sticks, slides };
 /// and that of friction.
 using PathState = Eigen::VectorXd;
 
-/// A state and what follows from it.
+/// A state and derived quantities.
 struct PathPoint {
   PathState y;
   Eigen::VectorXd u;  // 3 n: velocities
-  PathState rate;     // of y; not of the end of a stiff step
+  PathState rate;     // of y; not at the end of a stiff step
 };
 
-/// What a contact is doing.
+/// The state of a contact.
 struct PathSpring {
   NormalPhase phase = NormalPhase::open;
   Hold hold = Hold::slides;
   Eigen::Vector2d direction = Eigen::Vector2d::Zero();  // of sliding while its speed is still zero
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();     // tangential velocity that counts as none
-  Eigen::Vector2d share = Eigen::Vector2d::Zero();      // where sticking is redundant: force over the cone's radius
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();     // tangential velocity that counts as zero
+  Eigen::Vector2d share = Eigen::Vector2d::Zero();      // for redundant sticking: force over the cone's radius
   double released = 0;  // Newton's: the normal velocity at which the spring releases; otherwise 0
   double top = 0;       // f when unloading began
   double slope = 0;     // Poisson's: f' while unloading
 };
 
-/// What some contacts at rest in their tangent planes are to each other. It does not change along the path.
+/// Coupling of contacts at rest in their tangent planes. It is constant along the path.
 struct RestMobility {
   std::vector<int> contacts;
   Eigen::MatrixXd A;        // W_tt
@@ -73,32 +72,32 @@ class PathMotion {
   const PathSpring& contact(int i) const { return springs_[static_cast<std::size_t>(i)]; }
   bool touches(int i) const { return contact(i).phase != NormalPhase::open; }
   bool any_touching() const;
-  /// Whether of all contacts that touch the normal forces, and velocities less what Newton's hypothesis wants, have
-  /// become this small: contacts can rebound from each other for ever, by the same factor in every cycle.
+  /// Whether the normal forces of all touching contacts, and their velocities relative to Newton's hypothesis, are
+  /// below `small`: contacts can rebound from each other endlessly, by the same factor in every cycle.
   bool rebounds_negligible(double small) const;
-  /// Whether bodies are wedged: contacts that touch move no faster than `small`, and friction lets their forces balance
-  /// each other, so that they never will. Newton's hypothesis can let these grow for ever.
+  /// Whether bodies are wedged: touching contacts move no faster than `small`, and friction lets their forces balance
+  /// each other permanently. With Newton's hypothesis these forces can grow without bound.
   enum class Wedge { none, at_rest, ever_harder };
   Wedge wedged(double small);
   double friction(int i) const { return problem_.contacts[static_cast<std::size_t>(i)].friction; }
 
   double normal_velocity(const PathPoint& at, int i) const { return at.u[3 * i]; }
-  /// Tangential velocity less what counts as none.
+  /// Tangential velocity less the part that counts as zero.
   Eigen::Vector2d slip(const PathPoint& at, int i) const { return at.u.segment<2>(3 * i + 1) - contact(i).offset; }
-  /// Square of the frequency of contact i's spring alone; 0 where it does not act.
+  /// Square of the frequency of contact i's spring alone; 0 if it is inactive.
   double frequency_squared(int i) const;
 
-  /// Whether contact i can meet this event now; how far it is from it, positive before it; and the rate of that at the
+  /// Whether this event can occur at contact i; its distance, positive before it; and the rate of the distance at the
   /// step's beginning (0 for the cone).
   bool watches(int i, Watch watch) const;
   double gap(const PathPoint& at, int i, Watch watch) const;
   double gap_rate(int i, Watch watch) const;
-  /// The event has happened to contact i now.
+  /// Processes the event at contact i.
   void pass(int i, Watch watch);
 
-  /// The friction of the contacts `rest`, all others that touch sliding.
+  /// The friction problem of the contacts `rest`, with all other touching contacts sliding.
   RestProblem at_rest(const std::vector<int>& rest);
-  /// Of what has been asked of friction at rest: the largest FrictionForces::missed; how often it crawled.
+  /// Statistics of friction at rest: the maximum of FrictionForces::missed; the number of slow solutions.
   double law_missed() const { return law_missed_; }
   int crawled() const { return crawled_; }
   void count(const FrictionForces& forces) {
@@ -106,19 +105,19 @@ class PathMotion {
     crawled_ += forces.crawled ? 1 : 0;
   }
   void count(const StickShare& share) { crawled_ += share.crawled; }
-  /// After any change of phase, hold or share.
+  /// Call after any change of phase, hold or share.
   void prepare();
 
   void begin_step();
-  /// For an explicit step from now() in this lane: everything, or what has changed since the last.
+  /// Writes an explicit step from now() into this lane: all data, or the changes since the last.
   void enter(const PathLanes& lanes, int lane);
   void put(const PathLanes& lanes, int lane, double h);
-  /// What came of it, in end(); its error over the tolerance.
+  /// Reads its result into end(); returns its error over the tolerance.
   double take(const PathLanes& lanes, int lane);
-  /// A step of size h for contacts that slide slowly, come to rest or begin to slide: needs none of their holds. The
-  /// same.
+  /// A step of size h for contacts that slide slowly, come to rest or begin to slide: needs none of their holds.
+  /// Returns the same.
   double try_stiff_step(double h);
-  /// The last step ends where the next begins.
+  /// Makes the last step's end the current state.
   void accept();
   /// Rate of the tangential velocity at the step's beginning.
   Eigen::Vector2d slip_rate(int i) const;
@@ -143,18 +142,18 @@ class PathMotion {
 
   const ContactPathProblem& problem_;
   int count_;
-  double speed_ = 1, mobility_ = 1, rounding_ = 0;  // what makes things dimensionless
+  double speed_ = 1, mobility_ = 1, rounding_ = 0;  // scales of the dimensionless quantities
   Eigen::MatrixXd W_;
   Eigen::VectorXd before_, stiffness_;
   std::vector<PathSpring> springs_;
   PathTable at_;
-  std::vector<double> table_;            // of the equations, as lanes have it
-  std::deque<RestMobility> mobilities_;  // of the sets of contacts that have been asked for
+  std::vector<double> table_;            // of the equations, in the layout of lanes
+  std::deque<RestMobility> mobilities_;  // of the sets of contacts used so far
   PathPoint now_, end_;
   bool rates_known_ = false, end_rates_known_ = false;
-  bool springs_changed_ = false, point_changed_ = false;  // since they were put into a lane
-  // Scratch of the right-hand side and of the stiff step: contacts that touch and rub, their W_tt, velocities without
-  // friction and cones.
+  bool springs_changed_ = false, point_changed_ = false;  // since they were written into a lane
+  // Scratch of the right-hand side and of the stiff step: touching contacts with friction, their W_tt, velocities
+  // without friction and cones.
   Eigen::VectorXd b_, u_, force_, end_rate_;
   PathState difference_;
   std::vector<int> rubbing_, sticking_;

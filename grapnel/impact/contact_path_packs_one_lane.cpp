@@ -1,4 +1,4 @@
-// Steps of contact paths in packs for one_lane. Compiled with flags of its own, see CMakeLists.txt.
+// Steps of contact paths in packs for one_lane. Compiled with special flags, see CMakeLists.txt.
 
 #include "grapnel/impact/contact_path_kernel.hpp"
 #include "grapnel/pack/pack.hpp"

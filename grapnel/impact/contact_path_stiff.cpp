@@ -8,19 +8,20 @@
 
 namespace grapnel {
 
-// The step of PathMotion for contacts that slide slowly, come to rest or begin to slide: friction turns to its
-// direction in a time of |u_t|/(mu f W), which no explicit method can follow, and several contacts can change between
-// sticking and sliding at almost the same time. Friction is implicit and set-valued, a convex problem of all contacts
-// in every substep (the time stepping of Moreau), so no such change need be located; extrapolated over the number of
-// substeps to order kColumns where the step is smooth (Deuflhard's method; Hairer and Wanner, Solving Ordinary
-// Differential Equations II, IV.9). Over a change the error is of second order in a step, which then becomes short.
+// The stiff step of PathMotion, for contacts that slide slowly, come to rest or begin to slide. Friction aligns with
+// its direction in a time of |u_t|/(mu f W), which explicit methods cannot resolve, and several contacts can change
+// between sticking and sliding at almost the same time. Friction is implicit and set-valued, a convex problem of all
+// contacts in every substep (the time stepping of Moreau), so no such change must be located. Extrapolation over the
+// number of substeps gives order kColumns where the step is smooth (Deuflhard's method; Hairer and Wanner, Solving
+// Ordinary Differential Equations II, IV.9). Across a change the error is of second order in the step, which then
+// becomes short.
 
 namespace {
 constexpr int kFewestColumns = 3, kColumns = static_cast<int>(PathMotion::kStiffColumns);
-constexpr double kKink = 1e9;  // error reported where extrapolation does not help: the step must be much shorter
+constexpr double kKink = 1e9;  // error reported if extrapolation fails: the step must be much shorter
 }  // namespace
 
-// Contacts that touch and rub, and how their tangential velocities answer their friction.
+// Touching contacts with friction, and the response of their tangential velocities to it.
 void PathMotion::prepare_stiff() {
   rubbing_.clear();
   for (int i = 0; i < count_; ++i) {
@@ -34,13 +35,13 @@ void PathMotion::prepare_stiff() {
           W_.block<2, 2>(3 * rubbing_[static_cast<std::size_t>(i)] + 1, 3 * rubbing_[static_cast<std::size_t>(j)] + 1);
     }
   }
-  // What is extrapolated must be smooth, shares of redundant contacts too.
+  // Extrapolated quantities must be smooth, including shares of redundant contacts.
   rub_choice_ = mobility_of(rubbing_).redundant ? FrictionChoice::middle : FrictionChoice::any;
 }
 
 // One substep from now() + `increment`, in place: f_1 = f_0 + h f'(u_0), then friction with u_1 = u_0 + h W F, which is
-// (11.5) with the velocities for the rates. `l`: friction, a guess and the result. The work of
-// friction is taken with u_1, that of normal forces with the mean.
+// (11.5) with velocities for rates. `l`: friction, initial guess and result. The work of friction uses u_1, that of
+// normal forces the mean.
 void PathMotion::moreau(double h, PathState& increment, Eigen::VectorXd& l) {
   const int n = count_;
   u_ = now_.u;
@@ -77,7 +78,7 @@ void PathMotion::moreau(double h, PathState& increment, Eigen::VectorXd& l) {
   }
 }
 
-// What the forces did must be what the impulses did: an estimate that agreement of the columns cannot fool.
+// Difference between the work of forces and of impulses: an estimate that does not depend on agreement of the columns.
 double PathMotion::unexplained(const PathState& increment) const {
   const auto impulse = increment.segment(count_, 3 * count_);
   return std::abs(impulse.dot(now_.u + 0.5 * (W_ * impulse)) - increment.tail(2 * count_).sum()) / problem_.tolerance;
@@ -90,7 +91,7 @@ double PathMotion::try_stiff_step(double h) {
   for (std::size_t k = 0; k < rubbing_.size(); ++k) {
     first.segment<2>(2 * static_cast<Eigen::Index>(k)) = now_.rate.segment<2>(count_ + 3 * rubbing_[k] + 1);
   }
-  // Increments, not states, are extrapolated: their rounding is small where the step is. Aitken and Neville: row j
+  // Extrapolates increments instead of states: their rounding errors are small for small steps. Aitken-Neville: row j
   // holds the results of 1, 2, ..., j + 1 substeps extrapolated.
   std::array<PathState, kStiffColumns> row;
   Eigen::VectorXd l;

@@ -13,19 +13,20 @@ namespace grapnel {
 namespace {
 
 constexpr int kSweepsBetween = 8;  // sweeps before the active set is tried
-constexpr int kMostSweeps = 48;    // beyond them they crawl
-constexpr double kInside = 1e-12;  // of the radius: nearer the edge than this a force is on it
+constexpr int kMostSweeps = 48;    // maximum number of sweeps
+constexpr double kInside = 1e-12;  // of the radius: a force closer to the edge is on it
 constexpr int kActiveIterations = 8;
 constexpr double kNoFreedom = 1e-11;  // eigenvalues below this fraction of the largest are zero
-constexpr double kCentral = 1e-22;    // where the interior-point method ends: pull times slack
-constexpr double kPlain = 1e-15;      // the lesser of the two, below which the point is on the edge or not
+constexpr double kCentral = 1e-22;    // end of the interior-point method: pull times slack
+// the smaller of the two, below which it is clear whether the point is on the edge
+constexpr double kPlain = 1e-15;
 constexpr int kInteriorSteps = 60, kShortenings = 10;
-constexpr double kNeighbourhood = 1e-3;  // how much less than the mean of pull times slack any of them may be
+constexpr double kNeighbourhood = 1e-3;  // minimum of pull times slack, relative to the mean
 constexpr int kCenterSteps = 40;
-constexpr double kLawLeft = 1e-11;  // of Coulomb's law, over b: more than rounding
-constexpr double kRank = 1e-13;     // of A without what is rounding
+constexpr double kLawLeft = 1e-11;  // residual of Coulomb's law over b: above rounding
+constexpr double kRank = 1e-13;     // of A without rounding errors
 constexpr double kNoRate = 1e-9;    // of b
-constexpr int kEdgeRounds = 8;      // of Newton's method after it, each with other points on the edge
+constexpr int kEdgeRounds = 8;      // iterations of Newton's method afterwards, each with other points on the edge
 
 // One point's plane: eigenvalues and vectors of its block of A.
 struct Disc {
@@ -72,12 +73,12 @@ std::vector<Eigen::Index> on_edge(const Eigen::VectorXd& force, const Eigen::Vec
   return edge;
 }
 
-// Forces l and, of the points on the edge, a with A l + b + a l = 0 there: a >= 0 if that is friction.
+// Forces l and, for points on the edge, a with A l + b + a l = 0: a >= 0 for friction.
 struct ActiveForces {
   Eigen::VectorXd l, a;
 };
 
-// Newton's method for them, from near them. Returns false if it does not converge: `small` is what is left at most.
+// Newton's method from a nearby start. Returns false if it does not converge: `small` is the permitted residual.
 // `rank`: pivots below this fraction of the largest are zero.
 bool solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius,
                   const std::vector<Eigen::Index>& edge, double small, std::optional<double> rank,
@@ -92,7 +93,7 @@ bool solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eige
     miss.head(2 * m) = A * l + b;
     for (Eigen::Index k = 0; k < edges; ++k) {
       const Eigen::Index i = edge[static_cast<std::size_t>(k)];
-      if (radius[i] <= 0) {  // no force, and nothing to solve for
+      if (radius[i] <= 0) {  // no force and no equation
         slope.middleRows<2>(2 * i).setZero(), slope.middleCols<2>(2 * i).setZero();
         slope.block<2, 2>(2 * i, 2 * i).setIdentity();
         miss.segment<2>(2 * i).setZero();
@@ -122,8 +123,8 @@ bool solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eige
   return false;
 }
 
-// Solves for forces near `result` with the same points inside their cones and on them. Returns false, and `result` as
-// it was, if that is not the solution: optimality conditions of a convex problem suffice.
+// Solves for forces near `result` with the same points inside and on their cones. Returns false, with `result`
+// unchanged, if that is not the solution: optimality conditions of a convex problem suffice.
 bool solve_near(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius, double small,
                 FrictionForces& result) {
   const std::vector<Eigen::Index> edge = on_edge(result.force, radius);
@@ -144,20 +145,20 @@ bool solve_near(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen:
   return true;
 }
 
-// --- Where sweeps crawl: redundant contacts ---
+// --- Slow convergence of sweeps: redundant contacts ---
 //
-// Redundant points can share what sticking takes in many ways. Sweeps then approach one of them ever more slowly, or
-// follow what rounding has left of b along A's null space. An interior-point method does not mind: it takes 10 to 30
-// steps whatever A is, to about half the digits, and ends well inside of what there is to choose from, so that it tells
-// which points are on the edge. Newton's method does the rest.
+// Redundant points can share the sticking forces in many ways. Sweeps then converge ever more slowly, or follow
+// rounding errors of b along A's null space. An interior-point method is not affected: it takes 10 to 30 steps for any
+// A, to about half the digits, and ends in the interior of the set of solutions, so that it shows which points are on
+// the edge. Newton's method completes the solution.
 
-// The problem without points that have no cone or no freedom, b of length 1 and in the range of A.
+// The problem without points that have no cone or no mobility, with b of length 1 and in the range of A.
 struct FreePoints {
   std::vector<Eigen::Index> points;
   Eigen::VectorXd radius;
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
-  double push = 0;  // the unit of A and b
+  double push = 0;  // unit of A and b
 
   FreePoints(const Eigen::MatrixXd& all, const Eigen::VectorXd& b_of_all, const Eigen::VectorXd& radii) {
     for (Eigen::Index i = 0; i < radii.size(); ++i) {
@@ -178,8 +179,8 @@ struct FreePoints {
   Eigen::Index count() const { return static_cast<Eigen::Index>(points.size()); }
 
  private:
-  // Both come from motions of the same bodies, so that what of b is outside the range of A is rounding: no force would
-  // answer it.
+  // Both derive from motions of the same bodies, so the part of b outside the range of A is a rounding error, which no
+  // force could balance.
   void keep_range() {
     const Eigen::VectorXd size = A.diagonal().cwiseMax(1e-300).cwiseSqrt(), inverse = size.cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * A * inverse.asDiagonal());
@@ -193,12 +194,12 @@ struct FreePoints {
   }
 };
 
-// Forces x over their radii with A l + b + pull x = 0 and pull (1 - |x|^2) / 2 the same for all points, nearly zero.
+// Forces x over their radii with A l + b + pull x = 0 and nearly zero pull (1 - |x|^2) / 2, equal for all points.
 struct CentralForces {
   Eigen::VectorXd x, pull, slack;  // slack: (1 - |x|^2) / 2
 };
 
-// How much of `step` leads out of the first unit disc.
+// The fraction of `step` up to the boundary of the unit discs.
 double longest_inside(const CentralForces& at, const Eigen::VectorXd& step) {
   double longest = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 0; i < at.slack.size(); ++i) {
@@ -218,12 +219,12 @@ CentralForces central_forces(const FreePoints& p) {
   for (Eigen::Index i = 0; i < m; ++i) unit.segment<2>(2 * i).setConstant(p.radius[i]);
   const Eigen::MatrixXd A = unit.asDiagonal() * p.A * unit.asDiagonal();
   const Eigen::VectorXd b = p.b.cwiseProduct(unit);
-  double aim = 0.1;  // of what pull times slack is: smaller where the last step was long
+  double aim = 0.1;  // of pull times slack: smaller after a long step
   for (int step = 0; step < kInteriorSteps; ++step) {
     const double mean = at.pull.dot(at.slack) / static_cast<double>(m), wanted = aim * mean;
-    // Where each of them is plain further steps would follow nothing but rounding.
+    // If each is resolved, further steps would follow only rounding errors.
     if (mean <= kCentral || at.pull.cwiseMin(at.slack).maxCoeff() <= kPlain) break;
-    // The conditions linearized, the change of pulls eliminated.
+    // The linearized conditions, with the change of pulls eliminated.
     Eigen::MatrixXd slope = A;
     Eigen::VectorXd miss = A * at.x + b;
     for (Eigen::Index i = 0; i < m; ++i) {
@@ -242,7 +243,7 @@ CentralForces central_forces(const FreePoints& p) {
       turn[i] = (wanted + at.pull[i] * outward) / at.slack[i] - at.pull[i];
       if (turn[i] < 0) reach = std::min(reach, -at.pull[i] / turn[i]);
     }
-    // No point may come to its edge long before the others: from there steps become ever shorter.
+    // No point may reach its edge long before the others: steps would become ever shorter.
     double length = std::min(1.0, 0.99 * reach);
     CentralForces next = at;
     for (int attempt = 0; attempt < kShortenings; ++attempt, length *= 0.7) {
@@ -257,8 +258,8 @@ CentralForces central_forces(const FreePoints& p) {
   return at;
 }
 
-// By how much forces miss Coulomb's law, over b: the rate that a force inside its cone leaves, and what of it a force
-// on the edge does not oppose.
+// Residual of Coulomb's law, over b: the rate of a force inside its cone, and the part of it that a force on the edge
+// does not oppose.
 double law_missed(const FreePoints& p, const Eigen::VectorXd& l) {
   const Eigen::VectorXd rate = p.A * l + p.b;
   double most = 0;
@@ -270,8 +271,8 @@ double law_missed(const FreePoints& p, const Eigen::VectorXd& l) {
   return most;
 }
 
-// Of all forces that do what `l` does those in the middle: where the product of slacks of points that are not on the
-// edge is largest (the analytic centre). Newton's method along the null space of their A.
+// Moves to the centre of all forces equivalent to `l`: the maximum of the product of slacks of points that are not on
+// the edge (the analytic centre). Newton's method along the null space of their A.
 void center(const FreePoints& p, const std::vector<char>& on, Eigen::VectorXd& l) {
   std::vector<Eigen::Index> inside, rows;
   for (Eigen::Index i = 0; i < p.count(); ++i) {
@@ -284,7 +285,7 @@ void center(const FreePoints& p, const std::vector<char>& on, Eigen::VectorXd& l
   const Eigen::MatrixXd A = p.A(rows, rows);
   const Eigen::VectorXd size = A.diagonal().cwiseMax(1e-300).cwiseSqrt(), inverse = size.cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * A * inverse.asDiagonal());
-  Eigen::Index free = 0;  // eigenvalues come in rising order
+  Eigen::Index free = 0;  // eigenvalues are in ascending order
   while (free < 2 * m && eigen.eigenvalues()[free] < kNoFreedom * eigen.eigenvalues().maxCoeff()) ++free;
   if (free == 0) return;
   Eigen::MatrixXd along = inverse.asDiagonal() * eigen.eigenvectors().leftCols(free);
@@ -311,11 +312,11 @@ void center(const FreePoints& p, const std::vector<char>& on, Eigen::VectorXd& l
     const Cholesky factors(slope);
     if (factors.info() != Eigen::Success) break;
     const Eigen::VectorXd change = cholesky_solution(factors, pull);
-    // The size of the step in the metric of the slope: below one it stays inside.
+    // The norm of the step in the metric of the slope: below one it stays inside.
     const double size_of_step = std::sqrt(std::max(0.0, pull.dot(change)));
     if (!(size_of_step > 1e-15)) break;
     x -= along * (change / (size_of_step < 0.1 ? 1.0 : 1 + size_of_step));
-    if (size_of_step < 1e-8) break;  // the next would be of its square
+    if (size_of_step < 1e-8) break;  // the next would be of second order
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     const Eigen::Index i = inside[static_cast<std::size_t>(k)];
@@ -323,8 +324,7 @@ void center(const FreePoints& p, const std::vector<char>& on, Eigen::VectorXd& l
   }
 }
 
-// The forces in the middle of all that do; if Newton's method does not come to them, those that the interior-point
-// method has found.
+// The central solution; if Newton's method does not converge to it, the result of the interior-point method.
 Eigen::VectorXd solve_inside(const FreePoints& p) {
   const Eigen::Index m = p.count();
   const CentralForces central = central_forces(p);
@@ -342,7 +342,7 @@ Eigen::VectorXd solve_inside(const FreePoints& p) {
     }
     ActiveForces found{middle, central.pull(edge).cwiseQuotient(p.radius(edge))};
     if (!solve_active(p.A, p.b, p.radius, edge, small, kRank, found)) break;
-    // Points that are on the edge though their friction would have to push, and outside their cones.
+    // Checks points on the edge whose friction would have to push, and points outside their cones.
     bool right = true;
     for (std::size_t k = 0; k < edge.size(); ++k) {
       if (found.a[static_cast<Eigen::Index>(k)] * p.radius[edge[k]] >= -4 * small) continue;
@@ -362,7 +362,7 @@ Eigen::VectorXd solve_inside(const FreePoints& p) {
   return middle;
 }
 
-// Point by point: each step is exact in its plane and lowers the convex function. Returns false if that does not end.
+// Point by point: each step is exact in its plane and decreases the convex function. Returns false without convergence.
 bool sweep_points(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius, int most,
                   FrictionForces& result) {
   const Eigen::Index m = radius.size();
@@ -388,7 +388,7 @@ bool sweep_points(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eige
   return false;
 }
 
-// How many points do not begin to slide.
+// Number of points that do not begin to slide.
 int sticking(const FrictionForces& forces, double push) {
   int count = 0;
   for (Eigen::Index i = 0; i < forces.rate.size() / 2; ++i)
@@ -423,7 +423,7 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
         result.force.segment<2>(2 * free.points[static_cast<std::size_t>(k)]) = l.segment<2>(2 * k);
       result.rate = A * result.force + b;
     }
-    // Where cones and forces are so different that interior points come near their edges too early sweeps can go on.
+    // If cones and forces differ so much that interior points reach their edges too early, sweeps may continue.
     if (missed > kLawLeft && !swept && !sweep_points(A, b, radius, kMostSweeps, result)) result.missed = missed;
   }
   result.rate = A * result.force + b;
@@ -431,7 +431,7 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
 }
 
 StickShare least_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius) {
-  // A factor does if the forces it allows leave no rate.
+  // A factor is sufficient if its permitted forces leave no rate.
   const double none = kNoRate * b.norm();
   int crawled = 0;
   const auto share = [&](double factor) {

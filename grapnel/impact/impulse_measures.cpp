@@ -15,14 +15,16 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Singular values below this fraction of the largest are zero: of Y as in solve_impulsive_constraint(), whose squares
-// are W's, and of the base's response.
+// are those of W, and of the base's response.
 constexpr double kRankTolerance = 1e-6;
 constexpr double kBaseTolerance = 1e-10;
-// Nothing yields where an inverse inertia is below this fraction of its largest entry: rounding leaves some 1e-16.
+// A direction is rigid if its inverse inertia is below this fraction of the largest entry: rounding errors are about
+// 1e-16.
 constexpr double kRigid = 1e-13;
 
-// Velocities that impulses can change, all but the held ones, and the mass matrix over them. Modes of vibration that do
-// not answer leave less: what impulses do is then projected, with L^-1 of their rows R as orthonormal columns Q.
+// Velocities that impulses can change, all except held ones, and the mass matrix over them. Modes of vibration that do
+// not respond reduce them: the response to impulses is then projected, with L^-1 of their rows R as orthonormal columns
+// Q.
 class Response {
  public:
   Response(const Eigen::MatrixXd& M, std::span<const HeldRate> held) : velocities_(M.rows()) {
@@ -42,7 +44,7 @@ class Response {
     for (Eigen::Index i = 0; i < modes; ++i) R.col(i) = as_vector(held[static_cast<std::size_t>(i)].row);
     still_ = thin_qr(lower_solution(factor_, Eigen::MatrixXd(R(free_, Eigen::all)))).Q;
   }
-  // M^-1 times the columns of F, zero for held velocities: what generalized impulses do.
+  // M^-1 times the columns of F, zero for held velocities: the response to generalized impulses.
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& F) const {
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(velocities_, F.cols());
     if (free_.empty() || F.cols() == 0) return change;
@@ -69,7 +71,7 @@ class Response {
   Eigen::MatrixXd still_;
 };
 
-// Velocities once the held rates have the values they are to have, before any grasp acts.
+// Velocities once the held rates have their prescribed values, before any grasp acts.
 Eigen::VectorXd velocity_with_held(const Eigen::MatrixXd& M, const State& state, std::span<const HeldRate> held,
                                    const Response& response) {
   const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(state.v.data(), M.rows());
@@ -81,7 +83,7 @@ Eigen::VectorXd velocity_with_held(const Eigen::MatrixXd& M, const State& state,
 }
 
 ImpulseEllipsoid ellipsoid(const Eigen::Matrix3d& inverse_inertia) {
-  // Ascending eigenvalues, hence descending impulses.
+  // Ascending eigenvalues, so descending impulses.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inverse_inertia);
   ImpulseEllipsoid e{eigen.eigenvectors(), {}};
   if (e.axes.determinant() < 0) e.axes.col(2) = -e.axes.col(2);
@@ -136,7 +138,7 @@ Eigen::MatrixXd grasp_metric(const Model& model, const Kinematics& kinematics, s
 // whose singular values are the roots of W's: W itself has lost half of the small ones' digits.
 CoupledImpulse measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Cholesky& metric) {
   CoupledImpulse m;
-  if (half.rows() == 0) return m;  // everything is held: no impulse moves anything
+  if (half.rows() == 0) return m;  // all velocities are held: impulses have no effect
   const Eigen::MatrixXd Y = lower_solution(metric, half.transpose()).transpose();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
@@ -163,11 +165,11 @@ Eigen::MatrixXd without_effect(const Eigen::MatrixXd& response, const Cholesky& 
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < sigma.size() && sigma[rank] > kBaseTolerance * sigma[0]) ++rank;
-  if (rank == response.cols()) return Eigen::MatrixXd(response.cols(), 0);  // Eigen's solve wants a column
+  if (rank == response.cols()) return Eigen::MatrixXd(response.cols(), 0);  // Eigen's solve needs at least one column
   return upper_solution(metric, svd.matrixV().rightCols(response.cols() - rank));
 }
 
-// The base's answer to impulses in the rows of J, of which the robot's side is J_robot.
+// The base's response to impulses in the rows of J; J_robot is the robot's part of J.
 void measure_base(const Model& model, const Kinematics& kinematics, int root, const Eigen::MatrixXd& M,
                   const Eigen::MatrixXd& change, const Cholesky& metric, ImpulseMeasures& m) {
   const Eigen::Index rows = change.cols();
@@ -183,7 +185,7 @@ void measure_base(const Model& model, const Kinematics& kinematics, int root, co
         for (int k = 0; k < 3; ++k) m.base_response(part + k, column) = in_W[k];
       }
     }
-    // Rows in the metric of the base inertia, so that turning and travelling compare by their energy.
+    // Rows in the metric of the base inertia, so that rotation and translation compare by their energy.
     const Eigen::LLT<Matrix6d> I_b(M.block<6, 6>(v, v));
     comparable = I_b.matrixU() * change.middleRows<6>(v);
   }
@@ -191,7 +193,7 @@ void measure_base(const Model& model, const Kinematics& kinematics, int root, co
   m.zero_base_angular_velocity = without_effect(m.base_response.topRows<3>(), metric);
 }
 
-// (13.7) for all grasps and their resultant, against the robot's and the systems' centres of mass.
+// (13.7) for all grasps and their resultant, relative to the robot's and the systems' centres of mass.
 void measure_lines(const Model& model, const Kinematics& kinematics, int root, std::span<const Grasp> grasps,
                    std::span<const Impulsed> impulses, ImpulseMeasures& m) {
   const Vector3d robot = center_of_mass(model, kinematics, {&root, 1});
@@ -201,7 +203,7 @@ void measure_lines(const Model& model, const Kinematics& kinematics, int root, s
     const Grasp& g = grasps[i];
     const int target = model.bodies()[g.target_body].root;
     const int pair[] = {root, target};
-    // A target that hangs on the robot already is part of it.
+    // A target that already hangs on the robot is part of it.
     const Vector3d both = target == root ? robot : center_of_mass(model, kinematics, pair);
     m.robot_line.push_back(impulse_line(impulses[i], g.p_WC, robot));
     m.system_line.push_back(impulse_line(impulses[i], g.p_WC, both));
@@ -230,7 +232,7 @@ ImpulseLine impulse_line(const Impulsed& P_WC, const Vector3d& p_WC, const Vecto
     line.miss = norm(line.angular_impulse) > 0 ? kInfinity : 0;
     return line;
   }
-  // The part of the angular impulse that is normal to the linear one is what the axis's distance makes (13.7).
+  // The part of the angular impulse normal to the linear one is due to the distance of the axis (13.7).
   const Vector3d along = (1 / size) * P_WC.linear;
   line.couple = dot(along, line.angular_impulse);
   line.miss = norm(cross(along, line.angular_impulse)) / size;
@@ -273,8 +275,8 @@ PlannedImpulse planned_impulse(const Model& model, const State& state, std::span
   const Cholesky metric(grasp_metric(model, kinematics, grasps, J.rows()));
   const Eigen::MatrixXd half = response.half(J.transpose());
   if (half.rows() >= half.cols()) {
-    // Y = Q R. No singular value is below 1/|R^-1|, none above |R|: where rows are surely independent, W^-1 = R^-1 R^-T
-    // in the metric, and the mean of its singular values is |R^-1|^2 over their number.
+    // Y = Q R. No singular value is below 1/|R^-1| or above |R|: for certainly independent rows, W^-1 = R^-1 R^-T in
+    // the metric, and the mean of its singular values is |R^-1|^2 over their number.
     const Eigen::MatrixXd R = thin_qr(lower_solution(metric, half.transpose()).transpose()).R;
     const Eigen::MatrixXd inverse =
         R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(R.rows(), R.cols()));

@@ -16,7 +16,7 @@ namespace grapnel {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// What the arm follows, and what rows ask of each other, to this fraction of the largest.
+// Relative tolerance for motions that the arm can follow, and for consistency of rows.
 constexpr double kFollows = 1e-9;
 constexpr double kConsistent = 1e-7;
 // Singular values of an arm's Jacobian below this fraction of the largest are zero.
@@ -26,7 +26,7 @@ const char* const kAxisNames[] = {" x", " y", " z"};
 
 Vector3d as_vector3(const Eigen::VectorXd& x, Eigen::Index first) { return {x[first], x[first + 1], x[first + 2]}; }
 
-// One parameter: what it is called, and in which direction it changes the problem.
+// One parameter: its name, and its direction of change of the problem.
 struct Parameter {
   std::string name, unit;
   int grasp;
@@ -72,7 +72,7 @@ class SolvedImpact {
   };
   std::optional<Derivative> along(const ImpactVariation& variation, std::string& undefined) const {
     if (contradiction_) {
-      undefined = "the held rates ask for velocities that the grasps do not allow";
+      undefined = "the held rates contradict the grasps";
       return {};
     }
     const VariedImpact d = vary_impact(model_, state_, grasps_, held_, variation);
@@ -96,7 +96,7 @@ class SolvedImpact {
     return Derivative{upper_solution(mass_, c + range_ * (wanted - along_rows)), upper_solution(metric_, y),
                       d.directions};
   }
-  // P as it is, in the rows of one grasp from `row` on.
+  // Current P, in the rows of one grasp from `row` on.
   Eigen::VectorXd impulse(Eigen::Index row, Eigen::Index rows) const { return impulse_.segment(row, rows); }
 
  private:
@@ -114,7 +114,7 @@ class SolvedImpact {
     null_ = svd.matrixV().rightCols(impact_.J.value.rows() - rank);
   }
 
-  // w': a brake's rate is a constant, a drive that keeps its rate follows it.
+  // w': a brake's rate is constant; a drive that keeps its rate follows it.
   Eigen::VectorXd rate_after(const ImpactVariation& variation) const {
     Eigen::VectorXd w = Eigen::VectorXd::Zero(impact_.J.value.rows());
     for (std::size_t i = 0; i < held_.size(); ++i) {
@@ -125,7 +125,7 @@ class SolvedImpact {
     return w;
   }
 
-  // Z_0^T y': what keeps P the least in D as D and the self-stresses change (13.13).
+  // Z_0^T y': keeps P minimum-norm in D as D and the self-stresses change (13.13).
   Eigen::VectorXd least_stress(const VariedImpact& d, const Eigen::MatrixXd& dA) const {
     const Eigen::VectorXd y = metric_.matrixU() * impulse_;
     const Eigen::VectorXd through = range_ * (rows_.transpose() * y).cwiseQuotient(sigma_);
@@ -155,7 +155,7 @@ void set_target_twist(const Model& model, const Kinematics& kinematics, const Gr
   for (int k = 0; k < 3; ++k) variation.velocity[v + k] = V.angular[k], variation.velocity[v + 3 + k] = V.linear[k];
 }
 
-// Relative motion, as the target's (end-effector minus target, hence the signs), and its direction.
+// Relative motion, as the target's (end-effector minus target, so the signs), and its direction.
 void add_relative_motion(const Model& model, const Kinematics& kinematics, const Grasp& g, int grasp,
                          std::vector<Parameter>& parameters) {
   const Twistd V_E = shift(kinematics.V_WB[g.robot_body], g.p_WC - kinematics.X_WB[g.robot_body].p);
@@ -174,7 +174,7 @@ void add_relative_motion(const Model& model, const Kinematics& kinematics, const
     add(std::string("angle of attack") + kAxisNames[k], "rad", {none, cross(Vector3d::unit(k), u)});
 }
 
-// The joints between the grasping bodies and the base, and the least-squares inverse of the Jacobian of these bodies.
+// The joints between the grasping bodies and the base, and the pseudo-inverse of the Jacobian of these bodies.
 class GraspingArms {
  public:
   GraspingArms(const Model& model, const State& state, const Kinematics& kinematics, int root,
@@ -190,7 +190,7 @@ class GraspingArms {
     for (int i = 0; i < model.velocities(); ++i) {
       if (moves[i]) joints_.push_back(i);
     }
-    // Rows scaled by what the free target would do, so that the rank does not depend on units.
+    // Rows scaled by the response of the free target, so that the rank does not depend on units.
     const Eigen::Index rows = 6 * static_cast<Eigen::Index>(grasps.size());
     scale_ = Eigen::MatrixXd::Zero(rows, rows);
     for (Eigen::Index row = 0; Grasp g : grasps) {
@@ -206,12 +206,12 @@ class GraspingArms {
     svd_.setThreshold(kArmTolerance);
   }
 
-  // Turns the end-effector of a grasp; false if the arm cannot, or cannot go on moving it as it does.
+  // Turns the end-effector of a grasp; false if the arm cannot, or cannot keep its motion.
   bool turn(int grasp, const Vector3d& axis, ImpactVariation& variation) const {
     Eigen::VectorXd motion = Eigen::VectorXd::Zero(scale_.rows());
     for (int k = 0; k < 3; ++k) motion[6 * grasp + k] = axis[k];
     if (!follow(motion, variation.configuration)) return false;
-    // Twists J v stay: J_m v' = -J' v (13.16).
+    // Twists J v are kept: J_m v' = -J' v (13.16).
     const DualMatrix J = vary_end_effectors(model_, state_, grasps_, variation.configuration);
     if (!follow(-J.derivative * as_vector(state_.v), variation.velocity)) return false;
     variation.grasp = grasp;
@@ -282,7 +282,7 @@ std::vector<Parameter> list_parameters(const Model& model, const State& state, i
   return parameters;
 }
 
-// d P of every grasp in six components: the directions may turn.
+// d P of every grasp in six components: the directions may rotate.
 std::vector<Impulsed> impulses_of(const SolvedImpact& solved, const SolvedImpact::Derivative& d) {
   std::vector<Impulsed> impulses;
   for (Eigen::Index row = 0; const DualMatrix& A : d.directions) {
@@ -302,7 +302,7 @@ std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const 
   for (const Grasp& g : grasps) {
     if (model.bodies().at(g.target_body).description.joint.type != JointType::free)
       throw std::invalid_argument("impulse_sensitivities: body '" + model.bodies()[g.target_body].description.name +
-                                  "' is no free target");
+                                  "' is not a free target");
   }
   if (grasps.empty()) return {};
   const SolvedImpact solved(model, state, grasps, held);
@@ -316,7 +316,7 @@ std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const 
     ImpulseSensitivity s{p.name, p.unit, p.grasp, {}, {}, Twistd::zero()};
     if (const auto d = solved.along(p.variation, s.undefined)) {
       s.impulse = impulses_of(solved, *d);
-      // The base's own velocity before the impact is no parameter's: d (V+ - V-) = d V+.
+      // No parameter changes the base's own velocity before the impact: d (V+ - V-) = d V+.
       if (floats) s.base = R_WB * Twistd{as_vector3(d->velocity, base), as_vector3(d->velocity, base + 3)};
     } else {
       s.impulse.assign(grasps.size(), Impulsed{unknown, unknown});
@@ -329,7 +329,7 @@ std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const 
 
 namespace {
 
-// The system in dual numbers: kernels' tree, coordinates, and where its links are.
+// The system in dual numbers: kernels' tree, coordinates, and poses of its links.
 struct DualSystem {
   Tree<Dual> tree;
   std::vector<Dual> q;
@@ -368,7 +368,7 @@ void vary_target(const Model& model, const ImpactVariation& variation, Tree<Dual
   const Pose<Dual> X_LB{dual(body.placement.X_LB.R), dual(body.placement.X_LB.p)};
   const RigidBodyInertia<Dual> own = X_LB * RigidBodyInertia<Dual>::about_com(Dual{d.mass, variation.mass}, dual(d.com),
                                                                               dual(d.inertia, variation.inertia));
-  // Values stay: the link may have other bodies merged into it.
+  // Values remain: the link may contain other merged bodies.
   RigidBodyInertia<Dual>& link = tree.links[body.placement.link].inertia;
   link.mass.derivative = own.mass.derivative;
   for (int i = 0; i < 3; ++i) {
@@ -412,7 +412,7 @@ DualMatrix multiply(const DualMatrix& A, const DualMatrix& B) {
 DualMatrix vary_directions(const Grasp& grasp, const Vector3d& turn) {
   DualMatrix A{constrained_directions(grasp), {}};
   A.derivative = Eigen::MatrixXd::Zero(A.value.rows(), 6);
-  if (grasp.model != GraspModel::hinge) return A;  // the others hold in all angular directions or in none
+  if (grasp.model != GraspModel::hinge) return A;  // the others constrain all angular directions or none
   for (int row = 0; row < 2; ++row) {
     const Vector3d change = cross(turn, Vector3d{A.value(row, 0), A.value(row, 1), A.value(row, 2)});
     for (int k = 0; k < 3; ++k) A.derivative(row, k) = change[k];
@@ -420,8 +420,8 @@ DualMatrix vary_directions(const Grasp& grasp, const Vector3d& turn) {
   return A;
 }
 
-// J_t M_t^-1 J_t^T of one grasp's free target (5.2), 6 x 6: column by column the twist at the contact that a unit
-// impulse there brings. The target itself does not move.
+// J_t M_t^-1 J_t^T of one grasp's free target (5.2), 6 x 6: column by column the twist at the contact due to a unit
+// impulse there. The target itself does not move.
 DualMatrix vary_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp,
                          const Vector3<Dual>& p_WC, const ImpactVariation& variation) {
   const BodyDescription& d = model.bodies()[grasp.target_body].description;
@@ -453,7 +453,7 @@ DualMatrix vary_mass_matrix(const Model& model, const DualSystem& system) {
     result.derivative.data()[i] = M[i].derivative;
   }
   project_mass_matrix(model.tree(), result.value);
-  // Of its derivative only what it does on velocities that there are counts, and nothing else is asked.
+  // Only the effect of its derivative on existing velocities is used.
   return result;
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 double kinetic_energy(const Eigen::MatrixXd& M, const Eigen::VectorXd& v) { return 0.5 * v.dot(M * v); }
 
-// Infinite where something came of nothing.
+// Infinite for a nonzero value with zero scale.
 double ratio(double value, double scale) { return value == 0 ? 0 : value / scale; }
 
 }  // namespace
@@ -39,11 +39,11 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, con
   checks.kinetic_energy_before = kinetic_energy(M, before);
   checks.kinetic_energy_after = kinetic_energy(M, after);
   const double T0 = kinetic_energy(M, before.cwiseProduct(part)), T1 = kinetic_energy(M, after.cwiseProduct(part));
-  // Of M v, not of M dv: a grasp that meets its target's motion exactly has a dv of rounding alone. After the impact
-  // there may be more of it than before, where drives work.
+  // Relative to M v, not M dv: for a grasp that meets its target's motion exactly, dv is a rounding error. The energy
+  // after the impact may exceed that before if drives do work.
   const double scale = std::max(T0, T1);
   checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
-  // Over everything: a body that takes no part must not change its motion.
+  // Over all bodies: a body outside the impact must not change its motion.
   const Eigen::VectorXd residual = M * (after - before) - impulse;
   checks.generalized_momentum_residual =
       std::sqrt(ratio(std::abs(residual.dot(cholesky_solution(factor, residual))), 2 * scale));
@@ -60,7 +60,7 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
 
 namespace {
 
-// Solves and fills in the checks. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
+// Solves and fills in the checks. `u_after` is the required J v+; `impulse` receives P in constrained directions.
 ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& state,
                      const Eigen::VectorXd& u_after, Eigen::VectorXd& impulse) {
   const Eigen::MatrixXd& J = rows.J;
@@ -87,9 +87,8 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   return result;
 }
 
-// Per component of the grasp's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
-// metric D, so a component's share is measured against the largest that unit size allows, sqrt(a D^-1 a^T) for
-// direction a.
+// Per component of the grasp's wrench: whether no self-stress changes it. Self-stresses have unit size in the metric D,
+// so a component's share is relative to the maximum for unit size, sqrt(a D^-1 a^T) for direction a.
 std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_space,
                                         Eigen::Index row, const Eigen::MatrixXd& D) {
   if (null_space.cols() == 0) return std::vector<bool>(6, true);
@@ -135,7 +134,7 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
     row += row_count(g.model);
   }
   if (held_rows > 0) {
-    // Held rates only have to be commensurable: what each impulse does alone.
+    // Held rates only need commensurable scales: the response to each impulse alone.
     const Eigen::MatrixXd J_held = rows.J.bottomRows(held_rows);
     const Eigen::MatrixXd alone = J_held * cholesky_solution(Cholesky(M), J_held.transpose());
     rows.D.bottomRightCorner(held_rows, held_rows) = alone.diagonal().asDiagonal();
@@ -156,13 +155,13 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& fact
   const Eigen::VectorXd s = u_after.tail(m);
   ImpulsiveSolution part;  // of the velocities that are not held
   part.impulse = Eigen::VectorXd(0);
-  if (!free.empty()) {  //                                                                                  (7.21)
+  if (!free.empty()) {  // (7.21)
     const Eigen::MatrixXd M_ff = M(free, free);
     const Eigen::VectorXd pushed = v(free) - cholesky_solution(Cholesky(M_ff), M(free, held) * (s - v(held)));
     part = solve_impulsive_constraint(M_ff, J_g(Eigen::all, free), pushed, rows.D.topLeftCorner(g, g),
                                       u_after.head(g) - J_h * s);
   } else if (g > 0) {
-    throw std::invalid_argument("solve_bilateral: everything is held, the targets as well");
+    throw std::invalid_argument("solve_bilateral: all velocities are held, including the targets'");
   }
   ImpulsiveSolution whole;
   whole.rank = part.rank + static_cast<int>(m);
@@ -176,7 +175,7 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& fact
   const Eigen::Index count = part.null_space.cols();
   whole.null_space.resize(g + m, count);
   if (count == 0) return whole;
-  // Self-stresses of unit size in D, and the least P.
+  // Self-stresses of unit size in D, and the minimum-norm P.
   whole.null_space.topRows(g) = part.null_space;
   whole.null_space.bottomRows(m) = -J_h.transpose() * part.null_space;
   const Cholesky metric(rows.D);
@@ -213,7 +212,7 @@ std::vector<Impulsed> joint_impulses(const Model& model, const State& before, co
                                      std::span<const ExternalImpulse> external) {
   const Kinematics k_before = forward_kinematics(model, before), k_after = forward_kinematics(model, after);
   const std::size_t count = model.bodies().size();
-  // What each body receives, about its own frame's origin.
+  // The impulse on each body, about its own frame's origin.
   std::vector<Impulsed> needed(count);
   for (std::size_t i = 0; i < count; ++i) {
     const BodyMomentum m0 = body_momentum(model, k_before, static_cast<int>(i));
@@ -222,7 +221,7 @@ std::vector<Impulsed> joint_impulses(const Model& model, const State& before, co
     needed[i] = {change.angular, change.linear};
   }
   for (const ExternalImpulse& e : external) needed[e.body] -= shift(e.P_WC, k_before.X_WB[e.body].p - e.p_WC);
-  // From the tips in: a joint passes on what its body and all beyond it still need.
+  // From the tips inward: a joint transmits the impulses on its body and all bodies beyond it.
   for (std::size_t i = count; i-- > 0;) {
     const int parent = model.bodies()[i].parent;
     if (parent >= 0) needed[parent] += shift(needed[i], k_before.X_WB[parent].p - k_before.X_WB[i].p);

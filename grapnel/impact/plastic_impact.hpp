@@ -1,12 +1,14 @@
 #pragma once
 
 /// @file
-/// Plastic impact of all grasps at once: the end-effectors and the targets move as one afterwards.
+/// Simultaneous plastic impact of all grasps: the end-effectors and the targets move together afterwards.
 ///
-/// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory.md, section 7), over robot
-/// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The
-/// thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp. Limitations:
-/// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
+/// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-
+///
+/// (docs/theory, section 7), over robot and targets together, valid for any momentum, any number of arms, shared
+/// targets and non-square Jacobians. The thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see
+/// published_impact.hpp. Limitations: instantaneous, no restitution, no friction; configuration unchanged; finite
+/// forces are neglected.
 
 #include <Eigen/Core>
 #include <vector>
@@ -18,8 +20,8 @@
 
 namespace grapnel {
 
-// Checks of one impact without duration, of every law: (9.5) and (9.6) of docs/theory.md. They are relative to what
-// takes part in the impact, so that a heavy body elsewhere hides nothing.
+// Checks of one instantaneous impact, for every law: (9.5) and (9.6) of docs/theory. They are relative to the bodies
+// in the impact, so that a heavy body elsewhere hides nothing.
 
 struct ImpactChecks {
   double kinetic_energy_before = 0;  // [J], by the mass matrix, of the whole model
@@ -31,19 +33,20 @@ struct ImpactChecks {
 /// Per velocity: one if rows `J` (rows x velocities) act on the tree that it belongs to, zero otherwise.
 Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
 
-/// Checks of the impact that makes `after` of the velocities `before`, under the generalized impulse `impulse` (J^T P).
-/// `factor` is M's. `work` [J]: what the impulses do, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
+/// Checks of the impact that changes the velocities `before` to `after` under the generalized impulse `impulse` (J^T
+/// P). `factor` is M's. `work` [J]: of the impulses, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
 ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
                            const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
                            double work);
 
-/// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes (a rate
-/// that is kept, or zero). If the grasps do not allow all of them drives give way, least of all (yielding_drives.hpp).
+/// A velocity (index into State::v) that a drive or a brake sets to a prescribed value with any impulse (a kept rate,
+/// or zero). If the grasps contradict some of them, drives are overpowered, with minimum deviation
+/// (yielding_drives.hpp).
 struct HeldRate {
   int velocity;
   double after = 0;  // [rad/s or m/s]
-  /// Per velocity. Not empty: what is to have the value `after` is the sum of these times the velocities, the rate of a
-  /// mode of vibration that does not answer, and `velocity` is -1. Such rates come before all others.
+  /// Per velocity. Not empty: the quantity with the value `after` is the sum of these times the velocities, the rate of
+  /// a mode of vibration that does not respond, and `velocity` is -1. Such rates come before all others.
   std::vector<double> row = {};
 
   bool is_mode() const { return !row.empty(); }
@@ -65,23 +68,22 @@ struct ImpactSolution : ImpactChecks {
   double constraint_residual = 0;  // (9.7): largest |J v+ - u+| over the largest |u-| or rate of what takes part
 };
 
-/// Solves the impact. If rows are redundant the impulse with the least sum over grasps of P^T (J_t M_t^-1 J_t^T) P is
-/// returned: the energy each grasp's impulse alone would give the free target, independent of units, frame and
-/// reference point. Grasps that are closed already may be among the grasps: they pass on what the new ones bring. With
-/// held rates and no new grasp it is the impact of brakes. With neither nothing changes. Rows count grasps and held
-/// rates.
-/// @throws std::invalid_argument if the state has another model's size.
+/// Solves the impact. For redundant rows returns the impulse with the minimum sum over grasps of P^T (J_t M_t^-1 J_t^T)
+/// P: the energy that each grasp's impulse alone would give the free target, independent of units, frame and reference
+/// point. Already closed grasps may be included: they transmit the impulses of the new ones. With held rates and no new
+/// grasp it is the impact of brakes. With neither nothing changes. Rows count grasps and held rates. @throws
+/// std::invalid_argument if the state's size is not the model's.
 ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                               std::span<const HeldRate> held = {});
 
-// Rows that hold in both directions during an impact: those of grasps, then held rates; and the solution of any impact
-// that prescribes their velocities afterwards.
+// Bilateral rows of an impact: those of grasps, then held rates; and the solution of any impact that prescribes their
+// velocities afterwards.
 
 struct BilateralRows {
   Eigen::MatrixXd J;             // rows x velocities: grasp_jacobian(), rows of modes, a unit entry per held velocity
-  Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory.md; held rates the diagonal of J M^-1 J^T
+  Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory; held rates the diagonal of J M^-1 J^T
   Eigen::VectorXd held_after;    // rows: zero for grasps, HeldRate::after for held rates
-  Eigen::VectorXd held_inertia;  // per held velocity: drive_inertia(), with which it resists grasps that contradict it
+  Eigen::VectorXd held_inertia;  // per held velocity: drive_inertia(), its resistance to grasps that contradict it
   std::vector<int> held;         // their indices in State::v
   Eigen::VectorXd part;          // per velocity: taking_part() of these rows
 };
@@ -90,26 +92,27 @@ struct BilateralRows {
 BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
                              std::span<const Grasp> grasps, std::span<const HeldRate> held);
 
-/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow. Held velocities are eliminated, so that they
-/// are exact and the least singular value of what is left is that of the grasps: (7.21) of docs/theory.md. As of
-/// solve_impulsive_constraint() otherwise. `factor` is M's.
-/// @throws std::invalid_argument if M is not positive definite.
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows permit. Held velocities are eliminated, so that they
+/// are exact and the minimum singular value of the rest is that of the grasps: (7.21) of docs/theory. Otherwise as
+/// solve_impulsive_constraint(). `factor` is M's. @throws std::invalid_argument if M is not positive definite.
 ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
                                   const Eigen::VectorXd& v, const Eigen::VectorXd& u_after);
 
-/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory.md, equations (7.5)-(7.7)), with
-/// its checks; drives whose rates the grasps do not allow give way, (7.20). `rows` are those of `grasps` and `held`.
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows permit (docs/theory, equations (7.5)-(7.7)), with
+/// its checks; drives whose rates contradict the grasps are overpowered, (7.20). `rows` are those of `grasps` and
+/// `held`.
 ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
                           const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
                           std::span<const HeldRate> held);
 
-// What the impulses at the grasps do inside the robot: the impulse every joint passes on, driving and constraint
-// components alike.
+// Effects of the impulses at the grasps inside the robot: the impulse that every joint transmits, driving and
+// constraint components alike.
 
-/// Per body: the impulse its joint transmits from the parent to it, in W, about the body frame's origin (the joint).
-/// From momentum differences of the bodies beyond the joint, less the external impulses on them; independent of the
-/// mass matrix. For a free root it is zero up to rounding, for one fixed to the world it is what the ground gives.
-/// `external[i]` acts on body i at point p_WC[i]: pass each grasp twice, on the robot and, reversed, on the target.
+/// Per body: the impulse that its joint transmits from the parent to it, in W, about the body frame's origin (the
+/// joint). From momentum differences of the bodies beyond the joint, less the external impulses on them; independent of
+/// the mass matrix. For a free root it is zero up to rounding, for one fixed to the world it is the impulse of the
+/// ground. `external[i]` acts on body i at point p_WC[i]: pass each grasp twice, on the robot and, reversed, on the
+/// target.
 struct ExternalImpulse {
   int body;
   Vector3d p_WC;

@@ -63,7 +63,7 @@ std::vector<TargetTerms> target_terms(const Model& model, const Kinematics& kine
   return all;
 }
 
-// J_t^-1 x; with several grasps J_t has more rows than columns, and the inverse is read as the least-squares one.
+// J_t^-1 x; with several grasps J_t has more rows than columns, and the inverse is the least-squares one.
 Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) {
   if (J_t.rows() == 6) return lu_solution(J_t, x);
   return least_squares_solution(J_t, x);
@@ -115,7 +115,7 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
     result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, {}});
   }
 
-  // The momentum these velocities have: the base by (3.13) with the robot's momentum before, the targets by (3.10).
+  // The momentum of these velocities: the base by (3.13) with the robot's momentum before, the targets by (3.10).
   const int roots[] = {root};
   const Vector3d com = center_of_mass(model, kinematics, roots);
   const Momentumd robot = momentum_about(model, kinematics, com, roots);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it takes J thetadot for the end-effectors'
-/// twist, which holds only while the robot's momentum is zero, and so does not conserve momentum through an impact.
+/// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it uses J thetadot as the end-effectors' twist,
+/// which is valid only for zero momentum of the robot, so it does not conserve momentum through an impact.
 
 #include <string>
 
@@ -18,9 +18,9 @@ struct PublishedImpact {
   Momentumd momentum_error = Momentumd::zero();  // total after minus before, about the world's origin, in W
 };
 
-/// `root` is the robot's base. Undefined where a grasp is not rigid, where the base is fixed, and where
-/// I (thetadot_f - thetadot_i) is not in the range of J^T. Where several arms grasp one target, J and J_t of its grasps
-/// are stacked, and J_t^-1 in (3.10) and (3.12) is read as the least-squares inverse, on which the thesis is silent.
+/// `root` is the robot's base. Undefined if a grasp is not rigid, the base is fixed, or I (thetadot_f - thetadot_i) is
+/// not in the range of J^T. If several arms grasp one target, J and J_t of its grasps are stacked, and J_t^-1 in (3.10)
+/// and (3.12) is the least-squares inverse; the thesis does not cover this case.
 PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps);
 
 }  // namespace grapnel

@@ -8,12 +8,12 @@
 namespace grapnel {
 namespace {
 
-// Of the size of its terms, what of a self-stress reaches a drive: less than this is rounding, and the self-stress one
-// of the grasps alone.
+// Relative to its terms, the part of a self-stress at a drive below which it is a rounding error, and the self-stress
+// one of the grasps alone.
 constexpr double kGraspsAlone = 1e-8;
-// Of the size of its terms: what a self-stress does on the rates told is zero.
+// Relative to its terms, the work of a self-stress on the prescribed rates that counts as zero.
 constexpr double kWorkRounding = 1e-13;
-// Of the largest rate, in the metric J_r: a drive that misses what it was told by less has not given way.
+// Relative to the largest rate, in the metric J_r: deviation below which a drive is not overpowered.
 constexpr double kNoticed = 1e-9;
 
 }  // namespace
@@ -24,14 +24,14 @@ double drive_inertia(const Model& model, int velocity) {
     const double inertia = model.bodies()[body].description.joint.reflected_inertia();
     return inertia > 0 ? inertia : 1;
   }
-  return 1;  // of a root or a spherical joint
+  return 1;  // for a root or a spherical joint
 }
 
 std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
                                                        const Eigen::MatrixXd& null_space) {
   const Eigen::Index held = rows.held_inertia.size();
   if (held == 0 || null_space.cols() == 0) return {};
-  // Self-stresses that reach the drives: S_h = -J_h^T S_g over the size that its terms can have.
+  // Self-stresses at the drives: S_h = -J_h^T S_g relative to the possible size of its terms.
   const Eigen::Index grasps = rows.J.rows() - held;
   const Eigen::MatrixXd J_h = rows.J.topRows(grasps)(Eigen::all, rows.held);
   const Eigen::VectorXd size = (J_h.cwiseAbs().transpose() * rows.D.diagonal().head(grasps).cwiseSqrt().cwiseInverse());
@@ -45,7 +45,7 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
   for (Eigen::Index i = 0; i < held; ++i) {
     if ((reach.row(i) * V).norm() <= kGraspsAlone) S.row(grasps + i).setZero();  // a drive in no loop
   }
-  const Eigen::VectorXd work = S.transpose() * after;  // on the rates told
+  const Eigen::VectorXd work = S.transpose() * after;  // on the prescribed rates
   const Eigen::VectorXd terms = S.cwiseAbs().transpose() * after.cwiseAbs();
   if ((work.array().abs() <= kWorkRounding * terms.array()).all()) return {};
   // x = J_r^(1/2) (w_h - s) is the least solution of B^T x = S^T w, B = J_r^(-1/2) S_h.                        (7.20)

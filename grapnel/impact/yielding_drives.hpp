@@ -1,21 +1,21 @@
 #pragma once
 
 /// @file
-/// Held rates that the grasps do not allow: drives give way, as little as they can (docs/theory.md, section 7).
+/// Held rates that contradict the grasps: drives are overpowered, with minimum deviation (docs/theory, section 7).
 ///
-/// A drive that holds a rate stands for a rotor of infinite inertia. The limit k -> infinity of the plastic impact with
-/// rotors k J_r that come in at the rates told is
+/// A drive that holds a rate represents a rotor of infinite inertia. The limit k -> infinity of the plastic impact with
+/// rotors k J_r at the prescribed rates is
 ///
 ///   s  = argmin |s - w_h|^2_Jr   over all rates s = H v with J_g v = w_g,                                       (7.17)
 ///   v+ = argmin |v - v-|^2_M     over all v with J_g v = w_g and H v = s,                                       (7.18)
 ///
-/// of which the second is the impact with held rates s instead of those told, w_h. By the self-stresses S = [S_g; S_h]
-/// of all rows, which do no work on any velocity that these allow,
+/// of which the second is the impact with held rates s instead of the prescribed ones, w_h. With the self-stresses
+/// S = [S_g; S_h] of all rows, which do no work on any admissible velocity,
 ///
 ///   s = w_h - J_r^-1 S_h (S_h^T J_r^-1 S_h)^+ (S_g^T w_g + S_h^T w_h).                                          (7.20)
 ///
-/// Momentum and grasps are kept exactly. Where the rates told agree with the grasps the bracket is zero, and so is the
-/// change.
+/// Momentum and grasps are satisfied exactly. If the prescribed rates are consistent with the grasps, the bracket and
+/// the change are zero.
 
 #include <optional>
 
@@ -23,17 +23,17 @@
 
 namespace grapnel {
 
-/// J_r of a held velocity: what its joint's rotor adds to the mass matrix [kg m^2 or kg]; 1 where the model states no
-/// rotor, so that drives of which nothing is known have equal weights.
+/// J_r of a held velocity: the contribution of its joint's rotor to the mass matrix [kg m^2 or kg]; 1 if the model
+/// states no rotor, so that drives without data have equal weights.
 double drive_inertia(const Model& model, int velocity);
 
-/// s of (7.20), where it differs from what `after` asks of the held rows, the last ones, by more than rounding; nothing
-/// where no drive has to give way. `null_space`: the self-stresses of `rows`, as of solve_impulsive_constraint().
+/// s of (7.20), if it differs from the values `after` of the held rows, the last ones, by more than rounding; empty if
+/// no drive is overpowered. `null_space`: the self-stresses of `rows`, as from solve_impulsive_constraint().
 std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
                                                        const Eigen::MatrixXd& null_space);
 
-/// Per held rate, whether its drive gave way: whether it is off what it was told by more than rounding. `velocity`: of
-/// the whole model, after the impact.
+/// Per held rate, whether its drive is overpowered: whether it deviates from the prescribed value by more than
+/// rounding. `velocity`: of the whole model, after the impact.
 std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> held, std::span<const double> velocity);
 
 }  // namespace grapnel

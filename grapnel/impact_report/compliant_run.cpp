@@ -19,13 +19,13 @@ struct Described<CompliantOutcome::Status>
 
 namespace {
 
-// Of the kinetic energy before: what springs of grasps may hold when the time is over, as they may when grasps are at
-// rest and the joined bodies turn.
+// Relative to the kinetic energy before: permitted energy in grasps' springs at the end, which remains if grasps are at
+// rest and the joined bodies rotate.
 constexpr double kLeftInGrasps = 1e-3;
-// Of the energy that took part: what may be left when the time is over without changing the motion afterwards much.
+// Relative to the energy in the impact: remaining energy that barely changes the motion afterwards.
 constexpr double kNegligible = 1e-4;
 
-// Where a grasp of the problem is in the solver's lists.
+// The index of a grasp of the problem in the solver's lists.
 struct Place {
   bool contact = false;
   std::size_t index = 0;
@@ -46,7 +46,7 @@ ForceProfile profile_of(const ForceHistory& history) {
   return p;
 }
 
-// The grasps' and contacts' side of the impact, in the bodies of `system`.
+// The grasps and contacts of the impact, in the bodies of `system`.
 class Yielding {
  public:
   Yielding(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
@@ -96,7 +96,7 @@ class Yielding {
   std::vector<CompliantGrasp> grasps_;
 };
 
-// Largest loads of the joints over the samples, and when they are.
+// Maximum loads of the joints over the samples, and their times.
 class JointPeaks {
  public:
   JointPeaks(const Model& model, std::vector<JointImpulse>& joints) : model_(model), joints_(joints) {
@@ -135,7 +135,7 @@ Momentumd momentum_about_origin(const Model& model, const State& state) {
   return momentum_about(model, forward_kinematics(model, state), Vector3d::zero());
 }
 
-// All that the samples say: peaks of the joints' loads go to the report.
+// Evaluates the samples: peaks of the joints' loads are added to the report.
 void look_at_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
                      CompliantRun& run) {
   const Model& model = task.system.model;
@@ -146,7 +146,7 @@ void look_at_samples(const CompliantTask& task, const Yielding& yielding, const 
   sample.kinematics = Kinematics(model);
   const Kinematics& k = sample.kinematics;
   std::vector<ExternalWrench> external;
-  std::vector<Wrenchd> through;  // per body: what its joint passes on
+  std::vector<Wrenchd> through;  // per body: the wrench transmitted by its joint
   for (std::size_t s = 0; s < outcome.times.size(); ++s) {
     sample.time = outcome.times[s];
     sample.state = outcome.states[s];
@@ -161,12 +161,13 @@ void look_at_samples(const CompliantTask& task, const Yielding& yielding, const 
     }
     joint_wrenches(model, k, outcome.accelerations[s], external, through);
     peaks.look(sample.time, k, through);
-    for (const HeldGrasp& held : task.system.grasps) {  // its target hangs on the robot: what reaches it, reversed
+    // its target hangs on the robot: the transmitted wrench, reversed
+    for (const HeldGrasp& held : task.system.grasps) {
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
     }
-    if (fixed) {  // nothing else acts on the whole
+    if (fixed) {  // no other external load acts on the system
       const Momentumd now = momentum_about(model, k, Vector3d::zero());
       sample.from_ground = now - before;
       before = now;
@@ -177,7 +178,7 @@ void look_at_samples(const CompliantTask& task, const Yielding& yielding, const 
   run.joint_peaks = std::move(peaks).times();
 }
 
-// Brakes and drives: at once at the beginning, then at a rate that does not change.
+// Brakes and drives: immediately at the beginning, then at a constant rate.
 void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, ImpactReport& report) {
   report.joints_during = name_of(task.problem.impact->joints);
   for (std::size_t i = 0; i < task.held.size(); ++i) {
@@ -192,8 +193,8 @@ void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, I
   }
 }
 
-// Of the energy of a grasp's relative motion before: what is left of it. A contact that still is compressed further has
-// its impact before it, one that expands has it behind.
+// The remaining fraction of the energy of a grasp's relative motion. A contact that is still being compressed has its
+// impact ahead, one that expands behind.
 double moving_share(const GraspImpulse& g, bool contact, const ForceHistory& h) {
   const std::size_t size = h.deformation.size();
   if (contact && !(size > 1 && h.deformation[size - 1] > h.deformation[size - 2])) return 0;
@@ -206,7 +207,7 @@ double moving_share(const GraspImpulse& g, bool contact, const ForceHistory& h) 
   return std::min(linear, share(g.relative_angular_velocity_after, g.relative_angular_velocity_before));
 }
 
-// What impact.longest has ended too early, per grasp; and what it has done to the balance of energy.
+// Effects of the end by impact.longest, per grasp; and on the energy balance.
 void describe_unfinished(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
                          CompliantRun& run) {
   run.unfinished.resize(yielding.size());
@@ -214,7 +215,7 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
   const double longest = task.problem.impact->compliant.longest;
   std::vector<std::string> places;
   bool pressed = false;
-  double share = 0;  // of the energy, left when the time is over
+  double share = 0;  // of the energy, remaining at the end
   for (std::size_t i = 0; i < yielding.size(); ++i) {
     const ForceHistory& h = yielding.history(outcome, i);
     std::string& how = run.unfinished[i];
@@ -227,22 +228,23 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
                       contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
     } else if (contact && h.touches == 0) {
       how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
-      share = 1;  // its impact is before it
+      share = 1;  // its impact is ahead
     }
     if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
   }
-  // Nobody gets it back: the balance does not close. Grasps that turn with their target never come to rest entirely.
+  // This energy is deleted, so the balance does not close. Grasps that rotate with their target never come to rest
+  // entirely.
   const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
   if (pressed || !(missing <= kLeftInGrasps)) run.energy_residual += missing;
   if (!(share >= missing)) share = missing;
   const std::string consequence =
       !(share <= kNegligible)
-          ? fmt::format("the motion afterwards is unreliable: {:.2g} of the energy is left", share)
-          : fmt::format("the motion afterwards deviates little: {:.2g} of the energy is left", share);
+          ? fmt::format("the motion afterwards is unreliable: {:.2g} of the energy remains", share)
+          : fmt::format("the motion afterwards deviates little: {:.2g} of the energy remains", share);
   run.warnings.push_back(fmt::format(
       "impact: it was not over after impact.longest = {:.4g} s, {}; {}. The {:.4g} J in springs are deleted, and "
-      "grasps take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, "
-      "lets the "
+      "grasps stop the remaining relative motion instantaneously. Increase impact.longest or impact.settled "
+      "to let the "
       "impact end",
       longest, consequence, places.empty() ? "relative motion remains" : fmt::format("{}", fmt::join(places, "; ")),
       outcome.elastic_energy_after));
@@ -272,7 +274,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   report.law = name_of(ImpactSetup::Law::compliant);
   report.time = task.time;
   report.duration = outcome.duration;
-  report.as_published_absent = "the thesis's impact takes no time";
+  report.as_published_absent = "the thesis's impact is instantaneous";
   CompliantReport c;
   c.end = name_of(outcome.status);
   c.duration = outcome.duration;
@@ -326,7 +328,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
                                                     setup, held, task.each_step, task.drive);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
-    run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);
+    run.failure = fmt::format("compliant impact from t = {:.6g} s: {}", task.time, outcome.message);
     return run;
   }
   run.after = outcome.after;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// An impact that is resolved in time (ImpactSetup::Law::compliant): from a contact to what its grasps and contacts
-/// bear, instant by instant.
+/// A compliant impact (ImpactSetup::Law::compliant): from a contact to the loads of its grasps and contacts, instant by
+/// instant.
 
 #include <functional>
 
@@ -14,14 +14,14 @@ namespace grapnel {
 struct CompliantSample {
   double time = 0;                      // from its beginning [s]
   State state;                          // of the system given
-  Kinematics kinematics;                // there
+  Kinematics kinematics;                // at that state
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
-  std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which hold already: likewise
-  /// What a fixed base's mount put in since the sample before, about the world's origin, in W: all that there was.
+  std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which already hold: likewise
+  /// Impulse of a fixed base's mount since the previous sample, about the world's origin, in W: the only external one.
   Momentumd from_ground = Momentumd::zero();
 };
 
-/// When a joint's loads are largest, from the impact's beginning on [s].
+/// Times of a joint's maximum loads, from the impact's beginning [s].
 struct JointPeakTimes {
   double force = 0, moment = 0, driving = 0;
 };
@@ -37,10 +37,10 @@ struct CompliantRun {
   std::vector<std::string> unfinished;
   Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome, since the last sample
   std::vector<std::string> warnings;
-  std::string failure;  // not empty: it could not be integrated
+  std::string failure;  // not empty: the integration failed
 };
 
-/// A contact of the problem, where it begins, in the bodies of `system`.
+/// A contact of the problem, at its beginning, in the bodies of `system`.
 struct YieldingContact {
   std::size_t grasp;  // of the problem
   CompliantContact contact;
@@ -49,19 +49,19 @@ std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, co
                                                const Contact& contact, const CaptureSystem& system);
 
 struct CompliantTask {
-  const CaptureProblem& problem;                 // with the grasps that close now
+  const CaptureProblem& problem;                 // with the closing grasps
   const CaptureSystem& free;                     // all targets free
   const Contact& contact;                        // of these grasps, in `free`; its state is the same as `met`
-  const CaptureSystem& system;                   // with what is held already hanging on its arms; no closed loops
+  const CaptureSystem& system;                   // with held targets already hanging on their arms; no closed loops
   const State& met;                              // of `system`, before brakes
   double time = 0;                               // [s]
-  std::span<const HeldRate> held = {};           // velocities of `system` that drives and brakes keep
-  std::span<const double> stopping = {};         // impulses with which they bring them there at once, likewise
+  std::span<const HeldRate> held = {};           // velocities of `system` kept by drives and brakes
+  std::span<const double> stopping = {};         // their initial impulses, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
-  ImpactDrive* drive = nullptr;                  // of joints that a law drives meanwhile
-  std::function<void(const CompliantSample&)> look = {};  // sees all samples in turn, when it is over
+  ImpactDrive* drive = nullptr;                  // of joints driven by a law during the impact
+  std::function<void(const CompliantSample&)> look = {};  // receives all samples in order, after the end
 };
-/// From the state `met`, with what brakes make of it at once, until all is over.
+/// Integrates from the state `met`, with the initial effect of brakes, to the end of the impact.
 CompliantRun run_compliant(const CompliantTask& task, const State& braked);
 
 }  // namespace grapnel

@@ -84,7 +84,7 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
 
 std::string gap_too_wide(const CaptureProblem& problem, const GraspSetup& grasp, const CaptureSystem& system,
                          const GraspGap& gap, const Vector3d& displacement) {
-  if (problem.contact.gap == ContactSetup::Gap::refuse) return {};  // its limit has been asked for
+  if (problem.contact.gap == ContactSetup::Gap::refuse) return {};  // its limit has been checked
   if (judges_position(end_effector_of(problem, grasp).envelope)) return {};
   const double reach = arm_reach(system.model, system.model.frame_index(grasp.end_effector)).length;
   const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
@@ -110,7 +110,7 @@ std::string gap_too_wide(const CaptureProblem& problem, const GraspSetup& grasp,
 
 namespace {
 
-// One tolerance: its key in a robot file, its name, the deviation, what is allowed, the unit.
+// One tolerance: its key in a robot file, its name, the deviation, the limit, the unit.
 struct Item {
   const char* key;
   const char* name;
@@ -130,14 +130,14 @@ GraspDecision decide(const std::optional<CaptureEnvelope>& envelope, const Grasp
   decision.deviation = deviation;
   decision.judged = judges_position(envelope);
   if (!envelope) {
-    decision.reason = "the end-effector has no envelope: nobody judged whether it can close, it is taken to hold";
+    decision.reason = "the end-effector has no envelope: capture is not evaluated, the grasp is assumed to hold";
     return decision;
   }
   std::string inside, outside;
   double largest = 0;
   for (const Item& item : items(*envelope, deviation)) {
     if (item.tolerance == CaptureEnvelope::kAny) continue;
-    // Found by an event, a deviation may be on the edge to rounding.
+    // At an event, a deviation may be on the edge to within rounding.
     const bool fits = item.value <= item.tolerance * (1 + 1e-9);
     std::string& text = fits ? inside : outside;
     text += fmt::format("{}{} {:.4g} {} of {:.4g} {}", text.empty() ? "" : ", ", item.name, item.value, item.unit,
@@ -148,7 +148,8 @@ GraspDecision decide(const std::optional<CaptureEnvelope>& envelope, const Grasp
   }
   decision.captured = outside.empty();
   decision.reason = decision.captured ? "within the envelope: " + inside : "outside the envelope: " + outside;
-  if (decision.captured && !decision.judged) decision.reason += "; it has no position: nobody judged the distance";
+  if (decision.captured && !decision.judged)
+    decision.reason += "; the envelope has no position: the distance is not evaluated";
   return decision;
 }
 
@@ -166,7 +167,7 @@ std::vector<GraspDeviation> grasp_deviations(const CaptureProblem& problem, cons
     if (grasp.orientation == GraspSetup::Orientation::pose) d.angle = gap.angle;
     if (grasp.orientation == GraspSetup::Orientation::axis) {
       const GraspPoint& point = grasp_point_of(problem, grasp);
-      // The direction is given in the target's frame, the gap knows the grasp point's.
+      // The direction is given in the target's frame, the gap in the grasp point's.
       const Vector3d direction_W = gap.X_WG.R * transposed_times(point.X_TG.R, *point.approach_direction);
       const Vector3d axis_W = gap.X_WE.R * *end_effector_of(problem, grasp).approach_axis;
       d.angle = rotation_angle(rotation_between(direction_W, axis_W));
@@ -216,7 +217,7 @@ Vector3d contact_normal_in_world(const CaptureProblem& problem, const CaptureSys
   const auto normal = contact_normal(target_of(problem, grasp), grasp_point_of(problem, grasp));
   if (!normal) throw CaptureProblemError("grasp of '" + grasp.end_effector + "': a contact needs the surface's normal");
   const int frame = system.target_frames[target_index(problem, grasp.target)];
-  // As given it is a unit vector to 1e-9, which friction at small slip would multiply.
+  // The given vector is a unit vector to 1e-9, an error that friction at small slip would amplify.
   return (1 / norm(*normal)) * (frame_pose(system.model, kinematics, frame).R * *normal);
 }
 

@@ -17,11 +17,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kShown = 20;       // modes in a report
-constexpr std::size_t kAllShown = 12;    // numbers of modes that are tried one by one; beyond, every doubling and all
-constexpr double kMatters = 0.05;        // of the impulse, which modes may change without a word
-constexpr double kNoImpulse = 1e-9;      // [N s]
-constexpr double kSeen = 1e-12;          // of the whole mass and its moment: effective ones below are rounding
+constexpr std::size_t kShown = 20;     // modes in a report
+constexpr std::size_t kAllShown = 12;  // numbers of modes evaluated individually; beyond, by doubling, and all
+constexpr double kMatters = 0.05;      // relative change of the impulse by modes that causes no warning
+constexpr double kNoImpulse = 1e-9;    // [N s]
+// relative to the total mass and its moment: smaller effective ones are rounding errors
+constexpr double kSeen = 1e-12;
 constexpr double kRankThreshold = 1e-9;  // of the largest singular value
 
 std::vector<int> velocities_of(const CaptureSystem& system, bool base, bool joints) {
@@ -35,7 +36,7 @@ std::vector<int> velocities_of(const CaptureSystem& system, bool base, bool join
   return locked;
 }
 
-// The columns of T: what is free and has no spring, one by one, then the modes.
+// The columns of T: free velocities without springs, one by one, then the modes.
 MatrixXd reachable(const Model& model, std::span<const HeldRate> held, std::span<const ElasticMode> modes,
                    std::size_t count) {
   std::vector<bool> apart(static_cast<std::size_t>(model.velocities()), false);
@@ -100,7 +101,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
   const Model& model = task.system.model;
   const State& state = task.contact.state;
   if (model.springs().empty() || task.contact.grasps.empty()) return {};
-  std::vector<HeldRate> held;  // without those of impact.modes: none
+  std::vector<HeldRate> held;  // none of impact.modes
   std::vector<int> locked;
   for (const HeldRate& h : task.held) {
     if (h.is_mode() || yields(held_joint(model, h))) continue;
@@ -109,7 +110,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
   const std::vector<ElasticMode> modes = elastic_modes(model, state, locked);
   const Kinematics k = forward_kinematics(model, state);
   const MatrixXd M = mass_matrix(model, state), J = grasp_jacobian(model, k, task.contact.grasps);
-  VectorXd v = as_vector(state.v), change = VectorXd::Zero(v.size());  // what drives and brakes make of it at once
+  VectorXd v = as_vector(state.v), change = VectorXd::Zero(v.size());  // instantaneous change by drives and brakes
   for (const HeldRate& h : held) change[h.velocity] = h.after - state.v[h.velocity];
   const BilateralRows rows = bilateral_rows(model, k, M, task.contact.grasps, {});
   const Cholesky metric(rows.D);
@@ -121,7 +122,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
     // M_T z = J_T^T P - T^T M change,  J (v + change + T z) = 0.
     const VectorXd pulled = T.transpose() * (M * change);
     const VectorXd u = J * (v + change) - J_T * cholesky_solution(factor, pulled);
-    // With P = L^-T Q, L L^T = D: L^-1 W L^-T Q = -L^-1 u, Q of least norm.
+    // With P = L^-T Q, L L^T = D: L^-1 W L^-T Q = -L^-1 u, with minimum-norm Q.
     const MatrixXd half = lower_solution(metric, J_T);
     const MatrixXd W = half * cholesky_solution(factor, MatrixXd(half.transpose()));
     const VectorXd Q = least_norm_solution(W, -lower_solution(metric, u), kRankThreshold);
@@ -172,11 +173,12 @@ std::string describe_dependence_on_modes(const ImpactReport& report) {
   const double change = std::abs(all.impulses[worst] - none.impulses[worst]);
   if (!(largest > kNoImpulse && change > kMatters * largest)) return {};
   return fmt::format(
-      "the impulse of a plastic impact depends on how many modes answer it, and does not converge with their number: "
+      "the impulse of a plastic impact depends on the number of responding modes and does not converge with it: "
       "at "
-      "{} {:.4g} N s if nothing bends, {:.4g} with all {} modes (impact.by_modes of the summary); impact.law: "
+      "{} {:.4g} N s without flexible modes, {:.4g} with all {} modes (impact.by_modes of the summary); use "
+      "impact.law: "
       "compliant, "
-      "with the stiffness of what touches, converges",
+      "with the stiffness of the contacts, which converges",
       report.grasps[worst].end_effector, none.impulses[worst], all.impulses[worst], all.modes);
 }
 

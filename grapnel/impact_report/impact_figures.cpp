@@ -30,7 +30,7 @@ void put(const ImpulseEllipsoid& ellipsoid, std::vector<Vector3d>& axes, std::ve
   }
 }
 
-// The grasps as the measures see them: what only touches has no moment.
+// The grasps for the measures: contacts have no moment.
 std::vector<Grasp> measured_grasps(const ImpactTask& task) {
   std::vector<Grasp> grasps = task.contact.grasps;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -60,7 +60,7 @@ std::vector<SelfStress> describe_impulses(std::span<const Grasp> grasps, const E
       largest = std::max(largest, P.lpNorm<Eigen::Infinity>());
       row += row_count(g.model);
     }
-    if (largest == 0) continue;  // of held rates alone
+    if (largest == 0) continue;  // of held rates only
     for (Vector3d& P : stress.impulse) P = (1 / largest) * P;
     for (Vector3d& P : stress.angular_impulse) P = (1 / largest) * P;
     basis.push_back(std::move(stress));
@@ -114,7 +114,7 @@ void add_sensitivities(const ImpactTask& task, ImpactReport& report) {
       const Vector3d& P = report.grasps[i].impulse;
       s.impulse.push_back(from.impulse[i].linear);
       s.angular_impulse.push_back(from.impulse[i].angular);
-      // Of a zero impulse the magnitude has a kink.
+      // The magnitude of a zero impulse is not differentiable.
       const double size = norm(P), change = norm(from.impulse[i].linear);
       s.impulse_magnitude.push_back(size > 0 ? dot(P, from.impulse[i].linear) / size : change);
     }
@@ -185,7 +185,7 @@ void add_margins(const CaptureProblem& problem, ImpactReport& report) {
       compare(e.name, load, e.rating, report.margins);
     }
   }
-  // Brakes that stop the arms' own motion load them however slowly they meet the target.
+  // Brakes that stop the arms' own motion load them even if they meet the target slowly.
   if (report.joints_during == "braked") return;
   for (const GraspImpulse& g : report.grasps) {
     const std::vector<std::string> joints = arm_joints(problem.robot, g.end_effector);

@@ -41,14 +41,14 @@ std::vector<ExternalImpulse> impulses_at(std::span<const Grasp> grasps, const Im
   return external;
 }
 
-// What the mount of a fixed base puts in, about the world's origin; `through`: of the joints.
+// Impulse of the mount of a fixed base, about the world's origin; `through`: of the joints.
 Momentumd from_ground(const CaptureSystem& system, const Kinematics& k, const std::vector<Impulsed>& through) {
   if (system.model.has_free_root(system.base)) return Momentumd::zero();
   const Impulsed ground = shift(through[system.base], -k.X_WB[system.base].p);
   return {ground.angular, ground.linear};
 }
 
-// Impulses through the robot's joints, and the sum that reaches the base.
+// Impulses transmitted by the robot's joints, and their sum at the base.
 void describe_reactions(const CaptureSystem& system, const Kinematics& k, const std::vector<Impulsed>& through,
                         ImpactReport& report) {
   const Model& model = system.model;
@@ -65,11 +65,11 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
     } else if (has_one_axis(body.description.joint.type)) {
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
-    // A wheel or gimbal is no joint of the robot's; its bearing's impulse reaches the base all the same.
+    // A wheel or gimbal is not a joint of the robot, but its bearing transmits an impulse to the base.
     if (!is_inside_base(system, static_cast<int>(i)) && !is_elastic_part(body.description))
       report.joints.push_back(joint);
     if (body.parent == system.base) {
-      // The joint acts on the base with the opposite; about the base's origin.
+      // The joint acts on the base with the opposite sign; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);
       report.base_impulse += on_base.linear;
       report.base_angular_impulse += on_base.angular;
@@ -96,7 +96,7 @@ void describe_published(const CaptureSystem& system, const CaptureProblem& probl
   report.as_published = a;
 }
 
-// Every further grasp of a target against its first: distances that no motion of the target changes.
+// Each further grasp of a target relative to its first: distances that no motion of the target changes.
 std::vector<LoopGap> loop_gaps(const CaptureProblem& problem, const Contact& contact) {
   std::vector<LoopGap> loops;
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
@@ -127,12 +127,12 @@ std::vector<BodyImpulse> body_impulses(const Model& model, const Kinematics& bef
   return impulses;
 }
 
-// Velocities and impulses by the thesis's formulas, with the balances that show what they do not keep.
+// Velocities and impulses by the thesis's formulas, with the balances that they violate.
 ImpactSolution published_solution(const CaptureSystem& system, const Contact& contact) {
   const Model& model = system.model;
   const PublishedImpact published = published_impact(model, contact.state, system.base, contact.grasps);
   if (!published.undefined.empty())
-    throw std::invalid_argument("the published formulas are not defined here: " + published.undefined);
+    throw std::invalid_argument("the published formulas are not defined: " + published.undefined);
   const Eigen::MatrixXd M = mass_matrix(model, contact.state);
   const Eigen::MatrixXd J = grasp_jacobian(model, forward_kinematics(model, contact.state), contact.grasps);
   const Eigen::Index n = model.velocities();
@@ -159,7 +159,7 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
 
 // --- The laws -------------------------------------------------------------------------------------------------------
 
-// E of bilateral restitution, row by row: grasps that hold already do not rebound.
+// E of bilateral restitution, row by row: already held grasps do not rebound.
 std::vector<std::vector<double>> restitution_rows(const ImpactTask& task) {
   std::vector<std::vector<double>> rows;
   for (std::size_t i = 0; i < task.contact.grasps.size(); ++i) {
@@ -212,7 +212,7 @@ ContactRebound describe_rebound(const ContactPoint& point, const ContactPointImp
   return r;
 }
 
-// Contacts, with the grasps that hold passing on what they bring: in the form that grasps have.
+// Contacts, with grasps that transmit their impulses: converted to the form of grasps.
 ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, ImpactOutcome& outcome) {
   std::vector<ContactPoint> points;
   for (std::size_t i = task.already_closed; i < task.contact.grasps.size(); ++i)
@@ -262,7 +262,7 @@ const JointDescription& held_joint(const Model& model, const HeldRate& held) {
   for (int body : model.joints()) {
     if (model.bodies()[body].v == held.velocity) return model.bodies()[body].description.joint;
   }
-  throw std::logic_error("held_joint: the velocity is not a joint's");
+  throw std::logic_error("held_joint: the velocity does not belong to a joint");
 }
 
 std::string describe_giving_way(const Model& model, const ImpactReport& report) {
@@ -280,14 +280,14 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report) 
       if (joint.name == held.joint) unit = axis_units(joint.type).rate;
     }
     const double by = held.rate_after - held.told_rate;
-    drives.push_back({std::abs(by), fmt::format("{} by {:.4g} {} (told {:.4g}, now {:.4g})", held.joint, by, unit,
+    drives.push_back({std::abs(by), fmt::format("{} by {:.4g} {} (commanded {:.4g}, now {:.4g})", held.joint, by, unit,
                                                 held.told_rate, held.rate_after)});
   }
   if (drives.empty()) return {};
   std::stable_sort(drives.begin(), drives.end(), [](const Drive& a, const Drive& b) { return a.by > b.by; });
   std::string text =
-      fmt::format("the grasps do not allow the rates that drives are to hold; as little as they must, {} give way: ",
-                  drives.size() == 1 ? "one" : fmt::format("{} of them", drives.size()));
+      fmt::format("the grasps contradict the rates held by drives; {} overpowered, with minimum deviation: ",
+                  drives.size() == 1 ? "one drive is" : fmt::format("{} drives are", drives.size()));
   for (std::size_t i = 0; i < std::min(kShown, drives.size()); ++i) text += (i > 0 ? ", " : "") + drives[i].text;
   if (drives.size() > kShown) text += fmt::format(" and {} more", drives.size() - kShown);
   return text;
@@ -383,7 +383,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   as_kept.held = kept;
   add_measures(as_kept, report);
   if (task.law == ImpactSetup::Law::plastic) {
-    // How modes change that do not answer is not known.
+    // Changes of modes that do not respond are unknown.
     if (task.held.empty() || !task.held.front().is_mode()) add_sensitivities(task, report);
     report.by_modes = impulses_by_modes(task);
   }

@@ -11,11 +11,11 @@
 
 namespace grapnel {
 
-/// How far an impact's solution is from what defines it.
+/// Residuals of the equations that define an impact's solution.
 struct ImpactResiduals {
   double momentum = 0;             // ImpactSolution::generalized_momentum_residual
   double energy = 0;               // energy_identity_residual
-  std::optional<double> velocity;  // constraint_residual, of laws that say what the relative velocity is afterwards
+  std::optional<double> velocity;  // constraint_residual, of laws that prescribe the relative velocity afterwards
   std::optional<double> cone;      // ContactImpactSolution::cone_residual
 };
 
@@ -23,49 +23,50 @@ struct ImpactOutcome {
   ImpactReport report;
   ImpactResiduals residuals;
   State after;                                // configuration of the contact, velocities after the impact
-  Momentumd from_ground = Momentumd::zero();  // what a fixed base's mount put in, about the world's origin, in W
+  Momentumd from_ground = Momentumd::zero();  // impulse of a fixed base's mount, about the world's origin, in W
 };
 
-/// Which grasps take part in an impact, where, and by which law.
+/// The grasps in an impact, and its law.
 struct ImpactTask {
   const CaptureProblem&
-      problem;  // with the grasps that take part, as `contact` lists them: first those that hold already
+      problem;  // with the grasps in the impact, in the order of `contact`: first those that already hold
   const CaptureSystem& system;
   const Contact& contact;
   double time = 0;                                   // [s]
-  std::size_t already_closed = 0;                    // grasps that hold already
-  std::span<const HeldRate> held = {};               // rates that ideal drives, and brakes, keep or enforce
+  std::size_t already_closed = 0;                    // grasps that already hold
+  std::span<const HeldRate> held = {};               // rates that ideal drives and brakes keep or enforce
   ImpactSetup::Law law = ImpactSetup::Law::plastic;  // any but compliant
   CaptureDetail detail = CaptureDetail::full;
 };
-/// @throws std::invalid_argument where the system is numerically singular; std::runtime_error where a contact law's
-/// solution does not converge.
+/// @throws std::invalid_argument if the system is numerically singular; std::runtime_error if a contact law's solution
+/// does not converge.
 ImpactOutcome run_impact(const ImpactTask& task);
 
-/// What an impact between two states changed, link by link: bodies, base, joints, targets, energies, and what joints
-/// passed on given the impulses from outside. Fills these parts of the report. The momentum that the ground put in.
+/// Changes by an impact between two states, link by link: bodies, base, joints, targets, energies, and impulses
+/// transmitted by joints for the given external impulses. Fills these parts of the report. Returns the momentum from
+/// the ground.
 Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
                           const State& after, std::span<const ExternalImpulse> external, ImpactReport& report);
 
-/// One grasp before anything is known about its impulse.
+/// One grasp before its impulse is known.
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
                               std::size_t grasp);
 
-/// The joint that a held rate is of.
+/// The joint of a held rate.
 const JointDescription& held_joint(const Model& model, const HeldRate& held);
 
-/// Which drives gave way in an impact and by how much, in words; empty if none did.
+/// Overpowered drives of an impact, with deviations, as text; empty if none.
 std::string describe_giving_way(const Model& model, const ImpactReport& report);
 
 struct BrakeOutcome {
   BrakeReport report;
-  std::vector<JointImpulse> joints;  // what joints pass on because of it
+  std::vector<JointImpulse> joints;  // transmitted by joints due to it
   State after;
   double energy_identity_residual = 0;
   Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome
 };
-/// Brakes stop joints (positions in system.robot_joints) at once. `problem` has the grasps that hold, `grasps` are
-/// they; `driven`: rates that ideal drives of other joints keep.
+/// Brakes stop joints (indices in system.robot_joints) instantaneously. `problem` has the grasps that hold, `grasps`
+/// are these; `driven`: rates that ideal drives of other joints keep.
 BrakeOutcome run_brake(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
                        std::span<const Grasp> grasps, std::span<const std::size_t> joints,
                        std::span<const HeldRate> driven);

@@ -15,7 +15,7 @@ namespace grapnel {
 
 namespace {
 
-// Rate of a body's momentum about its frame's origin: m a_C there, and I alpha + w x I w about its centre of mass.
+// Rate of a body's momentum about its frame's origin: m a_C, and I alpha + w x I w about its centre of mass.
 Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB, const BodyAcceleration& A) {
   const Vector3d& w = V_WB.angular;
   const Vector3d r = X_WB.R * body.description.com;
@@ -42,14 +42,14 @@ void joint_wrenches(const Model& model, const Kinematics& k, std::span<const dou
   needed.resize(model.bodies().size());
   for (std::size_t i = 0; i < needed.size(); ++i)
     needed[i] = inertial_wrench(model.bodies()[i], k.X_WB[i], k.V_WB[i], A[i]);
-  for (int carried : model.rotors()) {  // rate of their spin, in the link that carries them
+  for (int carried : model.rotors()) {  // rate of their angular momentum, in the link that carries them
     const Body& body = model.bodies()[carried];
     const Vector3d h = rotor_momentum(model, k, carried);
     needed[body.parent].angular +=
         vdot[body.v] * h + cross(k.V_WB[body.parent].angular, joint_rate(model, k, carried) * h);
   }
   for (const ExternalWrench& e : external) needed[e.body] -= shift(e.F_W, k.X_WB[e.body].p - e.p_WP);
-  // From the tips in: a joint passes on what its body and all beyond it need.
+  // From the tips inward: a joint transmits the wrenches on its body and all bodies beyond it.
   for (std::size_t i = model.bodies().size(); i-- > 0;) {
     const int parent = model.bodies()[i].parent;
     if (parent >= 0) needed[parent] += shift(needed[i], k.X_WB[parent].p - k.X_WB[i].p);
@@ -92,8 +92,8 @@ std::vector<int> loaded_bodies(const CaptureSystem& system) {
 
 namespace {
 
-// A component is open if the unit self-stresses move it by more than this share of what unit size allows; rank
-// decisions leave directions of up to 1e-6.
+// A component is undetermined if the unit self-stresses change it by more than this fraction of the maximum for unit
+// size; rank decisions leave directions of up to 1e-6.
 constexpr double kOpen = 1e-6;
 
 Eigen::VectorXd as_eigen(const Wrenchd& F) {
@@ -103,7 +103,7 @@ Eigen::VectorXd as_eigen(const Wrenchd& F) {
 }
 Wrenchd as_wrench(const Eigen::VectorXd& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
 
-// The wrench that a body needs besides gravity and loads to move as it does, about p_W, in W.
+// The wrench, besides gravity and loads, that causes a body's motion, about p_W, in W.
 Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceleration& A, int body,
                       const PhaseDynamics& dynamics, const Vector3d& p_W) {
   const BodyDescription& d = model.bodies()[body].description;
@@ -120,7 +120,7 @@ Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceler
   return F;
 }
 
-// Whether a body is another, or hangs on it by any number of joints.
+// Whether a body equals another, or hangs on it by any number of joints.
 bool is_carried_by(const Model& model, int body, int carrier) {
   while (body > carrier) body = model.bodies()[body].parent;  // parents come first
   return body == carrier;
@@ -157,12 +157,12 @@ std::vector<int> first_rows(const CaptureSystem& system) {
   return first;
 }
 
-// One solution of the equations of all targets, as the solver of the loops has it, and what each self-stress adds.
+// One solution of the equations of all targets, from the loop solver, and the contribution of each self-stress.
 struct Balance {
   std::vector<TargetGrasps> targets;
   std::vector<Wrenchd> F;                    // per grasp, on the robot, in W
   std::vector<std::vector<Wrenchd>> stress;  // per self-stress and grasp
-  std::vector<std::vector<Wrenchd>> open;    // likewise, those that the friction of stuck joints bears counted too
+  std::vector<std::vector<Wrenchd>> open;    // likewise, including those borne by the friction of stuck joints
 };
 
 Balance balance_of(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample) {
@@ -181,12 +181,13 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
     const Vector3d p_1 = t.grasps[0].p_WC;
     const int body = t.grasps[0].target_body;
     Wrenchd& carried = result.F[t.held[0]];
-    for (int i = body; i < static_cast<int>(model.bodies().size()); ++i) {  // the target, and what hangs on it
+    // the target, and the bodies that hang on it
+    for (int i = body; i < static_cast<int>(model.bodies().size()); ++i) {
       if (is_carried_by(model, i, body)) carried -= needed_wrench(model, k, A[i], i, *sample.dynamics, p_1);
     }
     for (std::size_t i = 1; i < t.held.size(); ++i) {
       const HeldGrasp& grasp = system.grasps[t.held[i]];
-      // Whatever another grasp carries, the first carries less.
+      // The load carried by another grasp reduces that of the first.
       const auto share = [&](std::vector<Wrenchd>& F, const Wrenchd& other) {
         F[t.held[i]] = other;
         F[t.held[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
@@ -239,7 +240,7 @@ Eigen::MatrixXd columns_of(const std::vector<std::vector<Wrenchd>>& stresses, st
   return N;
 }
 
-// Adds the self-stresses with which the sum of f^T D f over all grasps is least.
+// Adds the self-stresses that minimize the sum of f^T D f over all grasps.
 void relieve(const Balance& balance, std::vector<GraspWrench>& result) {
   if (balance.stress.empty()) return;
   const Eigen::VectorXd f = in_metric(balance, {balance.F});
@@ -252,7 +253,7 @@ void relieve(const Balance& balance, std::vector<GraspWrench>& result) {
   }
 }
 
-// Components that no self-stress moves.
+// Finds the components that no self-stress changes.
 void find_determined(const Balance& balance, std::vector<GraspWrench>& result) {
   for (GraspWrench& grasp : result) grasp.determined.assign(6, true);
   if (balance.open.empty()) return;
@@ -294,7 +295,7 @@ void add_self_stress(const CaptureSystem& system, const Kinematics& k, std::span
     const Grasp grasp = grasp_of(system.grasps[g], k);
     point_jacobian(model, k, grasp.robot_body, grasp.p_WC, J_a);
     point_jacobian(model, k, grasp.target_body, grasp.p_WC, J_b);
-    // Zero at joints that yield.
+    // Zero at joints with springs.
     const Eigen::VectorXd at_joints = (J_a - J_b).transpose() * as_eigen(wrenches[g].beyond_solver);
     for (std::size_t j = 0; j < model.joints().size(); ++j) motor[j] -= at_joints[model.bodies()[model.joints()[j]].v];
   }

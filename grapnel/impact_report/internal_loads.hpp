@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What joints and grasps pass on at an instant of a motion: d'Alembert's principle body by body, and the multipliers
-/// of (2.11) as internal wrenches.
+/// Loads transmitted by joints and grasps at an instant of a motion: d'Alembert's principle body by body, and the
+/// multipliers of (2.11) as internal wrenches.
 
 #include <vector>
 
@@ -13,41 +13,41 @@
 namespace grapnel {
 
 /// Per body: the wrench that its joint transmits from the parent to it, in W, about the body frame's origin (the
-/// joint), driving and constraint components alike. `vdot`: accelerations of the velocities; `external`: what acts on
-/// the bodies from outside the tree.
+/// joint), driving and constraint components alike. `vdot`: accelerations of the velocities; `external`: external
+/// wrenches on the bodies of the tree.
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external);
 /// The same into `through`, resized to one per body.
 void joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                     std::span<const ExternalWrench> external, std::vector<Wrenchd>& through);
 
-/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and what grasps pass on that close
-/// loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of system.grasps.
+/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and the wrenches of grasps that
+/// close loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of system.grasps.
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
                                     const PhaseSample& sample, std::span<const Wrenchd> grasps);
 
-/// Bodies of the robot that joints carry, fixed ones too: all but the base. Their order is the robot's in every model
-/// of one capture.
+/// Bodies of the robot carried by joints, including fixed ones: all but the base. Their order is the robot's in every
+/// model of one capture.
 std::vector<int> carried_bodies(const CaptureSystem& system);
-/// Of them, those on joints that the robot has; not the pieces of links that bend.
+/// Those of them on joints of the robot, without the pieces of flexible links.
 std::vector<int> loaded_bodies(const CaptureSystem& system);
 
 /// Wrench of one grasp, on the robot at the grasp, in W, [moment; force].
 struct GraspWrench {
   Wrenchd F_WC = Wrenchd::zero();
-  std::vector<bool> determined;             // per component: the same whatever self-stress the loops carry
-  Wrenchd beyond_solver = Wrenchd::zero();  // F_WC less what the solver of the loops has it be
+  std::vector<bool> determined;             // per component: independent of the self-stress of the loops
+  Wrenchd beyond_solver = Wrenchd::zero();  // F_WC less the solution of the loop solver
 };
 
-/// Per entry of system.grasps, at a sample of a phase (`kinematics` of its state). All grasps of a target together give
-/// it the motion it has; where loops are redundant or joints held, self-stresses leave single grasps open, and of all
-/// wrenches those with the least sum of F^T (J_t M_t^-1 J_t^T) F are returned, as in the impact (7.8).
-/// `with_determined`: fill that too.
+/// Per entry of system.grasps, at a sample of a phase (`kinematics` of its state). All grasps of a target together
+/// cause its motion; if loops are redundant or joints held, self-stresses leave single grasps undetermined. The
+/// solution then minimizes the sum of F^T (J_t M_t^-1 J_t^T) F, as in the impact (7.8). `with_determined`: also fill
+/// that member.
 std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& kinematics,
                                             const PhaseSample& sample, bool with_determined = false);
 
-/// Efforts of held joints beside these wrenches: where joints are prescribed in a loop, its self-stress is in their
-/// efforts too, and those in the sample belong to the solver's wrenches. Adds to `motor`, per Model::joints().
+/// Efforts of held joints that match these wrenches: for prescribed joints in a loop, their efforts include its
+/// self-stress, and those in the sample match the solver's wrenches. Adds to `motor`, per Model::joints().
 void add_self_stress(const CaptureSystem& system, const Kinematics& kinematics, std::span<const GraspWrench> wrenches,
                      std::span<double> motor);
 

@@ -57,7 +57,7 @@ class RobotAssembly {
 
   // ---- Names ----
 
-  // Results are filed under names.
+  // Results are stored under names.
   std::string name_for(const std::string& name, const Mark& mark, const char* kind) {
     std::string sound = name;
     std::replace(sound.begin(), sound.end(), '/', '_');
@@ -66,11 +66,12 @@ class RobotAssembly {
       faults_.add(mark, fmt::format("the name of {} {} has characters that cannot be printed", kind, in_quotes(name)));
     if (sound != name)
       decide(mark,
-             fmt::format("{} {} is called {}: results are filed under names", kind, in_quotes(name), in_quotes(sound)),
+             fmt::format("{} {} is renamed to {}: results are stored under names", kind, in_quotes(name),
+                         in_quotes(sound)),
              name);
     if (!names_[kind].insert(sound).second)
-      faults_.add(mark,
-                  fmt::format("{} {} would be called {}, as another is", kind, in_quotes(name), in_quotes(sound)));
+      faults_.add(mark, fmt::format("{} {} would be renamed to {}, which exists already", kind, in_quotes(name),
+                                    in_quotes(sound)));
     return sound;
   }
 
@@ -101,8 +102,8 @@ class RobotAssembly {
                                       [](const SourceLink& link) { return link.inertia && link.inertia->mass > 0; });
       const std::string other = heavy == model_.links.end() ? "" : ", such as " + in_quotes(heavy->name);
       faults_.add(options_.base.name.empty() ? group.mark : options_.base.mark,
-                  fmt::format("the base, link {}{}, has no mass: put the robot onto a satellite (bus: FILE.yaml; --bus "
-                              "FILE.yaml), or choose another base (base: LINK; --base LINK){}",
+                  fmt::format("the base, link {}{}, has no mass: mount the robot on a satellite (bus: FILE.yaml; --bus "
+                              "FILE.yaml), or select another base (base: LINK; --base LINK){}",
                               in_quotes(group.name), group.links.size() > 1 ? " with what is fixed to it" : "", other));
     }
     put_shapes(node, group);
@@ -184,7 +185,7 @@ class RobotAssembly {
       if (positive && !(*value > 0)) {
         faults_.add(joint.limit_mark, fmt::format("{}: the {} is {}, must be greater than 0", named, what, *value));
       } else if (std::abs(*value) > largest) {
-        decide(joint.limit_mark, fmt::format("{}: the {} {:g} is none", named, what, *value), joint.name);
+        decide(joint.limit_mark, fmt::format("{}: the {} {:g} means no limit", named, what, *value), joint.name);
       } else {
         put(limits, key, number_node(*value, joint.limit_mark));
       }
@@ -206,18 +207,18 @@ class RobotAssembly {
       const SourceLink& link = model_.links[one.link];
       if (one.link == grouped_.world) {
         if (!link.shapes.empty())
-          decide(link.mark, "the shapes of link 'world' are left out: they are no part of the robot", group.name);
+          decide(link.mark, "the shapes of link 'world' are omitted: they are not part of the robot", group.name);
         continue;
       }
       if (add_shapes(link, one.X_GL, false, shapes)) continue;
       if (!add_shapes(link, one.X_GL, true, shapes) && !link.shapes.empty())
-        decide(link.mark, fmt::format("link {} has no shape that can be taken", in_quotes(link.name)), link.name);
+        decide(link.mark, fmt::format("link {} has no supported shape", in_quotes(link.name)), link.name);
     }
     if (shapes.items.size() == 1) put(body, "geometry", std::move(shapes.items[0]));
     if (shapes.items.size() > 1) put(body, "geometry", std::move(shapes));
   }
 
-  // The collision shapes of a link, or those for looks only; false if there are none that can be taken.
+  // The collision shapes of a link, or its visual shapes; false if none is supported.
   bool add_shapes(const SourceLink& link, const Posed& X_GL, bool visual, Node& shapes) {
     const std::size_t before = shapes.items.size();
     for (const SourceShape& shape : link.shapes) {
@@ -230,23 +231,23 @@ class RobotAssembly {
       }
       decide(
           shape.mark,
-          fmt::format("link {}: the {} shape {}is left out, {}", in_quotes(link.name), visual ? "visual" : "collision",
+          fmt::format("link {}: the {} shape {}is omitted, {}", in_quotes(link.name), visual ? "visual" : "collision",
                       shape.mesh_file.empty() ? "" : "'" + printable_line(shape.mesh_file) + "' ", why_not),
           link.name);
     }
     return shapes.items.size() > before;
   }
 
-  // Why a shape cannot be taken; empty if it can, with the path of a mesh as the robot file says it.
+  // Why a shape is not supported; empty if it is, with the path of a mesh for the robot file.
   std::string why_no_shape(const SourceShape& shape, std::string& file) {
     constexpr double kSmallest = 1e-9, kLargest = 1e4;  // [m] as in robot files
     const Geometry& g = shape.shape;
     const bool is_mesh = g.shape == Geometry::Shape::mesh;
     const int sizes = g.shape == Geometry::Shape::sphere ? 1 : g.shape == Geometry::Shape::box || is_mesh ? 3 : 2;
     for (int k = 0; k < sizes; ++k) {
-      if (is_mesh && g.size[k] < 0) return fmt::format("its scale {} makes it its mirror image", g.size[k]);
+      if (is_mesh && g.size[k] < 0) return fmt::format("its scale {} mirrors it", g.size[k]);
       if (!(g.size[k] >= kSmallest && g.size[k] <= kLargest))
-        return fmt::format("a {} of {} is no size", is_mesh ? "scale" : "dimension", g.size[k]);
+        return fmt::format("a {} of {} is not valid", is_mesh ? "scale" : "dimension", g.size[k]);
     }
     if (!is_mesh) return {};
     const auto it = found_.try_emplace(shape.mesh_file).first;
@@ -278,7 +279,7 @@ class RobotAssembly {
     put(result_.tree, "end_effectors", std::move(list));
     decide(grouped_.groups[0].mark,
            fmt::format("end-effectors: {}, {}", some_of(names),
-                       chosen ? "as asked for" : "the outermost frames (others: end_effectors, --end-effector)"),
+                       chosen ? "as selected" : "the outermost frames (others: end_effectors, --end-effector)"),
            "end_effectors");
   }
 
@@ -298,21 +299,20 @@ class RobotAssembly {
       const auto link = std::find_if(model_.links.begin(), model_.links.end(), named);
       const auto frame = std::find_if(model_.frames.begin(), model_.frames.end(), named);
       if (link == model_.links.end() && frame == model_.frames.end()) {
-        faults_.add(chosen.mark,
-                    fmt::format("there is no link or frame {} to be an end-effector{}", in_quotes(chosen.name),
-                                suggestion(chosen.name, known, "links and frames")));
+        faults_.add(chosen.mark, fmt::format("unknown link or frame {} for an end-effector{}", in_quotes(chosen.name),
+                                             suggestion(chosen.name, known, "links and frames")));
         continue;
       }
       const bool is_link = link != model_.links.end();
       const auto [group, X_GL] = place_of(is_link ? link->name : frame->link);
       if (group < 0)
-        faults_.add(chosen.mark, fmt::format("{} is no part of the robot", in_quotes(chosen.name)));
+        faults_.add(chosen.mark, fmt::format("{} is not part of the robot", in_quotes(chosen.name)));
       else
         add(chosen.name, is_link ? link->mark : frame->mark, group, is_link ? X_GL : X_GL * frame->X_LF);
     }
   }
 
-  // Links that carry nothing, and named frames, of what joints move; of a robot without joints those of its base.
+  // Leaf links and named frames of moving groups; for a robot without joints those of its base.
   template <class Add>
   void add_outermost(const Add& add) {
     const bool rigid = grouped_.groups.size() == 1;
@@ -359,7 +359,7 @@ class RobotAssembly {
 
   // ---- Comments ----
 
-  // Every decision stands beside what it concerns: joints that move, the bodies that links are part of.
+  // Every decision becomes a comment at its object: a moving joint, or the body that contains a link.
   void write_comments() {
     std::map<std::string, Node*> places;
     if (Node* list = result_.tree.find("end_effectors")) places.emplace("end_effectors", list);
@@ -377,7 +377,7 @@ class RobotAssembly {
     for (std::size_t g = 1; g < grouped_.groups.size(); ++g)
       joints[model_.joints[grouped_.groups[g].joint].name] = links->items[g - 1].find("joint");
     for (const ImportDecision& decision : result_.decisions) {
-      // Texts about joints begin with the word; a link may have the name of a joint.
+      // Texts about joints begin with "joint", because a link may have the name of a joint.
       const bool of_joint = decision.text.starts_with("joint ");
       Node* place = nullptr;
       for (auto* table : {of_joint ? &joints : &places, of_joint ? &places : &joints}) {
@@ -405,7 +405,7 @@ class RobotAssembly {
   std::vector<std::string> body_names_;                 // per group
   std::map<std::string, std::set<std::string>> names_;  // in use, by kind
   std::map<std::string, FoundMesh> found_;
-  std::map<std::string, std::pair<int, Posed>> places_;  // of links, once somebody asks
+  std::map<std::string, std::pair<int, Posed>> places_;  // of links, computed on demand
 };
 
 }  // namespace

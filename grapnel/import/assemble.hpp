@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// A robot file from what a URDF or MJCF file describes. The file says links and joints; what of it is the base, what
-/// moves as one body, what may be an end-effector and what data have to be corrected is decided here, by rules that
-/// docs/formats/import.md states. Every decision is reported.
+/// Builds a robot file from a URDF or MJCF model. The model has links and joints; the rules of docs/formats/import.md
+/// determine the base, the rigid groups of links, the end-effectors and the corrections of data. Every decision is
+/// reported.
 
 #include <filesystem>
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace grapnel {
 
-/// A name that the user gave, and where.
+/// A name given by the user, with its location.
 struct StatedName {
   std::string name;
   Mark mark;
@@ -25,36 +25,36 @@ struct LockedJoint {
   std::string joint;
   double value = 0;  // [rad or m]
   Mark mark;
-  WrittenAs written_as = WrittenAs::number;  // with which kind of unit
+  WrittenAs written_as = WrittenAs::number;  // kind of its unit
 };
-/// Where the files of a ROS package are: package://NAME/... is below the folder.
+/// Folder of a ROS package: package://NAME/... is below it.
 struct PackageFolder {
   std::string name;
   std::filesystem::path folder;
 };
 
-/// What the user chose.
+/// Options of the user.
 struct ImportOptions {
   StatedName base;  // the link that becomes the base; no name: the root
   std::vector<LockedJoint> locked;
   std::vector<StatedName> wheels;         // joints that become reaction wheels of the base
   std::vector<StatedName> end_effectors;  // links or frames; empty: the outermost links
   std::vector<PackageFolder> packages;
-  bool repair_inertia = false;  // take the nearest possible tensor where no body can have what the file says
-  bool is_carried = false;      // the base goes onto something else: it may be without mass
+  bool repair_inertia = false;  // replace physically impossible inertias by the nearest possible tensor
+  bool is_carried = false;      // the base is mounted on another body and may have no mass
 
-  // Of the caller.
+  // Set by the caller.
   std::filesystem::path source;  // the file that was read
   std::filesystem::path place;   // the file that will name the meshes, relative to its folder
-  /// Why a mesh file that is there cannot be used; empty: it can. Null: nobody looks into it.
+  /// Why an existing mesh file cannot be used; empty: it can. Null: mesh files are not checked.
   std::function<std::string(const std::filesystem::path&)> mesh_fault;
 };
 
-/// The content of a robot file (docs/formats/robot.md), each value with its place in the source.
+/// The content of a robot file (docs/formats/robot.md), each value with its location in the source.
 struct ImportedRobot {
-  Node tree;                              // with decisions as comments beside what they concern
+  Node tree;                              // with decisions as comments at their objects
   std::vector<ImportDecision> decisions;  // all of them: those of the reader first
-  std::string comment;                    // those that concern the whole, a line each
+  std::string comment;                    // decisions about the whole robot, one line each
 };
 
 /// Empty after faults.
@@ -67,12 +67,12 @@ struct Mount {
   Mark mark;
 };
 
-/// Puts a robot's tree onto that of a bus: its links, and its end-effectors after those of the bus. Its base, if it has
-/// a mass, becomes a link on a fixed joint `joint`; else what hangs on it hangs on the bus. Names are as they are, so
-/// they must differ. Faults: a link that the bus does not have.
+/// Mounts a robot's tree on that of a bus: its links, and its end-effectors after those of the bus. Its base, if it has
+/// a mass, becomes a link on a fixed joint `joint`; otherwise its children become children of the bus. Names are
+/// unchanged, so they must differ. Reports an unknown link of the bus as an error.
 void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& joint, FaultList& faults);
 
-/// Puts a prefix before all names of a robot's tree: bodies, joints, end-effectors.
+/// Adds a prefix to all names of a robot's tree: bodies, joints, end-effectors.
 void prefix_names(Node& robot, const std::string& prefix);
 
 }  // namespace grapnel

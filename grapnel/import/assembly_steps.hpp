@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// The steps of assemble_robot(): which links of a source model move together, and how these groups hang on each other
-/// as seen from the base; which tensors are inertias; where mesh files are; and poses and shapes as a robot file has
-/// them.
+/// The steps of assemble_robot(): rigid groups of links and their tree from the base; valid inertias; paths of mesh
+/// files; poses and shapes in the form of robot files.
 
 #include <filesystem>
 #include <map>
@@ -25,7 +24,7 @@ struct LinkTree {
   std::vector<std::vector<int>> child_joints;  // per link, in the order of the file
 };
 
-/// Empty after faults: links that are not there, a link that two joints carry, cycles, several roots.
+/// Empty after errors: unknown links, a link carried by two joints, cycles, several roots.
 std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults);
 
 /// Per joint the pose X_PC of its child, if it does not move: fixed joints, locked ones, and those that follow another
@@ -39,7 +38,7 @@ struct GroupedLink {
   Posed X_GL = Posed::identity();
 };
 
-/// What moves as one body.
+/// Links that move as one rigid body.
 struct LinkGroup {
   std::string name;
   Mark mark;
@@ -50,11 +49,12 @@ struct LinkGroup {
   Posed X_PF = Posed::identity();  // joint frame in the parent group's frame; at zero it is this group's frame
 };
 
-/// The robot as groups, parents first, arm by arm. What a free joint at the root parts from the base is left out.
+/// The robot as groups, parents first, arm by arm. Bodies separated from the base by a free joint at the root are
+/// omitted.
 struct GroupedLinks {
   std::vector<LinkGroup> groups;
-  std::vector<int> group_of;  // per link; -1: left out
-  int world = -1;             // the link that stands for the world and is no part of the robot; -1: none
+  std::vector<int> group_of;  // per link; -1: omitted
+  int world = -1;             // the link that represents the world and is not part of the robot; -1: none
 };
 
 /// Empty after faults: an unknown base, free joints that are not at the root, several free bodies without a choice.
@@ -70,8 +70,8 @@ struct WheelOfJoint {
   double inertia = 0;      // about it, of all that turns [kg m^2]
 };
 
-/// Those that the user named, which settle_joints() has settled: on links of the base, carrying balanced rotors. Others
-/// are faults.
+/// The wheels named by the user, after settle_joints(): on links of the base, carrying balanced rotors. Others are
+/// errors.
 std::vector<WheelOfJoint> wheels_of_joints(const SourceModel& model, const LinkTree& tree, const GroupedLinks& grouped,
                                            const ImportOptions& options, std::vector<ImportDecision>& decisions,
                                            FaultList& faults);
@@ -102,46 +102,45 @@ struct PrincipalMoments {
 };
 PrincipalMoments principal_moments(const Symmetric3d& inertia);
 
-/// Whether a body, though it may be thin or a point, can have it: no second moment is below zero by more than
-/// 2.5e-10 of the largest moment, as rounded data are.
+/// Whether the inertia is possible, including thin bodies and points: no second moment is below zero by more
+/// than 2.5e-10 of the largest moment, a tolerance for rounded data.
 bool is_possible_inertia(const Symmetric3d& inertia);
 
 /// The possible inertia nearest in the Frobenius norm; itself if it is possible. `flattest`: how small second moments
 /// may be, relative to the largest moment; above 0 the result is positive definite unless `inertia` is zero.
 Symmetric3d nearest_possible_inertia(const Symmetric3d& inertia, double flattest = 0);
 
-/// Of a tensor with one principal moment I alone, as models in the plane have: that of a thin disc across its axis,
-/// with I/2 about the other two. Empty for any other tensor.
+/// For a tensor with a single principal moment I, as in planar models: the tensor of a thin disc perpendicular to its
+/// axis, with I/2 about the other two axes. Empty for any other tensor.
 std::optional<Symmetric3d> disc_of_planar_inertia(const Symmetric3d& inertia);
 
-/// Mass, centre of mass and inertia of all links of a group together, in its frame; nothing if none has mass. Tensors
-/// that no body can have are faults, or repaired if that is chosen; so is a whole without any thickness.
+/// Mass, centre of mass and inertia of all links of a group together, in its frame; empty if none has mass. Impossible
+/// tensors are errors, or repaired if requested; likewise a total inertia without thickness.
 std::optional<SourceInertia> weigh(const SourceModel& model, const LinkGroup& group, const ImportOptions& options,
                                    std::vector<ImportDecision>& decisions, FaultList& faults);
 
 // ---- Mesh files ----
 
-/// A mesh file that is there, or why there is none.
+/// An existing mesh file, or the reason for its absence.
 struct FoundMesh {
   std::filesystem::path file;  // empty: none
   std::string why_not;         // a clause: ".ply files are not read; .stl, .obj and .dae are"
 };
 
-/// The file that a source names: package://NAME/rest and its likes by the folders that the user gave, else in a folder
-/// of that name beside the source or above it, else in the folders above it as if one of these were the package;
-/// file://, absolute paths, paths relative to the source.
+/// Resolves a path in the source: package://NAME/rest and similar forms by the folders of the user, else in a folder of
+/// that name beside the source or above it, else in the folders above it as if one of these were the package; file://,
+/// absolute paths, paths relative to the source.
 FoundMesh find_mesh(const std::string& named, const ImportOptions& options);
 
 // ---- Poses and shapes in trees of robot files (docs/formats/robot.md) ----
 
-/// Without the sign of zero, which nobody means.
+/// Without the sign of zero.
 Node vector_node_of(const Vector3d& v, const Mark& mark);
 bool is_identity(const Posed& X);
-/// position and quaternion_wxyz (of half turns about z: rpy), what is not zero of them, into a mapping in place of the
-/// pose there.
+/// Replaces the pose in a mapping by position and quaternion_wxyz (rpy for half turns about z), without zero parts.
 void put_pose(Node& mapping, const Posed& X, const Mark& mark);
 Node pose_node(const Posed& X, const Mark& mark);
-/// The pose that a mapping says; identity where it says none that can be read.
+/// The pose in a mapping; identity if there is no valid one.
 Posed pose_in(const Node& mapping);
 
 /// A shape of a body in whose frame that of the shape's owner is X_BL; `file` is a mesh's path.

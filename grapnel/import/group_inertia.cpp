@@ -9,9 +9,9 @@
 namespace grapnel {
 namespace {
 
-constexpr const char* kHowToRepair = "the option repair_inertia (--repair-inertia) takes the nearest possible tensor";
+constexpr const char* kHowToRepair = "the option repair_inertia (--repair-inertia) uses the nearest possible tensor";
 constexpr double kLargestInertia = 1e25;  // [kg m^2] as in robot files
-constexpr double kThinnest = 1e-6;        // second moments of what would be flat, relative to the largest moment
+constexpr double kThinnest = 1e-6;        // minimum second moment of a flat body, relative to the largest moment
 
 std::string moments_text(const Symmetric3d& inertia) {
   const Vector3d v = principal_moments(inertia).values;
@@ -50,17 +50,18 @@ class GroupWeigher {
       single = inertia;
       single->com = one.X_GL * inertia->com;
       single->inertia = rotate(one.X_GL.R, inertia->inertia);
-      // What is written as it stands keeps its digits.
+      // Unchanged values keep their digits.
       if (is_identity(one.X_GL)) single->com = inertia->com, single->inertia = inertia->inertia;
     }
     if (names.empty()) return {};
     if (names.size() > 1) {
       single = SourceInertia{group.mark, total.mass, total.com(), total.rotational_about_com()};
-      decide(group.mark,
-             fmt::format("{} is one body with what is fixed to it: mass, centre of mass and inertia are "
-                         "those of {} together",
-                         in_quotes(group.name), some_of(names)),
-             group.name);
+      decide(
+          group.mark,
+          fmt::format(
+              "{} and the links fixed to it form one body: mass, centre of mass and inertia are those of {} together",
+              in_quotes(group.name), some_of(names)),
+          group.name);
     }
     if (faults_.size() == before) judge_whole(*single, group);
     return single;
@@ -71,7 +72,7 @@ class GroupWeigher {
     decisions_.push_back({mark, std::move(text), about});
   }
 
-  // What a link adds to its group, in its own frame; nothing if it has no mass.
+  // The contribution of a link to its group, in the link's frame; empty if it has no mass.
   std::optional<SourceInertia> inertia_of(const SourceLink& link) {
     if (!link.inertia) return {};
     SourceInertia inertia = *link.inertia;
@@ -86,17 +87,16 @@ class GroupWeigher {
     }
     if (inertia.mass == 0) {
       if (!is_zero(inertia.inertia))
-        decide(inertia.mark, fmt::format("{} has an inertia but no mass: its inertia is left out", named), link.name);
+        decide(inertia.mark, fmt::format("{} has an inertia but no mass: its inertia is omitted", named), link.name);
       return {};
     }
     if (const auto disc = disc_of_planar_inertia(inertia.inertia)) {
       const double I = principal_moments(inertia.inertia).values[2];
-      decide(
-          inertia.mark,
-          fmt::format("{} has an inertia about one axis only, {:.6g} kg m^2, as models in the plane have: {:.6g} "
-                      "kg m^2 about the other two is taken, that of a thin disc; motion in the plane does not feel it",
-                      named, I, 0.5 * I),
-          link.name);
+      decide(inertia.mark,
+             fmt::format("{} has an inertia about one axis only, {:.6g} kg m^2, as in planar models: {:.6g} kg m^2 "
+                         "about the other two is assumed, as for a thin disc; planar motion does not depend on it",
+                         named, I, 0.5 * I),
+             link.name);
       inertia.inertia = *disc;
     } else if (!is_possible_inertia(inertia.inertia)) {
       mend(inertia, named, link.name, 0);
@@ -104,15 +104,15 @@ class GroupWeigher {
     return inertia;
   }
 
-  // Replaces a tensor that no body has, or says so.
+  // Replaces an impossible tensor, or reports it.
   void mend(SourceInertia& inertia, const std::string& named, const std::string& about, double flattest) {
     const Symmetric3d given = inertia.inertia;
     const Vector3d moments = principal_moments(given).values;
     const std::string what =
-        flattest > 0 ? "which a body without any thickness would have"
+        flattest > 0 ? "which means a body without thickness"
         : moments[0] < 0
-            ? "and one of them is negative, which no body has"
-            : "and the largest is above the sum of the others, which no body has (the triangle inequality)";
+            ? "and one of them is negative, which is physically impossible"
+            : "and the largest exceeds the sum of the others, which is physically impossible (triangle inequality)";
     if (!options_.repair_inertia) {
       faults_.add(inertia.mark, fmt::format("{} has the principal moments of inertia {}, {}; {}", named,
                                             moments_text(given), what, kHowToRepair));
@@ -120,14 +120,14 @@ class GroupWeigher {
     }
     inertia.inertia = nearest_possible_inertia(given, flattest);
     decide(inertia.mark,
-           fmt::format("{} has the inertia {} with the principal moments {}, {}; the nearest possible tensor is taken, "
+           fmt::format("{} has the inertia {} with the principal moments {}, {}; the nearest possible tensor is used, "
                        "{} with {}",
                        named, tensor_text(given), moments_text(given), what, tensor_text(inertia.inertia),
                        moments_text(inertia.inertia)),
            about);
   }
 
-  // Parts may be points and rods, what moves by itself may not.
+  // Parts may be points and rods, but moving groups may not.
   void judge_whole(SourceInertia& inertia, const LinkGroup& group) {
     const std::string named = "link " + in_quotes(group.name);
     if (!is_moderate(inertia.inertia)) {
@@ -135,8 +135,7 @@ class GroupWeigher {
     } else if (is_zero(inertia.inertia)) {
       faults_.add(
           inertia.mark,
-          fmt::format("{} has a mass of {:.6g} kg but no inertia, so nothing says how it turns: give it one{}", named,
-                      inertia.mass,
+          fmt::format("{} has a mass of {:.6g} kg but no inertia: add an inertia{}", named, inertia.mass,
                       group.joint < 0 ? std::string()
                                       : fmt::format(", or lock joint {}", in_quotes(model_.joints[group.joint].name))));
     } else if (!inertia_fault(inertia.inertia).empty()) {

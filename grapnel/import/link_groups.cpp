@@ -61,7 +61,7 @@ class LinkGrouper {
     if (root.name == "world" && !has_mass(root)) result_.world = tree_.root;
   }
 
-  // Free joints at the root part bodies that fly by themselves.
+  // Free joints at the root separate free bodies.
   bool is_cut(int joint) const {
     return !holds(joint) && is_free(model_.joints[joint]) && in_root_cluster_[tree_.parent[joint]];
   }
@@ -71,7 +71,7 @@ class LinkGrouper {
       const auto links = indices_of(model_.links);
       const auto it = links.find(options_.base.name);
       if (it != links.end()) return it->second;
-      faults_.add(options_.base.mark, fmt::format("there is no link {} to be the base{}", in_quotes(options_.base.name),
+      faults_.add(options_.base.mark, fmt::format("unknown link {} for the base{}", in_quotes(options_.base.name),
                                                   suggestion(options_.base.name, names_of(model_.links), "links")));
       return -1;
     }
@@ -80,24 +80,23 @@ class LinkGrouper {
       if (root_has_mass_ || root_moves_something_) names.push_back(model_.links[tree_.root].name);
       for (const int joint : free_) names.push_back(model_.links[tree_.child[joint]].name);
       if (names.size() == 1) return tree_.child[free_[0]];
-      faults_.add(
-          model_.joints[free_.back()].mark,
-          fmt::format("there are {} free bodies, {}: say which is the robot's base", names.size(), some_of(names)));
+      faults_.add(model_.joints[free_.back()].mark,
+                  fmt::format("there are {} free bodies, {}: select the robot's base", names.size(), some_of(names)));
       return -1;
     }
-    // The world is no satellite: what alone is fixed to it is the base.
+    // The world is not a satellite: the only body fixed to it is the base.
     const std::vector<int>& below_root = tree_.child_joints[tree_.root];
     if (result_.world >= 0 && below_root.size() == 1 && holds(below_root[0])) return tree_.child[below_root[0]];
     return tree_.root;
   }
 
-  // A group that is to be: what of it is known before its links are.
+  // A planned group, before its links are known.
   struct Begun {
     LinkGroup group;
     int link;  // nearest to the base
     Posed X_GL = Posed::identity();
   };
-  // A link of a group that is to be looked at, and the joint that led to it.
+  // A link of a group to be visited, and its joint.
   struct Reached {
     GroupedLink at;
     int joint;
@@ -117,7 +116,7 @@ class LinkGrouper {
     }
   }
 
-  // What is fixed to the group's first link joins it; returned are the groups on the joints that move.
+  // Adds the links fixed to the group's first link; returns the groups on moving joints.
   std::vector<Begun> fill(Begun begun) {
     const int number = static_cast<int>(result_.groups.size());
     std::vector<Reached> open{{{begun.link, begun.X_GL}, begun.group.joint}};
@@ -130,7 +129,7 @@ class LinkGrouper {
       group.links.push_back(here.at);
       std::vector<int> joints = tree_.child_joints[here.at.link];
       if (tree_.carrier[here.at.link] >= 0) joints.push_back(tree_.carrier[here.at.link]);
-      // The last comes first off the stack.
+      // The stack reverses the order.
       for (auto joint = joints.rbegin(); joint != joints.rend(); ++joint) {
         if (*joint == here.joint || is_cut(*joint)) continue;
         const bool reversed = tree_.child[*joint] == here.at.link;
@@ -192,13 +191,13 @@ class LinkGrouper {
     }
   }
 
-  // What free joints at the root part from the base.
+  // Bodies separated from the base by free joints at the root.
   void say_what_is_left() {
     const auto leave_out = [&](int link, const SourceJoint& joint) {
-      decisions_.push_back({model_.links[link].mark,
-                            fmt::format("link {} and what hangs on it is left out: the free joint {} parts it from the "
-                                        "robot",
-                                        in_quotes(model_.links[link].name), in_quotes(joint.name))});
+      decisions_.push_back(
+          {model_.links[link].mark,
+           fmt::format("link {} and its child links are omitted: the free joint {} separates them from the robot",
+                       in_quotes(model_.links[link].name), in_quotes(joint.name))});
     };
     for (const int j : free_) {
       const SourceJoint& joint = model_.joints[j];
@@ -226,20 +225,19 @@ class LinkGrouper {
     decisions_.push_back(
         {group.mark,
          fmt::format("the base is link {}{}{}", in_quotes(group.name), asked ? ", as asked for" : "",
-                     fixed.empty() ? "" : fmt::format(", with what is fixed to it: {}", some_of(fixed))),
+                     fixed.empty() ? "" : fmt::format(", with the links fixed to it: {}", some_of(fixed))),
          group.name});
     if (result_.world >= 0 && result_.group_of[result_.world] >= 0 && base != result_.world)
       decisions_.push_back(
           {model_.links[result_.world].mark,
-           "link 'world' is no part of the robot: the base floats freely (write mode: fixed to bolt it "
-           "to the ground)"});
+           "link 'world' is not part of the robot: the base floats freely (use mode: fixed to bolt it to the ground)"});
     for (const LinkGroup& one : result_.groups) {
       if (!one.is_reversed) continue;
       const SourceJoint& joint = model_.joints[one.joint];
       decisions_.push_back(
           {joint.mark,
-           fmt::format("joint {} is taken the other way round, {} carries {}: the axis is reversed, "
-                       "so that its values mean the same; the frame of {} is at the joint",
+           fmt::format("joint {} is reversed, {} carries {}: the axis is reversed, so that its values keep their "
+                       "meaning; the frame of {} is at the joint",
                        in_quotes(joint.name), in_quotes(joint.child), in_quotes(joint.parent), in_quotes(one.name)),
            joint.name});
     }

@@ -23,19 +23,20 @@ void check_roots(const SourceModel& model, LinkTree& tree, FaultList& faults) {
   }
   if (roots.size() == 1) return;
   if (roots.empty()) {
-    faults.add(model.links[0].mark, "every link is the child of a joint, so there is no root: the joints form a cycle");
+    faults.add(model.links[0].mark,
+               "every link is the child of a joint, so there is no root link: the joints form a cycle");
     return;
   }
   for (std::size_t i = 0, seen = 0; i < model.links.size(); ++i) {
     if (tree.carrier[i] >= 0 || seen++ == 0) continue;
     faults.add(model.links[i].mark,
-               fmt::format("link {} is the child of no joint, as is {}: a robot has one root; there are {}: {}",
+               fmt::format("links {} and {} are not children of a joint: a robot must have one root; there are {}: {}",
                            in_quotes(model.links[i].name), in_quotes(roots[0]), roots.size(), some_of(roots)));
-    return;  // of many that are loose one says it
+    return;  // one message for all loose links
   }
 }
 
-// Links that the root does not reach stand on cycles, or hang on them.
+// Links that are not reachable from the root are on cycles, or below them.
 void check_reached(const SourceModel& model, const LinkTree& tree, FaultList& faults) {
   std::vector<bool> reached(model.links.size(), false);
   std::vector<int> open{tree.root};
@@ -47,7 +48,7 @@ void check_reached(const SourceModel& model, const LinkTree& tree, FaultList& fa
   }
   const auto lost = std::find(reached.begin(), reached.end(), false);
   if (lost == reached.end()) return;
-  // From a link that nobody reaches up the tree, until one comes again.
+  // From an unreachable link up the tree until a link repeats.
   std::vector<bool> seen(model.links.size(), false);
   int link = static_cast<int>(lost - reached.begin());
   while (!seen[link]) seen[link] = true, link = tree.parent[tree.carrier[link]];
@@ -60,7 +61,7 @@ void check_reached(const SourceModel& model, const LinkTree& tree, FaultList& fa
   std::reverse(names.begin(), names.end());
   faults.add(
       model.joints[tree.carrier[link]].mark,
-      fmt::format("the joints of {} form a cycle; loops are closed by grasps, a robot is a tree", some_of(names)));
+      fmt::format("the joints of {} form a cycle; a robot must be a tree, loops are closed by grasps", some_of(names)));
 }
 
 }  // namespace
@@ -86,11 +87,10 @@ std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults) {
     tree.parent.push_back(parent), tree.child.push_back(child);
     if (parent < 0 || child < 0) continue;
     if (tree.carrier[child] >= 0) {
-      faults.add(joint.child_mark,
-                 fmt::format("joint {} carries link {}, which joint {} carries already; loops are closed by grasps, a "
-                             "robot is a tree",
-                             in_quotes(joint.name), in_quotes(joint.child),
-                             in_quotes(model.joints[tree.carrier[child]].name)));
+      faults.add(joint.child_mark, fmt::format("joint {} carries link {}, which joint {} carries already; a robot must "
+                                               "be a tree, loops are closed by grasps",
+                                               in_quotes(joint.name), in_quotes(joint.child),
+                                               in_quotes(model.joints[tree.carrier[child]].name)));
       continue;
     }
     tree.carrier[child] = static_cast<int>(j);
@@ -140,7 +140,7 @@ class JointSettler {
   void lock(const LockedJoint& locked) {
     const auto it = joints_.find(locked.joint);
     if (it == joints_.end()) {
-      faults_.add(locked.mark, fmt::format("there is no joint {} to lock{}", in_quotes(locked.joint),
+      faults_.add(locked.mark, fmt::format("unknown joint {} in lock{}", in_quotes(locked.joint),
                                            suggestion(locked.joint, names_of(model_.joints), "joints")));
       return;
     }
@@ -158,7 +158,7 @@ class JointSettler {
       return;
     }
     if (is_free(joint) && locked.value != 0) {
-      faults_.add(locked.mark, fmt::format("joint {} has more than one coordinate, so it can be locked at 0 only",
+      faults_.add(locked.mark, fmt::format("joint {} has more than one coordinate and can only be locked at 0",
                                            in_quotes(joint.name)));
       return;
     }
@@ -166,25 +166,25 @@ class JointSettler {
     const bool outside =
         locked.value < joint.lower.value_or(locked.value) || locked.value > joint.upper.value_or(locked.value);
     decisions_.push_back({joint.mark,
-                          fmt::format("joint {} is locked at {:.9g} {}, as asked for{}", in_quotes(joint.name),
-                                      locked.value, unit_of(joint), outside ? ", which is outside of its limits" : ""),
+                          fmt::format("joint {} is locked at {:.9g} {}, as requested{}", in_quotes(joint.name),
+                                      locked.value, unit_of(joint), outside ? ", which is outside its limits" : ""),
                           joint.name});
   }
 
-  // A wheel turns, but it moves nothing: its rotor is balanced, and part of the base.
+  // A wheel rotates without moving other bodies: its rotor is balanced, and part of the base.
   void keep_wheel(const StatedName& wheel) {
     const auto it = joints_.find(wheel.name);
     if (it == joints_.end())
-      faults_.add(wheel.mark, fmt::format("there is no joint {} to be a wheel{}", in_quotes(wheel.name),
+      faults_.add(wheel.mark, fmt::format("unknown joint {} for a wheel{}", in_quotes(wheel.name),
                                           suggestion(wheel.name, names_of(model_.joints), "joints")));
     else if (values_[it->second])
-      faults_.add(wheel.mark,
-                  fmt::format("joint {} is locked or chosen before: it cannot be a wheel too", in_quotes(wheel.name)));
+      faults_.add(wheel.mark, fmt::format("joint {} is locked or selected already: it cannot be a wheel too",
+                                          in_quotes(wheel.name)));
     else
       values_[it->second] = 0;
   }
 
-  // The value of a joint that follows others: up the chain to one that is locked or moves, which counts as 0, and back.
+  // The value of a mimic joint: along the chain to a locked joint, or to a moving one, which counts as 0, and back.
   void follow(int first) {
     std::vector<int> chain;
     int at = first;
@@ -222,18 +222,16 @@ class JointSettler {
       const double master = value;
       value = joint.mimic->multiplier * master + joint.mimic->offset;
       if (!std::isfinite(value) && found)
-        faults_.add(joint.mimic->mark,
-                    fmt::format("joint {}: the value that it follows to (mimic) is not finite", in_quotes(joint.name)));
+        faults_.add(joint.mimic->mark, fmt::format("joint {}: its mimic value is not finite", in_quotes(joint.name)));
       if (!std::isfinite(value)) found = false, value = 0;
       values_[*link] = value;
       if (!found) continue;
-      decisions_.push_back(
-          {joint.mimic->mark,
-           fmt::format("joint {} follows {} (mimic) and is locked at {:.9g} {}, its value where {} is {:.9g}; "
-                       "another value: lock {}",
-                       in_quotes(joint.name), in_quotes(joint.mimic->joint), value, unit_of(joint),
-                       in_quotes(joint.mimic->joint), master, in_quotes(joint.name)),
-           joint.name});
+      decisions_.push_back({joint.mimic->mark,
+                            fmt::format("joint {} follows {} (mimic) and is locked at {:.9g} {}, its value for {} = "
+                                        "{:.9g}; for another value lock {}",
+                                        in_quotes(joint.name), in_quotes(joint.mimic->joint), value, unit_of(joint),
+                                        in_quotes(joint.mimic->joint), master, in_quotes(joint.name)),
+                            joint.name});
     }
   }
 

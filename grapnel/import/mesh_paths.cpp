@@ -61,13 +61,13 @@ FoundMesh find_in_package(const InPackage& in, const ImportOptions& options) {
     if (is_file(above / in.package / in.rest)) return {above / in.package / in.rest, {}};
     if (above == above.parent_path()) break;
   }
-  // A package that was copied or cloned under another name: the description beside its meshes.
+  // A package that was copied or cloned under another name: the description next to its meshes.
   for (const fs::path& above : {folder, folder.parent_path(), folder.parent_path().parent_path()}) {
     if (is_file(above / in.rest)) return {above / in.rest, {}};
   }
   return {{},
-          fmt::format("package {} is not beside the file; say where it is: package {}=FOLDER", in_quotes(in.package),
-                      shell_word(in.package))};
+          fmt::format("package {} was not found near the file; give its folder: package {}=FOLDER",
+                      in_quotes(in.package), shell_word(in.package))};
 }
 
 }  // namespace
@@ -77,13 +77,13 @@ FoundMesh find_mesh(const std::string& named, const ImportOptions& options) {
   const std::string ending = lower_ending(package ? package->rest : fs::path(named));
   if (ending != ".stl" && ending != ".obj" && ending != ".dae")
     return {{},
-            ending.empty() ? "it has no ending; .stl, .obj and .dae are read"
+            ending.empty() ? "it has no extension; .stl, .obj and .dae are read"
                            : fmt::format("{} files are not read; .stl, .obj and .dae are", printable_line(ending))};
   FoundMesh found;
   if (package) {
     found = find_in_package(*package, options);
   } else if (named.starts_with("http://") || named.starts_with("https://")) {
-    found.why_not = "it is not on this machine";
+    found.why_not = "it does not exist on this machine";
   } else {
     const std::string path = named.starts_with("file://") ? named.substr(7) : named;
     found.file = options.source.parent_path() / path;

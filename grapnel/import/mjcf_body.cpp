@@ -12,7 +12,7 @@
 namespace grapnel {
 namespace {
 
-// The first is what a geom is where it does not say.
+// The first is the default type of a geom.
 constexpr std::array kGeomTypes{"sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "plane", "hfield", "sdf"};
 
 // A geom of any type, sizes as MuJoCo has them: radius; radius and half length; half edges or half axes.
@@ -38,10 +38,9 @@ std::size_t size_count(const std::string& type, bool between_points) {
 // From two points: half their distance takes the place of the last size.
 void size_between_points(const MjcfPart& part, MjcfGeom& geom, MjcfContext& context) {
   if (geom.type == "sphere" || !is_primitive(geom.type)) {
-    context.fault(part.attributes.mark("fromto"),
-                  fmt::format("fromto of <geom>: a {} cannot stand between two points; capsule, cylinder, box and "
-                              "ellipsoid can",
-                              geom.type));
+    context.fault(
+        part.attributes.mark("fromto"),
+        fmt::format("fromto of <geom>: not supported for a {}; use capsule, cylinder, box or ellipsoid", geom.type));
     geom.is_sound = false;
     return;
   }
@@ -137,15 +136,14 @@ std::optional<SolidMesh> solid_of(const MjcfPart& part, const MjcfGeom& geom, Mj
   }
   const auto solid = solid_within(*triangles, mesh.scale);
   if (solid && (solid->is_star || mesh.is_exact || context.compiler.exact_meshes)) return SolidMesh{&mesh, *solid};
-  why_not = solid
-                ? "whose hollows count as mass in MuJoCo, unless exactmeshinertia=\"true\" stands in <compiler> (since "
-                  "3.2.5: inertia=\"exact\" at <mesh>)"
-                : "whose triangles do not close a volume";
+  why_not = solid ? "whose hollows count as mass in MuJoCo, unless <compiler> has exactmeshinertia=\"true\" (since "
+                    "3.2.5: inertia=\"exact\" at <mesh>)"
+                  : "whose triangles do not close a volume";
   return {};
 }
 
-// Mass and inertia of a geom in the body's frame. `amount`: its mass, or its density. Nothing, which has been said, if
-// they are not known.
+// Mass and inertia of a geom in the body's frame. `amount`: its mass, or its density. Empty, with a message, if they
+// are unknown.
 RigidBodyInertiad inertia_of_geom(const MjcfBody& body, const MjcfPart& part, const MjcfGeom& geom, bool is_mass,
                                   double amount, MjcfContext& context) {
   if (is_primitive(geom.type) && !geom.is_fitted) {
@@ -168,12 +166,11 @@ RigidBodyInertiad inertia_of_geom(const MjcfBody& body, const MjcfPart& part, co
                                     "mass=\"0\"",
                                     in_quotes(body.name), why_not));
   } else {
-    context.decide(
-        mark,
-        fmt::format("body {} does not move in the file, and mass of it would come from a mesh, {}: it counts "
-                    "as nothing; an <inertial> would say it",
-                    in_quotes(body.name), why_not),
-        body.name);
+    context.decide(mark,
+                   fmt::format("body {} does not move in the file, and its mass would come from a mesh, {}: it is "
+                               "ignored; add an <inertial> to state it",
+                               in_quotes(body.name), why_not),
+                   body.name);
   }
   return RigidBodyInertiad::zero();
 }
@@ -193,7 +190,7 @@ RigidBodyInertiad inertia_of_geoms(const MjcfBody& body, MjcfContext& context) {
     if (!(amount > 0)) continue;
     const MjcfGeom geom = read_geom(part, context);
     if (!geom.is_sound || geom.type == "plane" || geom.type == "hfield") continue;
-    // A mesh that is not there is said where shapes are read.
+    // A missing mesh is reported by the reader of shapes.
     if (geom.type == "mesh" && !context.meshes.contains(given.text("mesh"))) continue;
     if (given.flag("shellinertia", false, context.faults)) {
       context.fault(given.mark("shellinertia"),
@@ -245,7 +242,7 @@ SourceInertia inertia_of_element(const MjcfPart& part, MjcfContext& context) {
 
 std::string three(const Eigen::VectorXd& m) { return fmt::format("{:.6g}, {:.6g}, {:.6g}", m[0], m[1], m[2]); }
 
-// The compiler's least mass and moments, and balanced moments.
+// The compiler's minimum mass and moments, and balanced moments.
 void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& context) {
   const MjcfCompiler& compiler = context.compiler;
   if (inertia.mass < compiler.least_mass) {
@@ -264,7 +261,7 @@ void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& cont
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix);
   const Eigen::VectorXd found = solver.eigenvalues();
   Eigen::VectorXd moments = found.cwiseMax(compiler.least_inertia);
-  // A slack for rounding: MuJoCo looks at moments as they are written.
+  // Tolerance for rounding: MuJoCo checks the moments as written.
   const double largest = moments.maxCoeff();
   if (compiler.balance_inertia && moments.sum() - largest < largest * (1 - 1e-12)) moments.setConstant(moments.mean());
   if (moments == found) return;
@@ -281,7 +278,7 @@ void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& cont
 
 bool is_finite(const Symmetric3d& m) { return std::isfinite(m.xx + m.yy + m.zz) && std::isfinite(m.xy + m.xz + m.yz); }
 
-// The shape of a mesh geom; empty if its triangles cannot be had, which is then said.
+// The shape of a mesh geom; empty, with a message, if its triangles are not available.
 std::optional<SourceShape> mesh_shape(const MjcfPart& part, const MjcfGeom& geom, MjcfContext& context) {
   const std::string name = part.attributes.text("mesh");
   const auto found = context.meshes.find(name);
@@ -294,7 +291,7 @@ std::optional<SourceShape> mesh_shape(const MjcfPart& part, const MjcfGeom& geom
   }
   const MjcfMesh& mesh = found->second;
   if (!mesh.unusable.empty()) {
-    context.passed_over.element(part.element(), "shape left out: " + mesh.unusable);
+    context.passed_over.element(part.element(), "shape omitted: " + mesh.unusable);
     return std::nullopt;
   }
   SourceShape shape{part.element().mark(), {}, mesh.file, false};
@@ -309,7 +306,7 @@ std::optional<SourceShape> shape_of(const MjcfPart& part, MjcfContext& context) 
   if (!is_primitive(geom.type) || geom.is_fitted) {
     context.passed_over.element(
         part.element(),
-        fmt::format("shape left out: Grapnel has no {}", geom.is_fitted ? "primitives fitted to meshes" : geom.type));
+        fmt::format("shape omitted: Grapnel has no {}", geom.is_fitted ? "primitives fitted to meshes" : geom.type));
     return std::nullopt;
   }
   const auto& [a, b, c] = geom.size;
@@ -324,7 +321,7 @@ std::optional<SourceShape> shape_of(const MjcfPart& part, MjcfContext& context) 
   } else {
     shape.shape.shape = Geometry::Shape::box, shape.shape.size = {2 * a, 2 * b, 2 * c};
     if (geom.type == "ellipsoid") {
-      context.passed_over.element(part.element(), "as a shape, an ellipsoid is taken as the box around it");
+      context.passed_over.element(part.element(), "an ellipsoid is replaced by its bounding box as a shape");
     }
   }
   return shape;

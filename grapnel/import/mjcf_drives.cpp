@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What drives can do: any force between two bounds [N m or N].
+// Force range of drives [N m or N].
 struct EffortRange {
   double lower = 0, upper = 0;
 };
@@ -27,7 +27,7 @@ EffortRange clamped(const EffortRange& force, const std::pair<double, double>& l
 }
 
 EffortRange scaled(const EffortRange& range, double factor) {
-  // Nothing times an unlimited force is nothing.
+  // Zero times an unlimited force is zero.
   const auto times = [&](double bound) { return factor == 0 ? 0 : factor * bound; };
   const double a = times(range.lower), b = times(range.upper);
   return {std::min(a, b), std::max(a, b)};
@@ -86,13 +86,13 @@ class DriveReader {
     const MjcfAttributes given = context_.defaults.attributes(element, "actuator", "", context_.faults);
     const std::string joint = element.text(element.has("jointinparent") ? "jointinparent" : "joint");
     if (joint.empty()) {
-      context_.passed_over.element(element, "it does not drive a joint directly and is left out");
+      context_.passed_over.element(element, "it does not drive a joint directly and is omitted");
       return;
     }
     const auto found = joints_.find(joint);
     if (found == joints_.end()) {
       if (!is_elsewhere(joint, element, element.has("jointinparent") ? "jointinparent" : "joint")) return;
-      context_.passed_over.element(element, "it drives a joint that is not one of the robot's and is left out");
+      context_.passed_over.element(element, "it drives a joint outside the robot and is omitted");
       return;
     }
     const std::string tag = element.tag();
@@ -135,7 +135,7 @@ class DriveReader {
     read_coupling(element, given);
   }
 
-  // Tendons that only measure, or hand on what actuators do, have no influence of their own.
+  // Tendons that only measure, or transmit actuators, have no separate influence.
   void read_tendon(const MjcfElement& element) {
     const std::string tag = element.tag();
     if (tag != "fixed" && tag != "spatial") {
@@ -156,9 +156,8 @@ class DriveReader {
       context_.fault(given.mark("range"), "limits of tendons are not supported");
       return;
     }
-    context_.passed_over.element(element,
-                                 "a tendon without stiffness, damping, friction and limits has no influence of "
-                                 "its own and is not read");
+    context_.passed_over.element(
+        element, "a tendon without stiffness, damping, friction and limits has no influence and is not read");
   }
 
   void finish() {
@@ -170,8 +169,7 @@ class DriveReader {
     if (!undriven.empty())
       context_.decide(
           model_.joints.front().mark,
-          fmt::format("without an actuator in the file, so that nothing says how strong their drives are: {}",
-                      some_of(undriven)));
+          fmt::format("without an actuator in the file, so their effort limits are unknown: {}", some_of(undriven)));
   }
 
  private:
@@ -198,7 +196,7 @@ class DriveReader {
     for (const auto& [name, attribute] : {std::pair(follower, "joint1"), std::pair(leader, "joint2")}) {
       if (joints_.contains(name)) continue;
       if (is_elsewhere(name, element, attribute))
-        context_.passed_over.element(element, "it couples a joint that is not one of the robot's and is left out");
+        context_.passed_over.element(element, "it couples a joint outside the robot and is omitted");
       return;
     }
     const std::vector<double> c = given.overlaid("polycoef", {0, 1, 0, 0, 0}, context_.faults);
@@ -235,11 +233,11 @@ class DriveReader {
     const double down = -effort.lower, up = effort.upper;
     if (down == kInfinity && up == kInfinity) return;
     if (down == 0 && up == 0) {
-      context_.decide(joint.mark,
-                      fmt::format("joint {}: its drives give 0 {}; taken as without a limit, for else they could not "
-                                  "move it",
-                                  in_quotes(joint.name), unit),
-                      joint.name);
+      context_.decide(
+          joint.mark,
+          fmt::format("joint {}: its drives give 0 {}; no limit is assumed, because otherwise they could not move it",
+                      in_quotes(joint.name), unit),
+          joint.name);
       return;
     }
     const bool one_way = !(down > 0) || !(up > 0);

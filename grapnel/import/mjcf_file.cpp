@@ -11,7 +11,7 @@
 namespace grapnel {
 namespace {
 
-// Nobody writes more; a file made to be slow or to exhaust the stack is refused.
+// Limits above any realistic file, against files that are slow to read or exhaust the stack.
 constexpr int kDeepest = 200;
 constexpr std::size_t kMostElements = 200000;
 constexpr std::size_t kMostFiles = 200;
@@ -19,7 +19,7 @@ constexpr std::size_t kMostFiles = 200;
 constexpr std::array kActuators{"general", "motor",    "position", "velocity", "intvelocity", "damper",
                                 "muscle",  "cylinder", "adhesion", "plugin",   "dcmotor"};
 
-// Elements that hold elements are read as they are; of all others <default> says what they inherit.
+// Container elements have no defaults; all other elements inherit from <default>.
 constexpr std::array kInheriting{"mesh",   "material", "joint", "geom",     "site",
                                  "camera", "light",    "pair",  "equality", "tendon"};
 
@@ -53,7 +53,7 @@ MjcfFiles::MjcfFiles(const std::filesystem::path& path, std::string text, FaultL
   if (with_text_ == 0) return;
   const std::string others = with_text_ > 1 ? " and " + counted(with_text_ - 1, "other element") : "";
   decisions_.push_back({first_with_text_.mark(),
-                        fmt::format("text in <{}>{} is passed over, as by MuJoCo", first_with_text_.tag(), others)});
+                        fmt::format("text in <{}>{} is ignored, as by MuJoCo", first_with_text_.tag(), others)});
 }
 
 const XmlFile& MjcfFiles::parse(const std::filesystem::path& path, std::string text) {
@@ -98,8 +98,8 @@ void MjcfFiles::include(const XmlFile& file, const pugi::xml_node& node, int dep
   std::error_code error;
   const std::filesystem::path beside = folders_[&file] / named;
   if (!std::filesystem::exists(path, error) && std::filesystem::exists(beside, error)) {
-    decisions_.push_back({mark, fmt::format("include {}: taken from the folder of the file that includes it, since the "
-                                            "folder of the model's file, where MuJoCo looks, has none",
+    decisions_.push_back({mark, fmt::format("include {}: read from the folder of the including file, because the "
+                                            "folder of the model's file, which MuJoCo searches, does not contain it",
                                             in_quotes(named.string()))});
     path = beside;
   }
@@ -200,7 +200,7 @@ void MjcfDefaults::read(const MjcfElement& section, FaultList& faults) {
 }
 
 void MjcfDefaults::read_class(const MjcfElement& section, Layers& layers, FaultList& faults) {
-  // A class begins as its parent is when all of the parent's own elements have been read.
+  // A class starts as a copy of its parent after all elements of the parent have been read.
   for (const MjcfElement& child : section.children) {
     const std::string kind = mjcf_kind(child.tag());
     if (child.tag() == "default") continue;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The text of an MJCF model, whose elements may stand in several files and inherit attributes from default classes.
+/// The text of an MJCF model, whose elements may be in several files and inherit attributes from default classes.
 
 #include <filesystem>
 #include <map>
@@ -19,7 +19,7 @@
 
 namespace grapnel {
 
-/// An element; in the place of `<include>` stands what the file that it names holds.
+/// An element; `<include>` is replaced by the content of the named file.
 struct MjcfElement {
   const XmlFile* file = nullptr;
   pugi::xml_node node;
@@ -35,13 +35,12 @@ struct MjcfElement {
 /// All files of a model. Elements and what points to them are valid as long as it lives.
 class MjcfFiles {
  public:
-  /// Parses `text`, which is that of the file `path`, and reads what it includes, each file once. What cannot be read
-  /// is a fault.
+  /// Parses `text` of the file `path`, and reads included files, each once. Unreadable files are errors.
   MjcfFiles(const std::filesystem::path& path, std::string text, FaultList& faults);
 
   /// `<mujoco>`, or null if there is none.
   const MjcfElement* root() const { return root_ ? &*root_ : nullptr; }
-  /// Files that were found beside the file that includes them, not beside the model's; text, which says nothing.
+  /// Decisions: files found in the folder of the including file, not of the model's file; ignored text.
   const std::vector<ImportDecision>& decisions() const { return decisions_; }
   /// Of the files that are included, in the order of reading.
   const std::string& included_bytes() const { return included_bytes_; }
@@ -73,13 +72,13 @@ struct MjcfAttributes {
   /// Where an attribute is given, else the element.
   Mark mark(const char* attribute) const;
   std::string text(const char* attribute, const char* otherwise = "") const;
-  /// Empty if not given, or if it is a fault, which is then reported.
+  /// Empty if not given, or invalid, which is reported.
   std::optional<double> number(const char* attribute, FaultList& faults) const;
   std::optional<Vector3d> vector(const char* attribute, FaultList& faults) const;
   std::optional<std::vector<double>> numbers(const char* attribute, std::size_t count, FaultList& faults) const;
   /// Lists whose first numbers may be given alone: each layer replaces as many of `values` as it gives.
   std::vector<double> overlaid(const char* attribute, std::vector<double> values, FaultList& faults) const;
-  /// One of the words, else a fault, and the first of them.
+  /// One of the words; otherwise an error, and the first word.
   std::string word(const char* attribute, std::span<const char* const> words, FaultList& faults) const;
   bool flag(const char* attribute, bool otherwise, FaultList& faults) const;
 };
@@ -95,7 +94,7 @@ class MjcfDefaults {
   MjcfAttributes attributes(const MjcfElement& element, const std::string& kind, const std::string& childclass,
                             FaultList& faults) const;
   bool has(const std::string& name) const { return name.empty() || classes_.contains(name); }
-  /// A fault at `element` unless there is such a class.
+  /// Reports an error at `element` unless the class exists.
   void check_class(const MjcfElement& element, const char* attribute, FaultList& faults) const;
 
  private:
@@ -107,21 +106,21 @@ class MjcfDefaults {
   std::map<std::string, Layers> classes_;
 };
 
-/// "actuator" for the tags of actuators, which share their defaults; other tags as they are.
+/// "actuator" for the tags of actuators, which share their defaults; other tags unchanged.
 std::string mjcf_kind(const std::string& tag);
 
-/// What `<compiler>` says, with MuJoCo's defaults (of version 2.3 and later).
+/// Settings of `<compiler>`, with MuJoCo's defaults (of version 2.3 and later).
 struct MjcfCompiler {
   bool degrees = true;
   std::string eulerseq = "xyz";  // upper case: about fixed axes
-  bool autolimits = true;        // a range without a word on whether it limits does
+  bool autolimits = true;        // a range without an explicit `limited` attribute is active
   enum class Inertia { from_element, from_geoms, from_geoms_where_missing };
   Inertia inertia = Inertia::from_geoms_where_missing;
   int first_group = 0, last_group = 5;  // groups of geoms whose mass counts
   double least_mass = 0;                // [kg]
   double least_inertia = 0;             // of every principal moment [kg m^2]
-  bool exact_meshes = false;            // inertia of meshes: exact, whatever their form
-  bool balance_inertia = false;         // three equal moments where they break the triangle inequality
+  bool exact_meshes = false;            // exact inertia of meshes of any shape
+  bool balance_inertia = false;         // three equal moments if they violate the triangle inequality
   std::optional<double> total_mass;     // [kg]
   std::string meshdir;
   bool strip_paths = false;
@@ -136,12 +135,12 @@ struct MjcfCompiler {
 Rotationd mjcf_rotation(const MjcfAttributes& attributes, const MjcfCompiler& compiler, FaultList& faults);
 /// With `pos`.
 Posed mjcf_pose(const MjcfAttributes& attributes, const MjcfCompiler& compiler, FaultList& faults);
-/// The least rotation that turns z into the direction of `v`; about x where `v` is opposite to it.
+/// The minimum rotation that turns z into the direction of `v`; about x if `v` is opposite to z.
 Rotationd mjcf_rotation_of_z(const Vector3d& v);
 /// Of a quaternion (w, x, y, z) of any length; empty if it has none.
 std::optional<Rotationd> mjcf_rotation_of(const std::vector<double>& quaternion_wxyz);
 
-/// Counts what is passed over because it has no influence on the motion, to say it once per kind.
+/// Counts ignored elements and attributes without influence on the motion, to report them once per kind.
 class MjcfPassedOver {
  public:
   /// Checks the attributes of an element against those that are known of its kind (absent: its tag): others are faults;

@@ -9,13 +9,13 @@
 
 namespace grapnel {
 
-// ---- What a mesh encloses ----
+// ---- Volume integrals of a mesh ----
 
 namespace {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-// Whether on the other side of every triangle's edge another one goes on, with the same side outside.
+// Whether every triangle's edge has exactly one neighbour with the same orientation.
 bool is_closed(const Triangles& triangles) {
   std::vector<std::pair<int, int>> edges, reversed;
   for (const std::array<int, 3>& t : triangles) {
@@ -132,7 +132,7 @@ MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context) {
   } else if (extension != "stl" && extension != "obj") {
     mesh.unusable = "its mesh is neither .stl nor .obj";
   } else if (!uniform && rotation_angle(R) > 0) {
-    mesh.unusable = "its mesh is turned (refquat) and scaled differently along its axes";
+    mesh.unusable = "its mesh is rotated (refquat) and scaled differently along its axes";
   }
   return mesh;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the elements of an MJCF model mean: bodies with what they weigh and look like, which of them are the robot, and
-/// what acts on its joints.
+/// Interpretation of an MJCF model: bodies with masses and shapes, the selection of the robot, and actuators and
+/// constraints of its joints.
 
 #include <map>
 #include <optional>
@@ -14,32 +14,32 @@
 
 namespace grapnel {
 
-/// A mesh of `<asset>`. Its shape stands at (frame of the geom) * X_GM, multiplied with `scale` before.
+/// A mesh of `<asset>`. The pose of its shape is (frame of the geom) * X_GM, after scaling with `scale`.
 struct MjcfMesh {
   std::string name;
   const MjcfElement* element = nullptr;
   std::string file;  // as MuJoCo resolves it from the model's folder; empty: the vertices are in the model
   Vector3d scale{1, 1, 1};
   Posed X_GM = Posed::identity();
-  std::string unusable;       // why its triangles cannot be had; empty: they can
+  std::string unusable;       // why its triangles are not available; empty: they are
   bool is_exact = false;      // MuJoCo computes its inertia exactly
-  std::string other_inertia;  // that of what MuJoCo takes in its place: "shell", "convex"; empty: its own
+  std::string other_inertia;  // inertia that MuJoCo uses instead: "shell", "convex"; empty: its volume
 };
 
-/// What a closed surface encloses, at density 1, in the frame of its vertices.
+/// Volume integrals of a closed surface at density 1, in the frame of its vertices.
 struct MeshSolid {
   double volume = 0;                          // [m^3]
   Vector3d com = Vector3d::zero();            // [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass [m^5]
-  // Every triangle is seen from inside, from the centre of the surface as well as from the centre of mass: adding up
-  // tetrahedra without regard to their signs, as MuJoCo does where nothing else is said, is then exact.
+  // Every triangle is seen from inside, from the centre of the surface as well as from the centre of mass: the sum of
+  // tetrahedra without signs, MuJoCo's default, is then exact.
   bool is_star = false;
 };
 /// Of a mesh whose vertices are multiplied with `scale`; empty if its triangles do not close a volume, all with the
 /// same side outside.
 std::optional<MeshSolid> solid_within(const TriangleMesh& mesh, const Vector3d& scale);
 
-/// What all of a model's parts are read with.
+/// Context for reading all parts of a model.
 struct MjcfContext {
   explicit MjcfContext(FaultList& fault_list) : faults(fault_list) {}
 
@@ -53,7 +53,7 @@ struct MjcfContext {
   std::vector<ImportDecision> decisions;
 
   void fault(const Mark& mark, std::string text) { faults.add(mark, std::move(text)); }
-  /// `about`: the link or joint that it concerns; empty: the whole.
+  /// `about`: the link or joint concerned; empty: the whole model.
   void decide(const Mark& mark, std::string text, std::string about = {}) {
     decisions.push_back({mark, std::move(text), std::move(about)});
   }
@@ -67,15 +67,15 @@ struct MjcfPart {
   const MjcfElement& element() const { return attributes.element(); }
 };
 
-/// A body as it stands in the file. References into MjcfFiles.
+/// A body of the file. References into MjcfFiles.
 struct MjcfBody {
   std::string name;  // unique
   const MjcfElement* element = nullptr;
   int parent = -1;                 // index; -1: the world
   Posed X_PB = Posed::identity();  // its frame in the parent's body frame
   std::vector<MjcfPart> inertials, joints, geoms, sites;
-  bool moves = true;                        // false: fixed to the world, so that its mass is nothing to MuJoCo
-  std::vector<const MjcfElement*> refused;  // what cannot be read, if this body is part of the robot
+  bool moves = true;                        // false: fixed to the world, so that MuJoCo ignores its mass
+  std::vector<const MjcfElement*> refused;  // unsupported elements, an error if this body is part of the robot
 };
 
 /// A mesh of `<asset>`.
@@ -101,30 +101,30 @@ struct MjcfTree {
 /// Reads all `<worldbody>` sections.
 MjcfTree read_mjcf_tree(const MjcfElement& root, MjcfContext& context);
 
-/// The bodies that are read as the robot.
+/// The bodies of the robot.
 struct MjcfRobot {
   std::vector<int> bodies;  // parents first
-  // Whether the trees hang on the world by joints, which then is a link of its own. Otherwise there is one tree, whose
-  // root is the robot's.
+  // Whether joints connect the trees to the world, which is then a separate link. Otherwise there is one tree, whose
+  // root is the base.
   bool hangs_on_world = false;
 };
 
 /// The tree below the free joint; of several the one that has joints; without a free joint all trees that have joints.
-/// What is left out is a decision, and what leaves the choice open a fault, after which the result is empty.
+/// Omitted bodies are a decision; an ambiguous choice is an error with an empty result.
 std::optional<MjcfRobot> choose_mjcf_robot(const MjcfTree& tree, MjcfContext& context);
 
-// ---- What is said about joints elsewhere than at them: actuators, couplings, tendons ----
+// ---- Elements outside the body tree that act on joints: actuators, couplings, tendons ----
 
 /// The range of an attribute that may be switched on and off by another ("limited", "ctrllimited"), in the file's
 /// units; empty if it does not limit.
 std::optional<std::pair<double, double>> mjcf_range(const MjcfAttributes& given, const char* switched,
                                                     const char* range, MjcfContext& context);
 
-/// A joint's value where its body stands as the file puts it [rad or m].
+/// A joint's value in the initial pose of the file [rad or m].
 double mjcf_joint_reference(const MjcfAttributes& joint, MjcfContext& context);
 
-/// Efforts of joints from their actuators, couplings of joints; what of constraints and tendons acts on the motion and
-/// has no counterpart is a fault.
+/// Effort limits of joints from their actuators, and couplings of joints; constraints and tendons that act on the
+/// motion and have no counterpart are errors.
 void read_mjcf_drives(const MjcfElement& root, const MjcfTree& tree, const MjcfRobot& robot, MjcfContext& context,
                       SourceModel& model);
 

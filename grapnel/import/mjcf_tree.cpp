@@ -56,7 +56,7 @@ class TreeReader {
     } else if (tag == "frame") {
       read_frame(child, place);
     } else if (tag == "camera" || tag == "light") {
-      context_.passed_over.element(child, "for looks only, not read");
+      context_.passed_over.element(child, "only visual, not read");
     } else if (std::ranges::find(kParts, tag) == kParts.end()) {
       context_.fault(child.mark(), fmt::format("<{}> cannot stand in a body{}", tag,
                                                suggestion(tag, {kParts.begin(), kParts.end()})));
@@ -133,7 +133,7 @@ class TreeReader {
   std::set<std::string> names_{"world"};
 };
 
-// A body on the world with all that hangs on it.
+// A body on the world with its subtree.
 struct Trunk {
   int root;
   std::vector<int> bodies;
@@ -177,16 +177,15 @@ std::vector<const Trunk*> those(const std::vector<Trunk>& trunks, bool (*wanted)
   return result;
 }
 
-// Of all trees those that are the robot; empty after a fault.
+// The trees of the robot; empty after an error.
 std::vector<const Trunk*> chosen_trunks(const MjcfTree& tree, const std::vector<Trunk>& trunks, MjcfContext& context) {
   const auto free_with_joints = those(trunks, [](const Trunk& t) { return t.is_free && t.has_joints; });
   const auto on_world = those(trunks, [](const Trunk& t) { return !t.is_free && t.has_joints; });
   const auto free = those(trunks, [](const Trunk& t) { return t.is_free; });
   const auto ambiguous = [&](const std::vector<const Trunk*>& several, const char* what) {
-    context.fault(
-        tree.bodies[several[1]->root].element->mark(),
-        fmt::format("bodies {} {}, so that which of them is the robot remains open; keep one of them in the file",
-                    names_of(tree, several), what));
+    context.fault(tree.bodies[several[1]->root].element->mark(),
+                  fmt::format("bodies {} {}, so the robot is ambiguous; keep one of them in the file",
+                              names_of(tree, several), what));
     return std::vector<const Trunk*>{};
   };
   if (free_with_joints.size() > 1) return ambiguous(free_with_joints, "float and carry joints");
@@ -232,12 +231,13 @@ std::optional<MjcfRobot> choose_mjcf_robot(const MjcfTree& tree, MjcfContext& co
   const MjcfBody& root = tree.bodies[chosen.front()->root];
   const Mark mark = root.element->mark();
   if (robot.hangs_on_world) {
-    context.decide(mark, fmt::format("{} hang on the world by joints, which becomes a link without mass: give it one "
-                                     "(--bus), or choose a base",
-                                     names_of(tree, chosen)));
+    context.decide(
+        mark,
+        fmt::format("{} are connected to the world by joints, and the world becomes a link without mass: give it one "
+                    "(--bus), or choose a base",
+                    names_of(tree, chosen)));
   } else {
-    context.decide(mark, fmt::format("body {} is the base{}; its place in the file's world is left to the scenario",
-                                     in_quotes(root.name),
+    context.decide(mark, fmt::format("body {} is the base{}; the scenario sets its pose", in_quotes(root.name),
                                      chosen.front()->is_free ? "" : ", which is fixed to the world in the file"));
   }
   std::vector<const Trunk*> rest;
@@ -245,9 +245,8 @@ std::optional<MjcfRobot> choose_mjcf_robot(const MjcfTree& tree, MjcfContext& co
     if (std::ranges::find(chosen, &trunk) == chosen.end()) rest.push_back(&trunk);
   }
   if (!rest.empty())
-    context.decide(
-        tree.bodies[rest.front()->root].element->mark(),
-        fmt::format("not part of the robot and left out, with what hangs on them: {}", names_of(tree, rest)));
+    context.decide(tree.bodies[rest.front()->root].element->mark(),
+                   fmt::format("not part of the robot and omitted, with their child bodies: {}", names_of(tree, rest)));
   return robot;
 }
 

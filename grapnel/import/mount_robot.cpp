@@ -13,7 +13,7 @@ namespace {
 
 std::string text_of(const Node* node) { return node && node->is_scalar() ? node->text : std::string(); }
 
-// The items of a list below a key; none where there is no list.
+// The items of a list below a key; none if there is no list.
 std::vector<Node> taken_items(Node& mapping, std::string_view key) {
   Node* list = mapping.find(key);
   return list && list->is_sequence() ? std::move(list->items) : std::vector<Node>();
@@ -52,7 +52,7 @@ std::vector<std::string> body_names(const Node& bus) {
   return names;
 }
 
-// What was in the frame of a base becomes what is in that of the body that takes its place.
+// Converts poses in the frame of a base to the frame of the body that replaces it.
 void move_pose(Node& holder, const Posed& X_LB, const Mark& mark) {
   if (!is_identity(X_LB)) put_pose(holder, X_LB * pose_in(holder), mark);
 }

@@ -78,10 +78,10 @@ void check_defaults(const MjcfElement& section, MjcfContext& context) {
   }
 }
 
-// All that is not part of the tree of bodies and not about joints.
+// Sections outside the tree of bodies without effect on joints.
 void read_sections(const MjcfElement& root, MjcfContext& context) {
   context.passed_over.check_attributes(root, context.faults);
-  // Angles and classes count for the whole model wherever they stand.
+  // Angle units and classes apply to the whole model, independently of their position.
   for (const MjcfElement& section : root.children) {
     if (section.tag() != "compiler") continue;
     context.compiler.read(section, context.faults);
@@ -101,7 +101,7 @@ void read_sections(const MjcfElement& root, MjcfContext& context) {
     } else if (tag == "deformable") {
       for (const MjcfElement& child : section.children) {
         if (child.tag() == "skin") {
-          context.passed_over.element(child, "for looks only, not read");
+          context.passed_over.element(child, "only visual, not read");
         } else {
           context.fault(child.mark(), fmt::format("<{}> is a deformable body, which is not supported", child.tag()));
         }
@@ -179,7 +179,7 @@ class RobotMaker {
     const Posed X_BF = mjcf_place(part, context_);
     const MjcfElement& site = part.element();
     if (!site.has("name")) {
-      context_.passed_over.element(site, "sites without a name are left out");
+      context_.passed_over.element(site, "sites without a name are omitted");
       return;
     }
     const std::string name = site.text("name");
@@ -258,7 +258,7 @@ class RobotMaker {
     if (type == "ball") {
       context_.fault(given.mark("type"),
                      fmt::format("the joint of body {} is a ball joint, which is not supported: write "
-                                 "three hinges on bodies of their own, each with its mass",
+                                 "three hinges on separate bodies, each with its mass",
                                  in_quotes(body.name)));
       return Posed::identity();
     }

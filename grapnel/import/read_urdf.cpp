@@ -13,10 +13,10 @@ namespace {
 
 using pugi::xml_node;
 
-// A robot file has 4000 links at most; what comes here may have more, fixed to each other.
+// A robot file has at most 4000 links; a URDF model may have more, fixed to each other.
 constexpr std::size_t kMost = 10'000;
 
-// Elements that have a meaning, but none for the mechanics of a robot.
+// Known elements without meaning for the mechanics of a robot.
 struct LeftOut {
   std::string_view name, what;
 };
@@ -31,7 +31,7 @@ constexpr LeftOut kLeftOut[] = {
     {"mujoco", "settings for MuJoCo's compiler"},
     {"self_collision_checking", "for a collision checker"},
     {"disable_collisions", "for a collision checker"},
-    {"loop_joint", "loops are no part of a robot file"},
+    {"loop_joint", "robot files have no loops"},
 };
 
 std::string lower_case(std::string_view text) {
@@ -50,14 +50,14 @@ std::string_view trimmed(std::string_view text) {
 
 bool is_element(const xml_node& node) { return node.type() == pugi::node_element; }
 
-// What only a macro processor understands: its elements, and its expressions in attributes.
+// Elements and expressions of a macro processor.
 struct MacroFinder : pugi::xml_tree_walker {
   struct Found {
     xml_node node;
     std::string attribute;  // with an expression; empty: the element is a macro
   };
   std::vector<Found> found;
-  bool defines = false;  // what a file has that was not expanded
+  bool defines = false;  // found only in files that were not expanded
 
   bool for_each(xml_node& node) override {
     const std::string_view name = node.name();
@@ -102,7 +102,7 @@ class UrdfReader {
     finish_drives();
     add_world();
     if (file_.expressions() > 0)
-      decide(file_.first_expression(), fmt::format("{} in place of a number, as here: its value is taken",
+      decide(file_.first_expression(), fmt::format("{} in place of a number, as here: its value is used",
                                                    counted(file_.expressions(), "arithmetic expression")));
     if (model_.links.empty() && faults_.empty()) faults_.add(file_.mark(root), "the robot has no <link>");
     say_left_out();
@@ -137,9 +137,8 @@ class UrdfReader {
     if (!macros.found.empty()) return false;
     const std::string_view name = root.name();
     if (name == "robot") return true;
-    faults_.add(mark, fmt::format("the outermost element is <{}>, of a URDF file it is <robot>{}",
-                                  shortened(printable_line(name)),
-                                  name == "sdf" ? "; SDF files are not read, most have a URDF of the same robot" : ""));
+    faults_.add(mark, fmt::format("the outermost element is <{}>, expected <robot>{}", shortened(printable_line(name)),
+                                  name == "sdf" ? "; SDF files are not supported, use a URDF of the same robot" : ""));
     return false;
   }
 
@@ -152,11 +151,11 @@ class UrdfReader {
     SourceLink world;
     world.name = "world";
     world.mark = joint->parent_mark;
-    decide(world.mark, "link 'world' is not declared and is taken as an empty root");
+    decide(world.mark, "link 'world' is not declared and becomes an empty root");
     model_.links.push_back(std::move(world));
   }
 
-  // ---- What is said ----
+  // ---- Decisions ----
 
   void decide(const Mark& mark, std::string text, std::string about = {}) {
     model_.decisions.push_back({mark, std::move(text), std::move(about)});
@@ -178,8 +177,8 @@ class UrdfReader {
       const auto* const known =
           std::find_if(std::begin(kLeftOut), std::end(kLeftOut), [&](const LeftOut& one) { return one.name == name; });
       decide(count.first,
-             fmt::format("<{}> ({}): left out, {}", shortened(printable_line(name)), counted(count.count, "element"),
-                         known == std::end(kLeftOut) ? "its meaning is not known" : known->what));
+             fmt::format("<{}> ({}): omitted, {}", shortened(printable_line(name)), counted(count.count, "element"),
+                         known == std::end(kLeftOut) ? "its meaning is unknown" : known->what));
     }
   }
 
@@ -189,7 +188,7 @@ class UrdfReader {
     if (name.empty()) return false;  // has been reported
     const auto [it, fresh] = names.emplace(name, mark);
     if (!fresh) {
-      faults_.add(mark, fmt::format("{} {} occurs twice, first in line {}; names must differ", kind, in_quotes(name),
+      faults_.add(mark, fmt::format("{} {} occurs twice, first in line {}; names must be unique", kind, in_quotes(name),
                                     it->second.line));
     }
     return fresh;
@@ -271,8 +270,8 @@ class UrdfReader {
     } else {
       const std::string what = form ? fmt::format("a <{}>", shortened(printable_line(name))) : "no <geometry>";
       decide(shape.mark,
-             fmt::format("<{}> of link {} has {}, which is no known shape: left out", node.name(), in_quotes(link.name),
-                         what),
+             fmt::format("<{}> of link {} has {}, which is not a known shape: omitted", node.name(),
+                         in_quotes(link.name), what),
              link.name);
       return;
     }
@@ -361,17 +360,16 @@ class UrdfReader {
                                                        in_quotes(joint.name), length));
       return;
     }
-    // What is exact stays exact.
+    // Exact values remain exact.
     joint.axis = std::abs(length - 1) < 1e-15 ? *xyz : (1 / length) * *xyz;
     if (std::abs(length - 1) > 1e-6) {
-      decide(
-          file_.mark(axis, "xyz"),
-          fmt::format("joint {}: the axis has length {:.6g} and is taken with length 1", in_quotes(joint.name), length),
-          joint.name);
+      decide(file_.mark(axis, "xyz"),
+             fmt::format("joint {}: the axis has length {:.6g} and is normalised", in_quotes(joint.name), length),
+             joint.name);
     }
   }
 
-  // A number, or nothing where the file says that there is no limit.
+  // A number, or empty if the file states no limit.
   std::optional<double> limit(const xml_node& node, const char* attribute) {
     std::string text = lower_case(trimmed(node.attribute(attribute).value()));
     if (text.starts_with('+') || text.starts_with('-')) text.erase(0, 1);
@@ -396,26 +394,27 @@ class UrdfReader {
     const bool some = limits.attribute("lower") || limits.attribute("upper");
     if (joint.kind == SourceJoint::Kind::continuous) {
       if (joint.lower.value_or(0) != 0 || joint.upper.value_or(0) != 0)
-        say("lower and upper limits of a continuous joint have no meaning, left out");
+        say("lower and upper limits of a continuous joint have no meaning, omitted");
       joint.lower = joint.upper = {};
     } else if (!some) {
-      say("<limit> has no lower and no upper; taken as not given, for with URDF's default of 0 it could not move");
+      say("<limit> has no lower and no upper; no limits are assumed, because it could not move with URDF's default of "
+          "0");
     } else {
-      if (!limits.attribute("lower")) joint.lower = 0, say("<limit> has no lower; it is 0, as URDF says");
-      if (!limits.attribute("upper")) joint.upper = 0, say("<limit> has no upper; it is 0, as URDF says");
+      if (!limits.attribute("lower")) joint.lower = 0, say("<limit> has no lower; it is 0, URDF's default");
+      if (!limits.attribute("upper")) joint.upper = 0, say("<limit> has no upper; it is 0, URDF's default");
       if (joint.lower == 0.0 && joint.upper == 0.0) {
         joint.lower = joint.upper = {};
-        say("lower and upper limit are 0; taken as not given, for else it could not move (to keep it at 0, lock it)");
+        say("lower and upper limit are 0; no limits are assumed, because it could not move (lock it to keep it at 0)");
       }
     }
     if (joint.rate == 0.0) {
       joint.rate = {};
-      say(fmt::format("the velocity limit is 0 {}; taken as not given, for else it could not move",
+      say(fmt::format("the velocity limit is 0 {}; no limit is assumed, because it could not move",
                       turns ? "rad/s" : "m/s"));
     }
     if (joint.effort == 0.0) {
       joint.effort = {};
-      say(fmt::format("the effort limit is 0 {}; taken as not given, for else no drive could move it",
+      say(fmt::format("the effort limit is 0 {}; no limit is assumed, because no drive could move it",
                       turns ? "N m" : "N"));
     }
   }
@@ -441,7 +440,7 @@ class UrdfReader {
       static constexpr std::string_view kKnown[] = {"damping", "friction", "armature", "rotor_inertia", "rotorInertia"};
       if (std::find(std::begin(kKnown), std::end(kKnown), one.name()) != std::end(kKnown)) continue;
       decide(file_.mark(dynamics, one.name()),
-             fmt::format("joint {}: {} of <dynamics> is left out, its meaning is not known", in_quotes(joint.name),
+             fmt::format("joint {}: {} of <dynamics> is omitted, its meaning is unknown", in_quotes(joint.name),
                          in_quotes(one.name())),
              joint.name);
     }
@@ -458,7 +457,7 @@ class UrdfReader {
         if (node.attribute("value")) return file_.number(node, "value", faults_);
         const std::string_view text = trimmed(node.child_value());
         if (const auto value = arithmetic_value(text)) return value;
-        faults_.add(file_.mark(node), fmt::format("<{}>: {} is no finite number", name, in_quotes(text)));
+        faults_.add(file_.mark(node), fmt::format("<{}>: {} is not a finite number", name, in_quotes(text)));
         return {};
       }
     }
@@ -471,7 +470,7 @@ class UrdfReader {
     std::vector<xml_node> joints;
     for (const xml_node& joint : node.children("joint")) joints.push_back(joint);
     if (joints.size() != 1) {
-      decide(mark, fmt::format("transmission {} couples {}: left out", named, counted(joints.size(), "joint")));
+      decide(mark, fmt::format("transmission {} couples {}: omitted", named, counted(joints.size(), "joint")));
       return;
     }
     const std::string name = file_.required_text(joints[0], "name", faults_);
@@ -479,12 +478,12 @@ class UrdfReader {
     if (found == joint_index_.end()) {
       if (!name.empty())
         decide(mark,
-               fmt::format("transmission {} is of joint {}, which does not exist: left out", named, in_quotes(name)));
+               fmt::format("transmission {} is of joint {}, which does not exist: omitted", named, in_quotes(name)));
       return;
     }
     SourceJoint& joint = model_.joints[found->second];
     if (!driven_.emplace(name, mark).second) {
-      decide(mark, fmt::format("joint {} has a transmission already; {} is left out", in_quotes(name), named), name);
+      decide(mark, fmt::format("joint {} has a transmission already; {} is omitted", in_quotes(name), named), name);
       return;
     }
     const xml_node actuator = node.child("actuator");
@@ -492,7 +491,7 @@ class UrdfReader {
         drive_value({actuator, joints[0], node}, {"mechanicalReduction", "drake:gear_ratio", "gearRatio"});
     if (ratio && *ratio != 0) joint.gear_ratio = *ratio;
     if (ratio && *ratio == 0)
-      decide(mark, fmt::format("joint {}: a mechanicalReduction of 0 is none, 1 is taken", in_quotes(name)), name);
+      decide(mark, fmt::format("joint {}: a mechanicalReduction of 0 is invalid, 1 is used", in_quotes(name)), name);
     const auto rotor = drive_value({actuator, joints[0], node},
                                    {"rotorInertia", "motorInertia", "drake:rotor_inertia", "rotor_inertia"});
     if (rotor && *rotor < 0)
@@ -502,14 +501,14 @@ class UrdfReader {
       joint.rotor_inertia = *rotor;
   }
 
-  // Rotors seen from the joint, and what of the transmissions has been taken.
+  // Rotors reflected to the joint, and the used parts of the transmissions.
   void finish_drives() {
     std::size_t geared = 0, without_rotor = 0;
     for (SourceJoint& joint : model_.joints) {
       if (const auto it = reflected_.find(joint.name); it != reflected_.end()) {
         if (joint.rotor_inertia != 0)
           decide(joint.mark,
-                 fmt::format("joint {}: of armature and the rotor's inertia, which are both given, armature counts",
+                 fmt::format("joint {}: armature and the rotor's inertia are both given, armature is used",
                              in_quotes(joint.name)),
                  joint.name);
         joint.rotor_inertia = it->second / (joint.gear_ratio * joint.gear_ratio);
@@ -522,14 +521,13 @@ class UrdfReader {
     const Mark first = std::min_element(driven_.begin(), driven_.end(), [](const auto& a, const auto& b) {
                          return a.second.line < b.second.line;
                        })->second;
-    decide(first,
-           fmt::format("transmissions of {}: gear ratios and rotor inertias are taken, the rest (types, hardware "
-                       "interfaces) is left out{}",
-                       counted(geared, "joint"),
-                       without_rotor == 0 ? std::string()
-                                          : fmt::format("; {} of them give no rotor inertia, and a gear ratio "
-                                                        "without one has no influence",
-                                                        without_rotor)));
+    decide(first, fmt::format("transmissions of {}: gear ratios and rotor inertias are used, the rest (types, hardware "
+                              "interfaces) is omitted{}",
+                              counted(geared, "joint"),
+                              without_rotor == 0 ? std::string()
+                                                 : fmt::format("; {} of them give no rotor inertia, and a gear ratio "
+                                                               "without one has no influence",
+                                                               without_rotor)));
   }
 
   const XmlFile& file_;
@@ -537,9 +535,9 @@ class UrdfReader {
   SourceModel model_;
   std::map<std::string, Mark> links_, joints_, driven_;
   std::map<std::string, std::size_t> joint_index_;
-  std::map<std::string, double> reflected_;  // inertia of the rotor as the joint feels it
+  std::map<std::string, double> reflected_;  // inertia of the rotor reflected to the joint
   std::map<std::string, Count> left_out_;
-  std::vector<std::string> order_;  // of what is left out
+  std::vector<std::string> order_;  // of omitted elements
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// A robot as a URDF or MJCF file describes it, before Grapnel decides what its base is, which links move and what each
-/// weighs. The readers of both formats fill it; assemble_robot() makes a robot file of it. Every value carries the
-/// place where it stands, so that faults and decisions can name it.
+/// A robot as described by a URDF or MJCF file, before the selection of its base and the grouping of its links. The
+/// readers of both formats fill it; assemble_robot() converts it to a robot file. Every value has its location, for
+/// errors and decisions.
 
 #include <filesystem>
 #include <functional>
@@ -18,7 +18,7 @@
 
 namespace grapnel {
 
-/// Mass and inertia as they stand in the file; nothing has been judged.
+/// Mass and inertia as in the file, unchecked.
 struct SourceInertia {
   Mark mark;
   double mass = 0;                            // [kg]
@@ -26,12 +26,12 @@ struct SourceInertia {
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in the axes of the link's frame [kg m^2]
 };
 
-/// A shape of a link. `mesh_file` is the path as the source says it ("package://arm/meshes/link.stl").
+/// A shape of a link. `mesh_file` is the path in the source ("package://arm/meshes/link.stl").
 struct SourceShape {
   Mark mark;
   Geometry shape;  // in the link's frame; of a mesh without its triangles: size is the scale, X_BG the file's frame
   std::string mesh_file;
-  bool is_visual = false;  // for looks only; used where a link has no collision shape
+  bool is_visual = false;  // visual shape; used if a link has no collision shape
 };
 
 struct SourceLink {
@@ -85,11 +85,11 @@ struct SourceFrame {
   Posed X_LF = Posed::identity();
 };
 
-/// Something that the importer decided, left out or assumed: one line for the user.
+/// A decision, omission or assumption of the importer: one line for the user.
 struct ImportDecision {
-  Mark mark;               // of what it is about
+  Mark mark;               // of its object
   std::string text;        // a sentence: "joint 'gripper' follows 'finger' (mimic) and is locked at 0.02 m"
-  std::string about = {};  // name of the link or joint beside which it is written; empty: of the whole
+  std::string about = {};  // name of the link or joint for the comment; empty: the whole robot
 };
 
 struct SourceModel {
@@ -98,18 +98,17 @@ struct SourceModel {
   std::vector<SourceJoint> joints;  // likewise
   std::vector<SourceFrame> frames;
   std::vector<ImportDecision> decisions;  // of the reader; assemble_robot() adds its own
-  std::string further_bytes;  // of files that this one includes, in the order of reading: for those who hash inputs
+  std::string further_bytes;              // of included files, in the order of reading, for hashes of inputs
 };
 
 class XmlFile;
 
-/// URDF as it is found in the wild: links, joints and transmissions of a `<robot>`, taken as they stand. What Grapnel
-/// has no use for is left out, with a line per kind that says so. Faults, at their places: what is no URDF or still a
-/// xacro file, names that lack or occur twice, values that are no numbers, types of joints that do not exist. Whether
-/// links and joints form a tree is not looked at.
+/// Reads URDF: links, joints and transmissions of a `<robot>`, unchanged. Other elements are omitted, with one decision
+/// per kind. Errors, with their locations: files that are not URDF or are unexpanded xacro files, missing and duplicate
+/// names, invalid numbers, unknown joint types. The tree structure is not checked.
 SourceModel read_urdf(const XmlFile& file, FaultList& faults);
 
-/// The triangles in a mesh file; null where they cannot be had, with the reason.
+/// The triangles in a mesh file; null, with the reason, if they are not available.
 using MeshReader =
     std::function<std::shared_ptr<const TriangleMesh>(const std::filesystem::path& file, std::string& why_not)>;
 

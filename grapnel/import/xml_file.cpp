@@ -28,7 +28,7 @@ XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults, N
     characters += begins_character(text_[i]) ? 1 : 0;
     if (text_[i] == '\n') line_begins_.push_back(i + 1);
   }
-  // Parsed in place and without conversion, so that names point to where they stand in the text. Lines are counted
+  // Parsed in place without conversion, so that names point to their position in the text. Lines are counted
   // before, since parsing may rewrite values.
   const pugi::xml_parse_result result =
       document_.load_buffer_inplace(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);

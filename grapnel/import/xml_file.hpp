@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// XML text whose elements and attributes know their line and column. Faults say what was found and what was expected,
+/// XML text whose elements and attributes have their line and column. Faults say what was found and what was expected,
 /// as those of YAML files do.
 
 #include <memory>

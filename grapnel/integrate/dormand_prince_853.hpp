@@ -22,12 +22,12 @@
 
 namespace grapnel {
 
-// How large a difference of two states is, measured against tolerances on the manifold: an ordinary number against
-// atol + rtol·max(|y0|, |y1|), a quaternion by the rotation vector that separates the two orientations (3 numbers
-// [rad], not 4) against atol + rtol·1 rad. A change of a quaternion's norm costs nothing, since it is projected away.
-// Thread safety: an `ErrorNorm` is immutable, so that threads may share it.
+// Norm of the difference of two states relative to tolerances on the manifold. An ordinary number is divided by atol +
+// rtol·max(|y0|, |y1|). A quaternion contributes the rotation vector between the two orientations (3 numbers [rad], not
+// 4), divided by atol + rtol·1 rad; a change of its norm is ignored, since it is projected away. Thread safety: an
+// `ErrorNorm` is immutable and may be shared by threads.
 
-/// What local error per step is acceptable.
+/// Acceptable local error per step.
 struct Tolerances {
   double rtol = 1e-10;  // relative to the number's magnitude; to one radian for a quaternion
   double atol = 1e-12;  // absolute, for every number, in that number's unit; must be positive
@@ -44,7 +44,7 @@ class ErrorNorm {
   /// tolerance is not positive and finite, or if atol_components has neither 0 nor manifold.size entries.
   ErrorNorm(const Manifold& manifold, const Tolerances& tolerances);
 
-  /// How many independent errors the norm counts: 3 for each controlled quaternion, 1 for each other controlled number.
+  /// Number of independent errors: 3 for each controlled quaternion, 1 for each other controlled number.
   int dimension() const { return dimension_; }
 
   /// Sum over the controlled numbers of (difference/scale)²; the scale is that of the states y0 and y1. A
@@ -52,7 +52,7 @@ class ErrorNorm {
   /// nothing.
   S sum_of_squares(std::span<const S> y0, std::span<const S> y1, std::span<const S> difference) const;
 
-  /// Root mean square of y/scale(y): how large a state is in units of its tolerance; a quaternion counts as one radian.
+  /// Root mean square of y/scale(y): magnitude of a state in units of its tolerance; a quaternion counts as one radian.
   double magnitude(std::span<const S> y) const;
 
   /// Root mean square of difference/scale(y), for a difference or a rate at the state y. Throws nothing.
@@ -78,6 +78,7 @@ class ErrorNorm {
   int dimension_ = 0;
 };
 
+// Validates the tolerances and splits the controlled numbers into quaternions and runs of ordinary numbers.
 template <class S>
 ErrorNorm<S>::ErrorNorm(const Manifold& manifold, const Tolerances& tolerances)
     : rtol_(tolerances.rtol), atol_(tolerances.atol_components) {
@@ -109,6 +110,7 @@ ErrorNorm<S>::ErrorNorm(const Manifold& manifold, const Tolerances& tolerances)
   }
 }
 
+// Two states and a difference => sum of squares of (difference/scale), quaternions by their rotation vectors.
 template <class S>
 S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std::span<const S> difference) const {
   using std::abs;
@@ -136,6 +138,7 @@ S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std
   return sum;
 }
 
+// State => root mean square of y/scale(y).
 template <class S>
 double ErrorNorm<S>::magnitude(std::span<const S> y) const {
   using std::abs;
@@ -169,8 +172,8 @@ struct StepControl {
 ///     while (stepper.step(rhs) == StepStatus::running) { … stepper.state() … }
 ///
 /// Integrates forwards or backwards. The last step ends at the end time exactly. One step costs 12 evaluations of the
-/// right-hand side, and 3 more if dense output is asked for in it. If rhs throws, the exception passes through, and the
-/// stepper is still at the end of the last accepted step.
+/// right-hand side, and 3 more for dense output. If rhs throws, the exception passes through, and the stepper remains
+/// at the end of the last accepted step.
 template <class S>
 class DormandPrince853 : public Stepper<S> {
  public:
@@ -179,31 +182,31 @@ class DormandPrince853 : public Stepper<S> {
   DormandPrince853(const Manifold& manifold, const Tolerances& tolerances, const StepControl& control = {});
 
   /// Begins at t0 with y0 (n numbers; quaternions are normalized) towards t_end, on either side of t0, and chooses the
-  /// first step. Evaluates rhs twice. If t_end equals t0 the status is `finished` at once; if the derivative is not
-  /// finite it is `non_finite`. Throws std::invalid_argument if a time is not finite or y0 has another size.
+  /// first step. Evaluates rhs twice. The status is `finished` if t_end equals t0, and `non_finite` if the derivative
+  /// is not finite. Throws std::invalid_argument if a time is not finite or y0 has another size.
   template <RightHandSide<S> Rhs>
   void start(Rhs&& rhs, double t0, std::span<const S> y0, double t_end);
 
-  /// Advances by one accepted step, at most to the end time. Does nothing unless the status is `running`.
-  /// @return the new status; see `StepStatus`. Throws nothing of its own.
+  /// Advances by one accepted step, at most to the end time. Does nothing unless the status is `running`. @return the
+  /// new status; see `StepStatus`. Throws only exceptions of rhs.
   template <RightHandSide<S> Rhs>
   StepStatus step(Rhs&& rhs);
 
-  /// The size that the next step tries first, in place of what start() has chosen: of an integration that goes on where
-  /// another one has stopped. Throws std::invalid_argument unless it is positive and finite.
+  /// Sets the first size to try in the next step, replacing the choice of start(): to resume an earlier integration.
+  /// Throws std::invalid_argument unless it is positive and finite.
   void propose_step(double size);
 
-  /// Evaluates the stages that dense output in the last step needs, unless they are there (3 evaluations). Throws
+  /// Evaluates the additional stages for dense output in the last step, unless already done (3 evaluations). Throws
   /// std::logic_error if there is no completed step.
   template <RightHandSide<S> Rhs>
   void prepare_dense_output(Rhs&& rhs);
 
-  /// The state at a time t of the last step, to order 7 (n numbers, quaternions normalized). At the ends of the step it
-  /// is exactly the state there. Throws std::logic_error if prepare_dense_output() has not been called for this step,
-  /// std::out_of_range if t lies outside the step.
+  /// The state at a time t of the last step, to order 7 (n numbers, quaternions normalized). Exact at the ends of the
+  /// step. Throws std::logic_error if prepare_dense_output() has not been called for this step, std::out_of_range if t
+  /// lies outside the step.
   void interpolate(double t, std::span<S> y) const;
 
-  /// The same after prepare_dense_output(rhs).
+  /// As interpolate(t, y), after calling prepare_dense_output(rhs).
   template <RightHandSide<S> Rhs>
   void interpolate(Rhs&& rhs, double t, std::span<S> y) {
     prepare_dense_output(rhs);
@@ -221,7 +224,7 @@ class DormandPrince853 : public Stepper<S> {
     return dop853::weighted_sum<kRow>(stages_.data(), this->size(), i);
   }
 
-  /// The right-hand side as the kernel calls it.
+  /// Adapts the right-hand side to the kernel's signature.
   template <class Rhs>
   auto counted(Rhs& rhs) {
     return [this, &rhs](double t, const S* y, S* dydt) {
@@ -302,6 +305,8 @@ void DormandPrince853<S>::propose_step(double size) {
   proposed_step_ = size;
 }
 
+// Tries steps until one is accepted or the status is final: fits the size to the end, evaluates stages and error, and
+// adapts the size (HNW II.4).
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
@@ -317,7 +322,7 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
         dop853::fit_step(proposed_step_, control_.max_step, std::abs(this->remaining()), this->time_);
     if (fitted.too_small) return this->fail(finite ? StepStatus::step_too_small : StepStatus::non_finite);
     const double t_new = fitted.last ? this->end_time_ : this->time_ + this->direction_ * fitted.wanted;
-    const double h = t_new - this->time_;  // as the rounded times have it, so that time does not drift
+    const double h = t_new - this->time_;  // consistent with the rounded times, so that time does not drift
 
     evaluate_stages(rhs, h);
     double error = estimate_error(h);
@@ -329,7 +334,7 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
         const double next = control_.predictive ? dop853::predicted_root(std::abs(h), root, accepted_step_) : root;
         proposed_step_ = dop853::size_after_accepted(std::abs(h), next, rejected);
         accepted_step_ = {std::abs(h), root};
-        // A step cut short by the end says nothing more.
+        // A step shortened by the end time does not limit the next one.
         if (fitted.last) proposed_step_ = std::max(proposed_step_, fitted.wanted);
         this->statistics_.sum_of_error_estimates += error;
         this->accept(t_new, stage(13), defect);
@@ -353,7 +358,7 @@ void DormandPrince853<S>::evaluate_stages(Rhs& rhs, double h) {
                           stages_.data(), this->end_.data(), error5_.data(), error3_.data());
 }
 
-// At most 1: acceptable. NaN if anything is not finite.
+// Error estimate in units of the tolerance; at most 1: acceptable. NaN if any number is not finite.
 template <class S>
 double DormandPrince853<S>::estimate_error(double h) {
   if (norm_.dimension() == 0) return 0.0;
@@ -361,6 +366,7 @@ double DormandPrince853<S>::estimate_error(double h) {
                                 norm_.sum_of_squares(this->state_, this->end_, error3_), norm_.dimension());
 }
 
+// Evaluates stages 14 to 16 and the coefficients 1 to 7 of the interpolating polynomial (HNW II.6).
 template <class S>
 template <RightHandSide<S> Rhs>
 void DormandPrince853<S>::prepare_dense_output(Rhs&& rhs) {
@@ -386,6 +392,7 @@ void DormandPrince853<S>::prepare_dense_output(Rhs&& rhs) {
   dense_ready_ = true;
 }
 
+// t => state within the last step from the interpolating polynomial.
 template <class S>
 void DormandPrince853<S>::interpolate(double t, std::span<S> y) const {
   this->require_in_last_step(t);

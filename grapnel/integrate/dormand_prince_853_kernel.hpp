@@ -2,11 +2,11 @@
 
 /// @file
 /// One step of the explicit Runge-Kutta method of order 8 by Dormand and Prince, with error estimators of order 5 and
-/// 3: its coefficients, those of its dense output of order 7, the arithmetic of a step and how the next one's size
-/// follows. One text for a stepper of doubles (dormand_prince_853.hpp) and for packs of SIMD lanes (grapnel/lanes/).
-/// Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5
-/// and II.6, with the digits published in the authors' program dop853 (University of Geneva). Stages are counted from 1
-/// as in the book. tests/integrate checks the order conditions.
+/// 3: its coefficients, those of its dense output of order 7, the arithmetic of a step and the step size control.
+/// Shared by the stepper of doubles (dormand_prince_853.hpp) and packs of SIMD lanes (grapnel/lanes/). Source: E.
+/// Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5 and II.6,
+/// with the digits published in the authors' program dop853 (University of Geneva). Stages are counted from 1 as in the
+/// book. tests/integrate checks the order conditions.
 
 #include <array>
 #include <cmath>
@@ -111,7 +111,7 @@ inline constexpr std::array kThirdOrder = {Term{1, 2.440944881889763779527559055
                                            Term{9, 7.33846688281611857341361741547e-1},
                                            Term{12, 2.20588235294117647058823529412e-2}};
 
-// The three stages that dense output adds.
+// The three additional stages of dense output.
 inline constexpr std::array kStage14 = {
     Term{1, 5.61675022830479523392909219681e-2},  Term{7, 2.53500210216624811088794765333e-1},
     Term{8, -2.46239037470802489917441475441e-1}, Term{9, -1.24191423263816360469010140626e-1},
@@ -130,7 +130,7 @@ inline constexpr std::array kStage16 = {
     Term{9, 3.56727187455281109270669543021e-1},  Term{13, -1.39902416515901462129418009734e-3},
     Term{14, 2.9475147891527723389556272149},     Term{15, -9.15095847217987001081870187138}};
 
-// d_ji: the coefficients 4 to 7 of the interpolating polynomial are h Σ_i d_ji k_i, as in the program.
+// d_ji: coefficients 4 to 7 of the interpolating polynomial are h Σ_i d_ji k_i, as in dop853.
 inline constexpr std::array kDense4 = {
     Term{1, -8.4289382761090128651353491142},     Term{6, 5.6671495351937776962531783590e-1},
     Term{7, -3.0689499459498916912797304727},     Term{8, 2.3846676565120698287728149680},
@@ -175,14 +175,14 @@ GRAPNEL_INLINE S weighted_sum(const S* stages, int n, int i) {
   (std::make_index_sequence<kRow.size()>{});
 }
 
-/// k_number = f(t + c h, from + h sum a k), by way of `state`. f is called as f(t, y, dydt).
+/// k_number = f(t + c h, from + h sum a k), with `state` as scratch. f is called as f(t, y, dydt).
 template <int kNumber, const auto& kRow, class S, class F>
 void evaluate_stage(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages) {
   for (int i = 0; i < n; ++i) state[i] = from[i] + h * weighted_sum<kRow>(stages, n, i);
   f(S(t + S(kNodes[kNumber - 1]) * h), state, stages + (kNumber - 1) * n);
 }
 
-/// Stages 2 to 12, the state of order 8 in `end`, and the two error estimates per unit of step; stage 1 is there.
+/// Stages 2 to 12, the state of order 8 in `end`, and the two error estimates per unit of step; stage 1 must be set.
 template <class S, class F>
 void evaluate_stages(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages, S* end, S* error5,
                      S* error3) {
@@ -205,32 +205,33 @@ void evaluate_stages(F&& f, const S& t, const S& h, int n, const S* from, S* sta
   }
 }
 
-/// Both estimates combined so that the result shrinks with h^8: err = h e5^2 / sqrt(e5^2 + 0.01 e3^2), in the
-/// root-mean-square norm (HNW II.10), from sums of squares over `dimension` numbers. At most 1: acceptable.
+/// Combined error estimate of order h^8: err = h e5^2 / sqrt(e5^2 + 0.01 e3^2), in the root-mean-square norm (HNW
+/// II.10), from sums of squares over `dimension` numbers. At most 1: acceptable.
 template <class S>
 GRAPNEL_INLINE S combined_error(const S& h, const S& sum5, const S& sum3, int dimension) {
   using std::sqrt;
-  // The smallest normal number keeps 0/0 away.
+  // The smallest normal number prevents 0/0.
   const S denominator = S(dimension) * S(sum5 + S(0.01) * sum3) + S(0x1p-1022);
   return S(h * sum5) / sqrt(denominator);
 }
 
-// --- How large the next step is (HNW II.4), in doubles: every lane has a step of its own. Roots are the caller's:
-// std::pow here, exactly rounded ones in lanes, so that every instruction set gives the same bits. -------------------
+// --- Size of the next step (HNW II.4), in doubles: every lane has its own step. The caller computes roots: std::pow
+// here, exactly rounded operations in lanes, so that every instruction set gives the same bits.
+// ------------------------
 
 inline constexpr double kSafety = 0.9;
 inline constexpr double kSmallestFactor = 1.0 / 3.0;
 inline constexpr double kLargestFactor = 6.0;
-inline constexpr double kNonFiniteFactor = 0.1;  // after a step with a result that is not finite
-inline constexpr double kStretch = 1.01;         // the last step may be this much longer, to avoid a tiny one after it
+inline constexpr double kNonFiniteFactor = 0.1;  // after a step whose result is not finite
+inline constexpr double kStretch = 1.01;  // the last step may be longer by this factor, to avoid a tiny final step
 
 GRAPNEL_INLINE double smaller(double a, double b) { return b < a ? b : a; }
 GRAPNEL_INLINE double larger(double a, double b) { return a < b ? b : a; }
 
-/// A step as it fits what remains to the end; sizes are positive.
+/// A step fitted to the remaining interval; sizes are positive.
 struct FittedStep {
   double wanted;   // before it was fitted
-  bool last;       // it ends at the end
+  bool last;       // it reaches the end time
   bool too_small;  // below the resolution of time
 };
 GRAPNEL_INLINE FittedStep fit_step(double proposed, double longest, double remaining, double time) {
@@ -245,16 +246,16 @@ GRAPNEL_INLINE FittedStep fit_step(double proposed, double longest, double remai
 struct AcceptedStep {
   double size = 0, inverse_root = 1;
 };
-/// Gustafsson's predictive control [Hairer and Wanner 1996, IV.8]: the error^(-1/8) that tells the next size, where the
-/// error changes from step to step as it did from `before` to this one; no more than this step's own.
+/// Gustafsson's predictive control [Hairer and Wanner 1996, IV.8]: the error^(-1/8) for the next step size if the error
+/// continues to change as from `before` to this step; at most this step's own value.
 GRAPNEL_INLINE double predicted_root(double step, double inverse_root, const AcceptedStep& before) {
-  constexpr double kLargestRoot = 1.7782794100389228;  // of an error of 0.01; smaller ones say nothing
+  constexpr double kLargestRoot = 1.7782794100389228;  // for an error of 0.01; smaller errors carry no information
   if (!(before.size > 0)) return inverse_root;
   const double root_before = smaller(before.inverse_root, kLargestRoot);
   return smaller(inverse_root, inverse_root * inverse_root / root_before * (step / before.size));
 }
 
-/// The size after a step of size `step` that was accepted, or rejected, with error^(-1/8).
+/// The step size after a step of size `step` with error^(-1/8), accepted or rejected.
 GRAPNEL_INLINE double size_after_accepted(double step, double inverse_root, bool rejected_before) {
   return step * larger(smaller(kSafety * inverse_root, rejected_before ? 1.0 : kLargestFactor), kSmallestFactor);
 }
@@ -262,11 +263,11 @@ GRAPNEL_INLINE double size_after_rejected(double step, double inverse_root, bool
   return step * (finite ? larger(kSafety * inverse_root, kSmallestFactor) : kNonFiniteFactor);
 }
 
-/// An Euler step whose increment is small, for states and rates of these sizes in the norm.
+/// Size of an Euler step with a small increment, for the norms of state and rate.
 GRAPNEL_INLINE double first_euler_step(double size_y, double size_f, double longest) {
   return smaller(size_y < 1e-5 || size_f < 1e-5 ? 1e-6 : 0.01 * size_y / size_f, longest);
 }
-/// The first step, from the size of the second derivative that the Euler step shows. `root`: (0.01/x)^(1/8).
+/// The first step, from the norm of the second derivative estimated by the Euler step. `root`: (0.01/x)^(1/8).
 template <class Root>
 GRAPNEL_INLINE double first_step(double euler, double size_f, double second, double longest, Root&& root) {
   if (!__builtin_isfinite(second)) return smaller(1e-6, longest);

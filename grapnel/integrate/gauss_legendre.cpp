@@ -18,7 +18,7 @@ std::vector<double> legendre(int m, double x) {
 // P_m'(x) from P_m and P_{m-1}; x is inside ]-1, 1[.
 double slope(int m, double x, const std::vector<double>& P) { return m * (P[m - 1] - x * P[m]) / (1 - x * x); }
 
-// The i-th zero of P_m from below, by Newton's method from Tricomi's estimate.
+// The i-th smallest zero of P_m, by Newton's method from Tricomi's estimate.
 double zero(int m, int i) {
   double x = -std::cos(std::numbers::pi * (i + 0.75) / (m + 0.5));
   for (int iteration = 0; iteration < 20; ++iteration) {
@@ -32,6 +32,7 @@ double zero(int m, int i) {
 
 }  // namespace
 
+// Number of stages m => nodes, weights, a_ij by (2) and the last two Legendre coefficients by (1).
 GaussLegendre::GaussLegendre(int stages) {
   if (stages < 2) throw std::invalid_argument("GaussLegendre: at least two stages are needed");
   const int m = stages;

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Gauss–Legendre collocation: the nodes and weights of Gauss's quadrature on [0, 1], and what turns it into an
-/// implicit Runge–Kutta method of order 2 m with m stages (Hairer, Lubich and Wanner, Geometric Numerical Integration,
-/// II.1.2). The method keeps quadratic invariants, so that a quaternion keeps its length.
+/// Gauss–Legendre collocation: nodes and weights of Gauss quadrature on [0, 1], and the coefficients of the implicit
+/// Runge–Kutta method of order 2 m with m stages (Hairer, Lubich and Wanner, Geometric Numerical Integration, II.1.2).
+/// The method conserves quadratic invariants, so quaternions keep their norm.
 ///
 /// With P_k the Legendre polynomials on [-1, 1] and x = 2 c - 1, the polynomial that passes through values f_j at the
 /// nodes is sum_k f^_k P_k with
@@ -21,12 +21,12 @@ class GaussLegendre {
   explicit GaussLegendre(int stages);
 
   int stages() const { return static_cast<int>(node_.size()); }
-  /// In ]0, 1[, increasing.
+  /// Node i in ]0, 1[, increasing with i.
   double node(int i) const { return node_[i]; }
   double weight(int i) const { return weight_[i]; }
   /// a_ij of (2).
   double a(int i, int j) const { return a_[static_cast<std::size_t>(i) * node_.size() + static_cast<std::size_t>(j)]; }
-  /// f^_k = sum_j last(j) f_j for k = m - 1, and for k = m - 2: how well the nodes resolve f.
+  /// f^_k = sum_j last(j) f_j for k = m - 1, and likewise for k = m - 2: indicators of how well the nodes resolve f.
   double last(int j) const { return last_[j]; }
   double last_but_one(int j) const { return last_but_one_[j]; }
 

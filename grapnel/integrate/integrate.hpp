@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Integration from one time to another with output at given times: the steppers' loop for callers that need nothing
-/// special. Thread safety: as the stepper that is passed in.
+/// Integration from one time to another with output at given times: a ready-made loop around a stepper. Thread safety:
+/// that of the given stepper.
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ namespace grapnel {
 /// How an integration ended.
 struct IntegrationResult {
   StepStatus status = StepStatus::not_started;
-  double time = 0.0;  // reached: the end time if finished, else the time of failure
+  double time = 0.0;  // time reached: the end time if finished, else the time of failure
   IntegrationStatistics statistics;
 
   bool finished() const { return status == StepStatus::finished; }
@@ -78,27 +78,28 @@ IntegrationResult integrate(Method& stepper, Rhs&& rhs, double t0, std::span<con
   return integrate(stepper, rhs, t0, y0, t1, {}, [](double, std::span<const typename Method::Scalar>) {});
 }
 
-// Finds the time at which a function g(t, y) of the state changes sign within a stepper's last step, on the step's
-// dense output, so that the integration need not be repeated. Thread safety: a locator holds a scratch state and
+// Event location: finds the time at which a function g(t, y) of the state changes sign within a stepper's last step, on
+// the step's dense output, without repeating the integration. Thread safety: a locator holds a scratch state and
 // belongs to one thread at a time.
 
-/// Which sign changes count, seen in the direction of integration.
+/// Sign changes to report, in the direction of integration.
 enum class Crossing { rising, falling, any };
 
-/// How thoroughly to look.
+/// Resolution of the search.
 struct EventOptions {
-  int samples = 8;                // equal parts of the step whose ends are compared; more notice shorter excursions
-  double time_tolerance = 1e-13;  // of the time found, relative to the step; to it the resolution of time is added
+  int samples =
+      8;  // number of equal parts of the step at whose ends g is evaluated; more parts detect shorter excursions
+  double time_tolerance = 1e-13;  // of the time found, relative to the step, in addition to the resolution of time
 };
 
 /// A sign change.
 struct EventLocation {
-  double time;   // just past the sign change in the direction of integration, or where g is 0 exactly
+  double time;   // just after the sign change in the direction of integration, or where g is exactly 0
   bool rising;   // g goes from negative to positive (or 0) in the direction of integration
   double value;  // g at `time`
 };
 
-/// A short interval of time that holds a sign change.
+/// A short time interval that contains a sign change.
 struct Bracket {
   double begin;
   double begin_value;
@@ -106,22 +107,22 @@ struct Bracket {
   double end_value;
 };
 
-/// Shrinks a bracket (begin_value and end_value of opposite sign, or one of them 0) until it is no longer than
-/// `tolerance` [time], or to nothing where f is 0 exactly. Calls f(t) → double. Inverse quadratic interpolation where
-/// it is safe, else bisection (T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145–149). begin and end
-/// keep their sides. Throws nothing of its own.
+/// Shrinks a bracket (begin_value and end_value of opposite sign, or one of them 0) until its length is at most
+/// `tolerance` [time], or zero where f is exactly 0. Calls f(t) → double. Inverse quadratic interpolation where safe,
+/// otherwise bisection (T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145–149). begin and end keep
+/// their sides. Throws only exceptions of f.
 template <class Function>
 Bracket shrink_bracket(Function&& f, Bracket bracket, double tolerance) {
   if (bracket.begin_value == 0.0 || bracket.end_value == 0.0) return bracket;
   const bool begin_positive = bracket.begin_value > 0.0;
   double x1 = bracket.end, f1 = bracket.end_value;      // latest point
-  double x2 = bracket.begin, f2 = bracket.begin_value;  // of the other sign
+  double x2 = bracket.begin, f2 = bracket.begin_value;  // opposite sign
   double fraction = 0.5;                                // next point, from x1 to x2
   while (std::abs(x2 - x1) > tolerance && f1 != 0.0) {
     const double x = x1 + fraction * (x2 - x1);
     if (x == x1 || x == x2) break;  // the resolution of time
     const double fx = f(x);
-    double x3 = x1, f3 = f1;  // the point given up
+    double x3 = x1, f3 = f1;  // the discarded point
     if ((fx > 0.0) != (f1 > 0.0)) {
       x3 = x2, f3 = f2;
       x2 = x1, f2 = f1;
@@ -136,11 +137,11 @@ Bracket shrink_bracket(Function&& f, Bracket bracket, double tolerance) {
     const double margin = std::min(0.5, 0.5 * tolerance / std::abs(x2 - x1));
     fraction = std::clamp(fraction, margin, 1.0 - margin);
   }
-  if (f1 == 0.0) return {x1, f1, x1, f1};  // exactly there
+  if (f1 == 0.0) return {x1, f1, x1, f1};  // exact root
   return (f1 > 0.0) == begin_positive ? Bracket{x1, f1, x2, f2} : Bracket{x2, f2, x1, f1};
 }
 
-/// Looks for sign changes of functions of the state.
+/// Finds sign changes of functions of the state.
 template <class S>
 class EventLocator {
  public:
@@ -151,10 +152,10 @@ class EventLocator {
     if (!(options.time_tolerance > 0.0)) throw std::invalid_argument("EventOptions: time_tolerance must be positive");
   }
 
-  /// The first sign change of g in the stepper's last step, in the direction of integration. The start of the step does
-  /// not count and its end does, so that consecutive steps report each crossing once, also when g is 0 exactly at their
-  /// common time, and a restart at the time found does not find it again. A double crossing between two samples is
-  /// noticed where three samples show a dip whose parabola points to it. Calls g(t, y) → double with the state y (n
+  /// The first sign change of g in the stepper's last step, in the direction of integration. The step's begin is
+  /// excluded and its end included. Therefore consecutive steps report each crossing once, also if g is exactly 0 at
+  /// their common time, and a restart at the time found does not find it again. A double crossing between two samples
+  /// is detected if three samples show a dip whose parabola crosses zero. Calls g(t, y) → double with the state y (n
   /// numbers) at t, and stepper.prepare_dense_output(rhs). Throws std::logic_error if there is no completed step,
   /// std::domain_error if g is NaN.
   template <class Method, RightHandSide<S> Rhs, class Event>
@@ -175,7 +176,7 @@ class EventLocator {
     return (rising && crossing != Crossing::falling) || (falling && crossing != Crossing::rising);
   }
 
-  /// Where the parabola through three samples turns, if the middle one is nearest to zero and all have one sign.
+  /// Extremum of the parabola through three samples of equal sign, if the middle one is nearest to zero.
   static std::optional<double> dip(const Sample& a, const Sample& b, const Sample& c) {
     const double sign = b.value > 0.0 ? 1.0 : -1.0;
     if (!(sign * a.value > 0.0 && sign * c.value > 0.0)) return std::nullopt;
@@ -189,6 +190,8 @@ class EventLocator {
   std::vector<S> y_;
 };
 
+// Event function => first sign change in the last step: samples g on the dense output, brackets a change or a dip, and
+// refines it with shrink_bracket().
 template <class S>
 template <class Method, RightHandSide<S> Rhs, class Event>
 std::optional<EventLocation> EventLocator<S>::find(Method& stepper, Rhs&& rhs, Event&& g, Crossing crossing) {
@@ -211,7 +214,7 @@ std::optional<EventLocation> EventLocator<S>::find(Method& stepper, Rhs&& rhs, E
     return EventLocation{bracket.end, a.value < 0.0, value_at(bracket.end)};
   };
 
-  Sample earlier{begin, 0.0};  // 0: no dip seen from the first sample
+  Sample earlier{begin, 0.0};  // 0: no dip detectable at the first sample
   Sample previous{begin, value_at(begin)};
   for (int i = 1; i <= options_.samples; ++i) {
     const double t = i == options_.samples ? stepper.time() : begin + length * i / options_.samples;
@@ -219,7 +222,7 @@ std::optional<EventLocation> EventLocator<S>::find(Method& stepper, Rhs&& rhs, E
     if (changes_sign(previous, current, crossing)) return locate(previous, current);
     if (const std::optional<double> turn = dip(earlier, previous, current)) {
       const Sample bottom{*turn, value_at(*turn)};
-      // The parabola may turn on either side of the middle sample.
+      // The parabola's extremum may be on either side of the middle sample.
       const bool before = (bottom.time - previous.time) * length < 0.0;
       const Sample& left = before ? earlier : previous;
       const Sample& right = before ? previous : current;

@@ -6,6 +6,7 @@
 
 namespace grapnel {
 
+// Checks sizes and offsets of the manifold. @throws std::invalid_argument with the first error.
 void validate(const Manifold& manifold) {
   const auto reject = [](const std::string& fault) { throw std::invalid_argument("Manifold: " + fault); };
   if (manifold.size < 0) reject("size is " + std::to_string(manifold.size) + ", must not be negative");

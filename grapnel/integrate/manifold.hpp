@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The manifold on which a state lives: a flat list of n numbers in which some groups of four are unit quaternions. The
-/// steppers treat the numbers as a vector during a step and come back to the manifold after it (projection method;
-/// Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., IV.4), which keeps the order of the method. Thread
+/// The manifold of a state: a flat list of n numbers in which some groups of four are unit quaternions. The steppers
+/// treat the numbers as a vector during a step and project onto the manifold after it (projection method; Hairer,
+/// Lubich, Wanner, Geometric Numerical Integration, 2nd ed., IV.4), which preserves the order of the method. Thread
 /// safety: `Manifold` is a plain value, and the functions here have no state.
 
 #include <cmath>
@@ -19,14 +19,14 @@ struct Manifold {
 
   int size = 0;                       // n: how many numbers
   std::vector<int> quaternions = {};  // offset of each unit quaternion (w, x, y, z), four consecutive numbers
-  int controlled = kAllControlled;    // the leading ones under error control; the others are carried along
+  int controlled = kAllControlled;  // number of leading numbers under error control; the others are integrated without
 
-  /// How many leading numbers are under error control, in 0 … size.
+  /// Number of leading numbers under error control, in 0 … size.
   int controlled_size() const { return controlled == kAllControlled ? size : controlled; }
 };
 
-/// Checks a manifold. Throws std::invalid_argument, naming the fault, if size is negative, a quaternion lies outside
-/// the state, overlaps another one or straddles the end of the controlled part, or if that end lies outside the state.
+/// Checks a manifold. Throws std::invalid_argument that names the error: size is negative, a quaternion lies outside
+/// the state, overlaps another one or straddles the end of the controlled part, or that end lies outside the state.
 void validate(const Manifold& manifold);
 
 /// Scales every quaternion in y (manifold.size numbers) to unit norm.
@@ -42,7 +42,7 @@ double normalize(const Manifold& manifold, std::span<S> y) {
     const S inverse = S(1.0) / norm;
     for (int i = 0; i < 4; ++i) q[i] = q[i] * inverse;
     const double defect = std::abs(static_cast<double>(norm - S(1.0)));
-    if (defect > largest_defect || std::isnan(defect)) largest_defect = defect;  // a NaN stays
+    if (defect > largest_defect || std::isnan(defect)) largest_defect = defect;  // NaN is kept
   }
   return largest_defect;
 }

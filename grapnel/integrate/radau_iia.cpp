@@ -18,15 +18,15 @@ using Square = Eigen::Matrix<double, kStages, kStages>;
 using Wide = Eigen::Matrix<long double, kStages, kStages>;
 using WideColumn = Eigen::Matrix<long double, kStages, 1>;
 
-constexpr double kIncrement = 1e-7;       // of derivatives by differences, of the numbers' sizes
+constexpr double kIncrement = 1e-7;       // increment of finite differences, relative to the numbers' sizes
 constexpr int kMostIterations = 10;       // of Newton's method
-constexpr double kNewtonShare = 1e-3;     // of the tolerances: what the iteration may leave
-constexpr double kRounding = 1e-5;        // of the tolerances: an iteration that stands still below has converged
-constexpr double kSlow = 0.1;             // contraction from which on new derivatives pay
-constexpr double kSameLength = 1e-3;      // steps so alike share their factors
-constexpr double kMostExtrapolation = 4;  // of the last step's polynomial, in its lengths
+constexpr double kNewtonShare = 1e-3;     // maximum remaining error of the iteration, relative to the tolerances
+constexpr double kRounding = 1e-5;        // relative to the tolerances: an iteration that stalls below it has converged
+constexpr double kSlow = 0.1;             // contraction rate above which new derivatives pay off
+constexpr double kSameLength = 1e-3;      // relative difference of steps that share factors
+constexpr double kMostExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
 constexpr double kMostGrowth = 8, kMostShrinking = 0.1;
-constexpr int kMostAttempts = 120;              // of a step, each shorter than the last
+constexpr int kMostAttempts = 120;              // maximum number of attempts of a step, each shorter than the last
 constexpr double kOrder = 1.0 / (kStages + 1);  // of the estimate, h^6
 
 struct Tableau {
@@ -35,8 +35,8 @@ struct Tableau {
   double gamma0;                        // real eigenvalue of a
   std::array<double, kStages> e;        // (12.23)
   std::array<double, kStages> scale{};  // of the polynomials of basis()
-  // a = V diag(lambda) V^-1: the real eigenvalue and the two of positive imaginary part, their columns v of V and rows
-  // w of V^-1.
+  // a = V diag(lambda) V^-1: the real eigenvalue and the two with positive imaginary part, their columns v of V and
+  // rows w of V^-1.
   double lambda_re[3], lambda_im[3];
   double v_re[3][kStages], v_im[3][kStages], w_re[3][kStages], w_im[3][kStages];
 };
@@ -51,13 +51,14 @@ long double node_function(long double x) {
   return now - before;
 }
 
+// The Radau points on [0, 1]: bracketed zeros of P_5 - P_4, by bisection in extended precision, and 1.
 std::array<long double, kStages> nodes() {
   std::array<long double, kStages> c{};
   int found = 0;
   constexpr int kCells = 64;
   for (int i = 0; i < kCells; ++i) {
     long double a = -1 + 2.0L * i / kCells, b = -1 + 2.0L * (i + 1) / kCells;
-    if (i == kCells - 1) b = 1 - 1e-3L;  // 1 is a node of its own
+    if (i == kCells - 1) b = 1 - 1e-3L;  // 1 is a separate node
     const long double at_a = node_function(a);
     if ((at_a > 0) == (node_function(b) > 0)) continue;
     for (int k = 0; k < 80; ++k) {
@@ -70,6 +71,8 @@ std::array<long double, kStages> nodes() {
   return c;
 }
 
+// Coefficients of the method in extended precision: collocation matrix a, weights e of the error estimate (12.23),
+// eigenvalues and eigenvectors of a.
 Tableau make_tableau() {
   Tableau t;
   const std::array<long double, kStages> c = nodes();
@@ -138,7 +141,7 @@ bool finite(std::span<const double> x) {
   return sum == 0;
 }
 
-// The arrays never overlap: told so, the compiler makes vectors of loops this short without asking each time.
+// The arrays never overlap; with __restrict the compiler vectorizes these short loops without run-time checks.
 
 // y += a x.
 inline void add(int n, double a, const double* __restrict x, double* __restrict y) {
@@ -154,7 +157,7 @@ inline void subtract(int n, double a_re, double a_im, const double* __restrict r
   }
 }
 
-// y += factor M x, M by columns, of which four at once spare y three times of four.
+// y += factor M x, M column-major; four columns at a time save three of four accesses to y.
 void add_product(double factor, const std::vector<double>& M, std::span<const double> x, double* __restrict y,
                  int rows) {
   const double* column = M.data();
@@ -198,7 +201,7 @@ bool RadauIIA::fail(const char* why) {
   return false;
 }
 
-// One-sided differences; X depends on x slowly, which the iteration sees to.
+// One-sided differences; the slow dependence of X on x is left to the iteration.
 void RadauIIA::difference() {
   ++jacobians_;
   const int x = system_.positions, w = system_.rates, n = system_.size();
@@ -230,7 +233,8 @@ void RadauIIA::difference() {
 
 namespace {
 
-// In place, by columns, with row exchanges; false: singular or not finite. Without imaginary parts `im` is not touched.
+// LU decomposition in place, column-major, with row exchanges; false: singular or not finite. Real matrices leave `im`
+// unchanged.
 template <bool complex>
 bool decompose(int n, double* re, double* im, int* pivot) {
   for (int k = 0; k < n; ++k) {
@@ -257,7 +261,7 @@ bool decompose(int n, double* re, double* im, int* pivot) {
         im_k[i] = re_k[i] * by_im + im_k[i] * by_re;
         re_k[i] = r;
       }
-      re_k[k] = by_re, im_k[k] = by_im;  // the pivot's inverse
+      re_k[k] = by_re, im_k[k] = by_im;  // inverse of the pivot
     } else {
       const double by = 1 / re_k[k];
       for (int i = k + 1; i < n; ++i) re_k[i] *= by;
@@ -277,6 +281,7 @@ bool decompose(int n, double* re, double* im, int* pivot) {
   return true;
 }
 
+// Right-hand side => solution of the real or complex linear system by the LU factors, in place.
 template <bool complex>
 void solve(int n, const double* re, const double* im, const int* pivot, double* x, double* y) {
   for (int k = 0; k < n; ++k) {
@@ -330,7 +335,7 @@ bool RadauIIA::factorize(double h) {
   return true;
 }
 
-// The last step's polynomial, continued; `from`: where on it, in its lengths, the step begins.
+// Extrapolates the last step's polynomial; `from`: begin of the step on it, in its lengths.
 void RadauIIA::predict(double h, double from) {
   const double ratio = length_ > 0 ? h / length_ : 0;
   if (!(ratio > 0 && ratio <= kMostExtrapolation)) {
@@ -360,11 +365,11 @@ double RadauIIA::weighted(std::span<const double> x) const {
   return sum == 0 ? largest : std::numeric_limits<double>::infinity();
 }
 
-// R becomes the correction of Z.
+// Overwrites R with the correction of Z.
 void RadauIIA::correct(double h) {
   const Tableau& T = tableau();
   const int x = system_.positions, w = system_.rates;
-  for (int i = 0; i < kStages; ++i) {  // the right side of (12.21)
+  for (int i = 0; i < kStages; ++i) {  // the right-hand side of (12.21)
     double* const s = stage(scratch_, i);
     std::fill_n(s, x, 0.0);
     for (int j = 0; j < kStages; ++j) add(x, T.a(i, j), stage(R_, j), s);
@@ -412,12 +417,13 @@ bool RadauIIA::evaluate_stages(double h) {
   return evaluate({times_.data(), kStages}, {moved_.data(), kStages * n}, F_);
 }
 
+// Step size => stage increments Z by the simplified Newton iteration (12.19) to (12.22); monitors the contraction rate.
 RadauIIA::Newton RadauIIA::solve_stages(double h) {
   const Tableau& T = tableau();
   const int n = system_.coupled();
   double before = 0, ratio_before = 0, theta = 0;
   slow_ = false;
-  double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // of what is left over the last correction
+  double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // remaining error relative to the last correction
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     ++iterations_;
     if (!evaluate_stages(h)) return Newton::failed;
@@ -448,14 +454,14 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
     contraction_ = factor;
     if (factor * size <= kNewtonShare || size == 0) return Newton::converged;
     if (iteration > 0 && factor * size * std::pow(theta, kMostIterations - 1 - iteration) > kNewtonShare)
-      return Newton::failed;  // it would take too many
+      return Newton::failed;  // predicted number of iterations exceeds the limit
     before = size;
   }
   return Newton::failed;
 }
 
-// Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
-// much larger than what is left after it; those at the end are the next step's first, too.
+// Quadratures. The iteration's last derivatives precede its last correction, which may be much larger than the
+// remaining error, so they are evaluated again; those at the end are also the first of the next step.
 bool RadauIIA::add_quadratures(double h) {
   if (!evaluate_stages(h)) return false;
   for (int i = 0; i < kStages; ++i) {
@@ -468,7 +474,7 @@ bool RadauIIA::add_quadratures(double h) {
   return true;
 }
 
-// (12.23), over the tolerances; `slope`: derivative at the beginning, or near it.
+// Error estimate (12.23) relative to the tolerances; `slope`: derivative at the begin, or close to it.
 double RadauIIA::error_of(double h, std::span<const double> slope) {
   const Tableau& T = tableau();
   const int x = system_.positions, w = system_.rates, n = x + w;
@@ -485,7 +491,7 @@ double RadauIIA::error_of(double h, std::span<const double> slope) {
   return weighted({sum_.data(), static_cast<std::size_t>(n)});
 }
 
-// The step of the stages Z is made.
+// Completes the step with the stages Z.
 void RadauIIA::finish(double h, double t_end) {
   const double* const last = stage(Z_, kStages - 1);
   for (int k = 0; k < system_.size(); ++k) y_[k] = y_begin_[k] + last[k];
@@ -504,6 +510,8 @@ void RadauIIA::restart(double first_step) {
   contraction_ = 1;
 }
 
+// Makes one step up to `limit`: predicts, solves the stages, estimates the error and adapts the size until a trial is
+// accepted. False after too many attempts.
 bool RadauIIA::step(double limit) {
   std::copy(y_.begin(), y_.end(), y_begin_.begin());
   begin_ = t_;
@@ -520,7 +528,7 @@ bool RadauIIA::step(double limit) {
     const bool cut = h > 0.5 * left;
     if (h >= left * (1 - 1e-9)) {
       h = left, t_end = limit;
-    } else if (cut) {  // two of the same length, no sliver at the end
+    } else if (cut) {  // two equal steps instead of a tiny last one
       h = 0.5 * left, t_end = begin_ + h;
     }
     if (!(begin_ + h > begin_)) break;
@@ -540,7 +548,7 @@ bool RadauIIA::step(double limit) {
       continue;
     }
     double error = error_of(h, slope_);
-    if (error >= 1) {  // once more, which takes out what is stiff
+    if (error >= 1) {  // repeated filtering, which removes the stiff components
       for (int k = 0; k < system_.coupled(); ++k) moved_[k] = y_begin_[k] + sum_[k];
       std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
       if (evaluate({&begin_, 1}, {moved_.data(), y_.size()}, moved_slope_)) error = error_of(h, moved_slope_);
@@ -553,12 +561,12 @@ bool RadauIIA::step(double limit) {
       proposed_ = h * std::clamp(growth, kMostShrinking, 0.9);
       continue;
     }
-    if (last_error_ > 0)  // [Gustafsson 1994]: as errors changed from the last step to this one
+    if (last_error_ > 0)  // [Gustafsson 1994]: extrapolates the change of the error from the last step to this one
       growth = std::min(growth, safety * h / last_length_ * std::pow(last_error_ / (small * small), kOrder));
     growth = std::clamp(growth, kMostShrinking, rejected ? 1.0 : kMostGrowth);
     last_error_ = std::max(small, 1e-2), last_length_ = h;
     if (slow_) derivatives_known_ = false;
-    if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // the factors serve again
+    if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // reuses the factors
     proposed_ = cut && !rejected ? std::max(proposed_, growth * h) : growth * h;
     finish(h, t_end);
     return true;
@@ -567,6 +575,8 @@ bool RadauIIA::step(double limit) {
   return false;
 }
 
+// Repeats the last step with its end at t: predicts from its polynomial and solves the stages. At t = begin() the state
+// at the begin is restored.
 bool RadauIIA::end_at(double t) {
   const double h = t - begin_;
   if (!(t > begin_)) {
@@ -603,7 +613,7 @@ void RadauIIA::at(double t, std::span<double> y) const {
 }
 
 double RadauIIA::time_of_stage(int i) const {
-  return i == kStages - 1 ? t_ : begin_ + tableau().c[i] * length_;  // the last is the step's end to the last digit
+  return i == kStages - 1 ? t_ : begin_ + tableau().c[i] * length_;  // the last stage is exactly the step's end
 }
 
 }  // namespace grapnel

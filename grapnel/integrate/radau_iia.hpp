@@ -9,10 +9,10 @@
 ///
 ///   Z_i = h sum_j a_ij f(t + c_j h, y + Z_j),     y(t + h) = y + Z_5.                                        (12.18)
 ///
-/// The simplified Newton iteration uses how mechanical systems are made: positions x change by rates w, x' = X(x, w),
-/// w' = W(x, w), and X depends on x by turning alone, which is slow, so that dX/dx is left to the iteration. What is
-/// factorized is then of the rates' size, once for the real eigenvalue of (a_ij) and once for each of its two complex
-/// pairs. Numbers that nothing depends on (quadratures) are summed from the stages. docs/theory.md, (12.18) to (12.23).
+/// The simplified Newton iteration exploits the structure of mechanical systems: positions x change by rates w, x' =
+/// X(x, w), w' = W(x, w). X depends on x through rotations alone, which is slow, so dX/dx is omitted from the Newton
+/// matrix. The factored matrices then have the size of the rates: one for the real eigenvalue of (a_ij) and one for
+/// each of its two complex pairs. Pure quadratures are summed from the stages. docs/theory, (12.18) to (12.23).
 /// @warning Not thread-safe: an integrator belongs to one thread.
 
 #include <array>
@@ -26,9 +26,9 @@ namespace grapnel {
 /// The numbers y in order: positions, rates, quadratures.
 struct StiffSystem {
   int positions = 0, rates = 0, quadratures = 0;
-  /// y'(t, y), all numbers, at so many points at once as there are times: y's one after the other, results likewise.
-  /// Stages and columns of the Jacobian are asked for together. Never throws; a result that is not finite makes the
-  /// step shorter.
+  /// y'(t, y), all numbers, at as many points as there are times; states and results are stored one after the other.
+  /// Called for all stages, or for all columns of the Jacobian, together. Must not throw; a result that is not finite
+  /// shortens the step.
   std::function<void(std::span<const double> t, std::span<const double> y, std::span<double> dydt)> derivatives;
 
   int coupled() const { return positions + rates; }
@@ -39,32 +39,32 @@ class RadauIIA {
  public:
   static constexpr int kStages = 5;
 
-  /// From y = `start` at t = 0. `sizes`: how large changes of the coupled numbers are, by which derivatives are
-  /// differenced, none zero. `tolerances`: of the estimated error of a step, of order h^6, per coupled number; the
-  /// largest quotient counts. The error of the step's end is of order h^10 where h is small against what is stiff, and
-  /// well below.
+  /// Starts from y = `start` at t = 0. `sizes`: typical changes of the coupled numbers, used as increments of finite
+  /// differences, none zero. `tolerances`: of the estimated error of a step, of order h^6, per coupled number; the
+  /// largest quotient counts. The error at the step's end is of order h^10 if h is small relative to the stiff time
+  /// scales, and well below the estimate.
   RadauIIA(StiffSystem system, std::span<const double> start, std::span<const double> sizes,
            std::span<const double> tolerances);
 
-  /// Begins anew where it is, with a step of this length: the derivative has changed.
+  /// Restarts at the present state with a step of this length, after a change of the derivative.
   void restart(double first_step);
-  /// The derivative has jumped here by little: the length of steps and the matrices stay.
+  /// Notes a small jump of the derivative; step size and matrices are kept.
   void jump() { slope_known_ = false; }
-  /// One step, not beyond `limit` > time(). False: no step was possible, message() says why. Of the derivatives at
-  /// kStages points that were asked for, the last are those at the stages of the step that was made.
+  /// Makes one step, at most to `limit` > time(). False: no step was possible, with the reason in message(). The last
+  /// kStages points at which derivatives were evaluated are the stages of this step.
   bool step(double limit);
-  /// The last step again, such that it ends at `t`, which is not before its beginning; its error is not estimated.
-  /// False: it could not be solved.
+  /// Repeats the last step such that it ends at `t`, which is not before its begin; its error is not estimated. False:
+  /// it could not be solved.
   bool end_at(double t);
-  /// No step is longer; 0: no limit.
+  /// Sets the maximum step; 0: no limit.
   void limit_step(double longest) { longest_ = longest; }
 
   double time() const { return t_; }
   double begin() const { return begin_; }  // of the last step
   std::span<const double> y() const { return y_; }
-  /// At a time within the last step: the collocation's polynomial, of order 6.
+  /// State at a time within the last step, from the collocation polynomial, of order 6.
   void at(double t, std::span<double> y) const;
-  /// Of stage `i` of the last step.
+  /// Time of stage `i` of the last step.
   double time_of_stage(int i) const;
 
   long evaluations() const { return evaluations_; }
@@ -74,7 +74,7 @@ class RadauIIA {
   std::string message() const { return message_; }
 
  private:
-  // L U of a matrix, complex as real and imaginary parts, by columns.
+  // L U factors of a matrix, column-major; complex matrices as real and imaginary parts.
   struct Factors {
     std::vector<double> re, im;
     std::vector<int> pivot;
@@ -100,19 +100,19 @@ class RadauIIA {
 
   StiffSystem system_;
   std::vector<double> sizes_, tolerances_;
-  double t_ = 0, begin_ = 0, length_ = 0;  // length_: of the step that the polynomial is of; 0: none
+  double t_ = 0, begin_ = 0, length_ = 0;  // length_: of the step of the polynomial; 0: none
   double proposed_ = 0, longest_ = 0;
   double contraction_ = 1, last_error_ = 0, last_length_ = 0;
   bool derivatives_known_ = false, derivatives_fresh_ = false, factors_known_ = false, slow_ = false;
-  bool slope_known_ = false;  // at the end
+  bool slope_known_ = false;  // derivative at the end
   int iterations_now_ = 0;
   double factored_for_ = 0;
   std::vector<double> y_, y_begin_, slope_, end_slope_, moved_slope_, sum_;
-  std::vector<double> times_, moved_, slopes_;        // of points at once: stages or columns
+  std::vector<double> times_, moved_, slopes_;        // of simultaneous points: stages or columns
   std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
   std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
   std::array<Factors, 3> factors_;
-  std::vector<double> re_, im_;  // of right sides, per factor
+  std::vector<double> re_, im_;  // right-hand sides, per factor
   long evaluations_ = 0, jacobians_ = 0, factorizations_ = 0, iterations_ = 0;
   std::string message_;
 };

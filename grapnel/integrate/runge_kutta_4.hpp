@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// The classic Runge-Kutta method of order 4 with a fixed step (Kutta 1901; HNW I, II.1), with the same driving
-/// interface as `DormandPrince853`: for comparisons with published work that uses it, and as an independent check.
-/// Dense output is cubic Hermite (order 3), without further evaluations. Thread safety: a stepper belongs to one thread
-/// at a time.
+/// The classical Runge-Kutta method of order 4 with a fixed step (Kutta 1901; HNW I, II.1), with the same interface as
+/// `DormandPrince853`: for comparison with published work, and as an independent check. Dense output is cubic Hermite
+/// (order 3), without further evaluations. Thread safety: a stepper belongs to one thread at a time.
 
 #include <cmath>
 #include <limits>
@@ -17,7 +16,7 @@
 namespace grapnel {
 
 /// RK4 as a stepper that the caller drives; see `DormandPrince853` for the pattern. Steps end at t0 + i·step, computed
-/// without accumulation; the last one is cut to end at the end time exactly (and set_end_time() then returns to the
+/// without accumulation; the last one is shortened to end at the end time exactly (set_end_time() then returns to the
 /// grid). One step costs 4 evaluations. There is no error control: `Manifold::controlled` has no effect.
 template <class S>
 class RungeKutta4 : public Stepper<S> {
@@ -49,7 +48,7 @@ class RungeKutta4 : public Stepper<S> {
   template <RightHandSide<S> Rhs>
   StepStatus step(Rhs&& rhs);
 
-  /// Nothing to do here; present in every stepper. Throws std::logic_error if there is no completed step.
+  /// No effect; part of the common stepper interface. Throws std::logic_error if there is no completed step.
   template <RightHandSide<S> Rhs>
   void prepare_dense_output(Rhs&&) {
     if (!this->has_step_) throw std::logic_error("dense output: there is no completed step: " + this->explanation());
@@ -59,7 +58,7 @@ class RungeKutta4 : public Stepper<S> {
   /// std::logic_error if there is no completed step, std::out_of_range if t lies outside it.
   void interpolate(double t, std::span<S> y) const;
 
-  /// The same; rhs is not used.
+  /// As interpolate(t, y); rhs is not used.
   template <RightHandSide<S> Rhs>
   void interpolate(Rhs&&, double t, std::span<S> y) {
     interpolate(t, y);
@@ -75,6 +74,7 @@ class RungeKutta4 : public Stepper<S> {
   std::vector<S> stage_state_;
 };
 
+// Makes one step on the grid, or to the end time, with the four classical stages.
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus RungeKutta4<S>::step(Rhs&& rhs) {
@@ -83,7 +83,7 @@ StepStatus RungeKutta4<S>::step(Rhs&& rhs) {
   const double t = this->time_;
   double t_new = start_time_ + this->direction_ * static_cast<double>(steps_ + 1) * step_;
   const double beyond = (this->end_time_ - t_new) * this->direction_;
-  // No sliver at the end when the interval is a multiple of the step but for rounding.
+  // Avoids a tiny last step if the interval is a multiple of the step up to rounding error.
   const bool reaches_grid = beyond >= -1e-9 * step_;
   if (beyond <= 1e-9 * step_) t_new = this->end_time_;
   const double h = t_new - t;
@@ -112,6 +112,7 @@ StepStatus RungeKutta4<S>::step(Rhs&& rhs) {
   return this->status_;
 }
 
+// t => state within the last step by cubic Hermite interpolation.
 template <class S>
 void RungeKutta4<S>::interpolate(double t, std::span<S> y) const {
   this->require_in_last_step(t);

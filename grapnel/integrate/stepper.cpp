@@ -5,6 +5,7 @@
 
 namespace grapnel {
 
+// Status and time => one sentence for the user.
 std::string explain(StepStatus status, double time) {
   std::ostringstream text;
   text << std::setprecision(17);

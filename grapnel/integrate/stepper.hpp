@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What all steppers share: the state, the time, the status, the statistics. A stepper advances y' = f(t, y) one step
-/// per call and the caller drives; it allocates in its constructor and never afterwards. Thread safety: a stepper
-/// belongs to one thread at a time; different steppers are independent.
+/// Common base of all steppers: state, time, status, statistics. A stepper advances y' = f(t, y) by one step per call
+/// of the caller. It allocates in its constructor only. Thread safety: a stepper belongs to one thread at a time;
+/// different steppers are independent.
 
 #include <algorithm>
 #include <concepts>
@@ -19,25 +19,26 @@
 
 namespace grapnel {
 
-/// Where an integration stands. All but `running` end it; all but `finished` and `running` say that it failed.
+/// Status of an integration. All values except `running` end it; all except `not_started`, `running` and `finished` are
+/// failures.
 enum class StepStatus {
   not_started,     // start() has not been called
-  running,         // the end time is not reached yet
+  running,         // the end time is not reached
   finished,        // the state is that at the end time, exactly
-  step_too_small,  // the tolerances ask for a step below the resolution of time: a singularity, or too tight tolerances
-  too_many_steps,  // the step limit is used up
-  non_finite,      // the right-hand side is not finite at this time, or just after it, however short the step
+  step_too_small,  // the tolerances require a step below the resolution of time: a singularity, or tolerances that are
+                   // too tight
+  too_many_steps,  // the step limit is reached
+  non_finite,      // the right-hand side is not finite at this time, or just after it for any step size
 };
 
-/// One sentence for the user about a status at a time, such as "step too small at t = 0.99999999999999": what happened,
-/// when.
+/// One sentence that describes a status and its time, such as "step too small at t = 0.99999999999999".
 std::string explain(StepStatus status, double time);
 
-/// What an integration has cost and how far it strayed from the manifold, since start().
+/// Cost of an integration and its deviation from the manifold, since start().
 struct IntegrationStatistics {
-  std::int64_t rhs_evaluations = 0;            // calls of the right-hand side, those for dense output included
+  std::int64_t rhs_evaluations = 0;            // calls of the right-hand side, including those for dense output
   std::int64_t accepted = 0;                   // steps taken
-  std::int64_t rejected = 0;                   // steps tried and discarded
+  std::int64_t rejected = 0;                   // discarded steps
   double largest_quaternion_defect = 0.0;      // largest |‖q‖ − 1| at the end of a step, before renormalization
   double sum_of_error_estimates = 0.0;         // over accepted steps, in units of the tolerance; 0 with fixed steps
   double sum_of_quaternion_corrections = 0.0;  // sum over steps of the step's largest |‖q‖ − 1|
@@ -56,7 +57,7 @@ class Stepper {
   using Scalar = S;
 
   const Manifold& manifold() const { return manifold_; }
-  /// The time reached: the end of the last accepted step. When the status says failure, it is the time of failure.
+  /// The time reached: the end of the last accepted step, or the time of failure.
   double time() const { return time_; }
   /// The start of the last accepted step; equal to time() when there is none.
   double previous_time() const { return previous_time_; }
@@ -71,19 +72,19 @@ class Stepper {
   /// One sentence about status() and time().
   std::string explanation() const { return explain(status_, time_); }
 
-  /// Moves the end time; the integration goes on with the step size it had. Throws std::logic_error before start(),
-  /// after a failure, or after a finished integration without extent, and std::invalid_argument if the new end time is
+  /// Moves the end time; the integration continues with its present step size. Throws std::logic_error before start(),
+  /// after a failure, or after a finished integration of zero length, and std::invalid_argument if the new end time is
   /// not finite or lies behind time() in the direction of integration.
   void set_end_time(double end_time);
 
-  /// Replaces the state at time(), for instance by its projection on constraints or the state after an impact (n
-  /// numbers; quaternions are normalized), and evaluates the derivative there. The step size is kept: call start()
-  /// instead after a change that alters the time scale. Dense output still describes the step as it was integrated.
-  /// Throws std::logic_error before start() or after a failure, std::invalid_argument if y has another size.
+  /// Replaces the state at time(), for instance by its projection onto constraints or the state after an impact (n
+  /// numbers; quaternions are normalized), and evaluates the derivative there. The step size is kept; call start()
+  /// instead after a change of the time scale. Dense output still describes the step as integrated. Throws
+  /// std::logic_error before start() or after a failure, std::invalid_argument if y has another size.
   template <RightHandSide<S> Rhs>
   void set_state(Rhs&& rhs, std::span<const S> y);
 
-  /// Evaluates the derivative at time() anew; needed when f itself has changed there, as when a controller or a force
+  /// Re-evaluates the derivative at time(), required after a change of f, for instance when a controller or a force
   /// switches. The step size is kept. Throws std::logic_error before start() or after a failure.
   template <RightHandSide<S> Rhs>
   void reset_derivative(Rhs&& rhs);
@@ -99,7 +100,7 @@ class Stepper {
   int size() const { return manifold_.size; }
   double remaining() const { return end_time_ - time_; }
 
-  /// Common part of start(): takes times and state, clears statistics, evaluates the derivative.
+  /// Common part of start(): stores times and state, clears statistics, evaluates the derivative.
   template <class Rhs>
   void begin(Rhs& rhs, double t0, std::span<const S> y0, double t_end);
 
@@ -109,7 +110,7 @@ class Stepper {
     rhs(t, y, dydt);
   }
 
-  /// Takes end_ at time t_new as the new state, and dydt as its derivative.
+  /// Accepts end_ at time t_new as the new state, with the derivative dydt.
   void accept(double t_new, std::span<const S> dydt, double quaternion_defect);
 
   StepStatus fail(StepStatus reason) { return status_ = reason; }
@@ -128,8 +129,8 @@ class Stepper {
   IntegrationStatistics statistics_;
   std::vector<S> state_;           // at time_
   std::vector<S> derivative_;      // f(time_, state_)
-  std::vector<S> previous_state_;  // at previous_time_, as the last step started
-  std::vector<S> end_;             // at time_, as the last step ended (state_ may have been replaced since)
+  std::vector<S> previous_state_;  // at previous_time_, at the begin of the last step
+  std::vector<S> end_;             // at time_, as integrated in the last step (state_ may have been replaced since)
 
  private:
   static std::size_t checked_size(const Manifold& manifold) {
@@ -179,6 +180,7 @@ void Stepper<S>::reset_derivative(Rhs&& rhs) {
   }
 }
 
+// Times and initial state => initialized stepper with the derivative at t0.
 template <class S>
 template <class Rhs>
 void Stepper<S>::begin(Rhs& rhs, double t0, std::span<const S> y0, double t_end) {

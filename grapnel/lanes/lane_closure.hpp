@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Loop closures in packs: where they are on their links, and how far they are open. constraint/loop_closure.hpp says
-/// what they keep together; constraint/loop_columns.hpp has the rows of one case.
+/// Loop closures in packs: poses of their frames and closure defects. Constraints: constraint/loop_closure.hpp. Rows
+/// for a single case: constraint/loop_columns.hpp.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/pack/pack.hpp"
@@ -10,7 +10,7 @@
 
 namespace grapnel::lanes {
 
-/// The numbers of one closure, as in LoopPath.
+/// The parameters of one closure, as in LoopPath.
 template <class S>
 struct LaneClosure {
   Pose<S> X_aC, X_bD;
@@ -20,7 +20,7 @@ struct LaneClosure {
 
   const S& scale(const LoopTable& table, int row) const { return row < table.turn_rows ? angular_scale : linear_scale; }
 
-  /// Takes a case's numbers (lane_phase_tables.hpp) into a lane.
+  /// Loads a case's numbers (lane_phase_tables.hpp) into a lane.
   void load(int lane, const double* n) {
     load_pose(lane, n + kLoopAC, X_aC);
     load_pose(lane, n + kLoopBD, X_bD);
@@ -47,7 +47,7 @@ struct LaneDefect {
   S position, angle, velocity, angular_velocity;
 
   static LaneDefect none() { return {S(0.0), S(0.0), S(0.0), S(0.0)}; }
-  /// Takes the larger of each.
+  /// Componentwise maximum.
   GRAPNEL_INLINE void raise(const LaneDefect& b) {
     position = max(position, b.position), angle = max(angle, b.angle);
     velocity = max(velocity, b.velocity), angular_velocity = max(angular_velocity, b.angular_velocity);

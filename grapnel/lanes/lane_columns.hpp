@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory.md. What
-/// constraint/loop_columns.hpp is to one case; there the rows of a closure are the numbers of one vector, here cases
-/// are. Ways to roots are those of all lanes.
+/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory. Corresponds
+/// to constraint/loop_columns.hpp for single cases. There, a vector holds the rows of a closure; here, a pack holds
+/// cases. All lanes share the chains from closures to roots.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/lanes/lane_closure.hpp"
@@ -17,16 +17,16 @@ class LaneColumns {
   using Links = std::vector<LinkScratch<S>>;
   static constexpr int kMostRows = 6;  // of a closure
 
-  /// `tree`: what is integrated; lay_out() comes when it is complete.
+  /// `tree`: the integrated tree; call lay_out() once it is complete.
   LaneColumns(const PhaseTables& tables, const Tree<S>& tree);
-  /// `place`: of a link of the tables in the tree.
+  /// `place`: index in the tree of each link of the tables.
   void lay_out(const LaneArray<S, int>& place);
-  /// Takes a case's numbers into a lane.
+  /// Loads a case's numbers into a lane.
   void load_case(int lane, const double* numbers) {
     for (int k = 0; k < tables_.loop_count; ++k) closures_[k].load(lane, numbers + k * kLoopNumbers);
   }
 
-  int rows() const { return room_.rows; }  // of all closures
+  int rows() const { return room_.rows; }  // total over all closures
   int first_row(int k) const { return ways_[k].first_row; }
   const LaneClosure<S>& closure(int k) const { return closures_[k]; }
   const LinkScratch<S>& link_a(int k, const Links& links) const {
@@ -35,48 +35,48 @@ class LaneColumns {
   const LinkScratch<S>& link_b(int k, const Links& links) const {
     return links[static_cast<std::size_t>(ways_[k].link_b)];
   }
-  /// What makes a row's mobility that of body b alone and free.
+  /// Scale of a row such that body b, alone and free, has unit mobility.
   const S& scale(int row) const { return scale_[row]; }
 
-  /// From the links' angles and offsets: where C is in link b.
+  /// Computes the poses of the frames C in links b from the links' angles and offsets.
   void locate_all(const Links& links);
   const Pose<S>& X_bC(int k) const { return place_[k]; }
 
-  /// Carries all unit wrenches to the roots. `links`: as articulated_inertias() left them for `in`. kMoving: in motion;
-  /// else at rest with no force acting.
+  /// Carries all unit wrenches to the roots. `links`: the result of articulated_inertias() for `in`. kMoving: for the
+  /// present velocities and forces; otherwise at rest without forces.
   template <bool kMoving>
   void carry_all(const DynamicsInput<S>& in, const Links& links);
-  /// The scaled W, lower triangle, where it is factored.
+  /// Writes the lower triangle of the scaled W to the factorization.
   void weigh(LanePivots<S>& pivots) const;
-  /// After carry_all<true>(), per row: the acceleration of C minus that of D that forces alone would give, without V_C
-  /// x V_D, and the sum of the squares of its terms.
+  /// After carry_all<true>(), per row: relative acceleration of C and D due to the forces alone, without V_C x V_D, and
+  /// the sum of the squares of its terms.
   const S& free_acceleration(int row) const { return sums_[row]; }
   const S& free_acceleration_squares(int row) const { return square_sums_[row]; }
 
-  /// I A = F at a free root: by its factor, if carry_all() has made one.
+  /// Solves I A = F at a free root; uses the factor of carry_all() if available.
   SpatialAcceleration<S> solve_root(std::size_t link, const ArticulatedInertia<S>& I, const Wrench<S>& F) const;
 
-  /// Makes wrenches or impulses `rows` act in the third sweep.
+  /// Applies wrenches or impulses `rows` in the third sweep.
   void impose(const S* rows, std::span<const std::uint8_t> prescribed, Links& links) const;
-  /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
+  /// Removes the effect of impose() from links that articulated_inertias() computed at rest without forces.
   void release(Links& links) const;
 
  private:
-  // A link on a closure's way, and where the closure's rows there begin: kMostRows numbers for every velocity.
+  // A link on a closure's chain, and the offset of the closure's rows there: kMostRows numbers per velocity.
   struct Step {
     int link, slot;
   };
-  // In steps_: from a, from b, from where they meet, and the root.
+  // Ranges in steps_: from a, from b, from their common ancestor, and the root.
   struct Way {
     int link_a, link_b;
     int first, end_a, end_b, root;
     int rows, first_row;
-    int same_root;  // the first closure that has this root
+    int same_root;  // the first closure with this root
   };
   struct SlotPair {
     int of_k, of_l;
   };
-  // Closures that have links in common.
+  // Closures with common links.
   struct Pair {
     int k, l;
     int first, end;  // in shared_
@@ -87,7 +87,7 @@ class LaneColumns {
     S inverse[6];
     S y[6];
   };
-  // How much room all ways to roots take.
+  // Storage required by all chains to roots.
   struct Room {
     int rows = 0, steps = 0, slots = 0;
     explicit Room(const PhaseTables& tables) {
@@ -144,11 +144,11 @@ class LaneColumns {
   LaneArray<S, Step> steps_;
   LaneArray<S, Pair> pairs_;
   LaneArray<S, SlotPair> shared_;
-  LaneArray<S> K_;            // S^T F of the closure's unit wrenches at its links, L^-1 F at roots
-  LaneArray<S> z_;            // D^-1 of that; zero where prescribed
+  LaneArray<S> K_;            // S^T F of the closures' unit wrenches at their links, L^-1 F at roots
+  LaneArray<S> z_;            // D^-1 K; zero if prescribed
   LaneArray<S> root_wrench_;  // F at roots: six components per closure
   LaneArray<S, RootFactor> root_factor_;
-  S bundle_[kMostRows][6];  // unit wrenches on their way: [moment; force]
+  S bundle_[kMostRows][6];  // unit wrenches being carried: [moment; force]
   S acceleration_[kMostRows], squares_[kMostRows];
   LaneArray<S> sums_, square_sums_, scale_;  // per row
 };
@@ -172,7 +172,7 @@ LaneColumns<S>::LaneColumns(const PhaseTables& tables, const Tree<S>& tree)
       square_sums_(room_.rows),
       scale_(room_.rows) {}
 
-// --- The ways. ------------------------------------------------------------------------------------------------------
+// --- Chains from closures to roots. ---------------------------------------------------------------------------------
 
 template <class S>
 void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
@@ -188,7 +188,7 @@ void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
       for (int l = link; l >= 0; l = link_of(l).parent) ++d;
       return d;
     };
-    // Where the ways from both sides meet.
+    // Common ancestor of both sides.
     int a = way.link_a, b = way.link_b;
     while (depth(a) > depth(b)) a = link_of(a).parent;
     while (depth(b) > depth(a)) b = link_of(b).parent;
@@ -212,7 +212,7 @@ void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
   lay_out_pairs();
 }
 
-// Slots that closures k > l have in common: found(k, l, slot of k, slot of l).
+// Slots common to closures k > l: found(k, l, slot of k, slot of l).
 template <class S>
 template <class F>
 void LaneColumns<S>::for_shared_slots(F&& found) const {
@@ -241,7 +241,7 @@ void LaneColumns<S>::lay_out_pairs() {
 
 // --- W and the relative acceleration: unit wrenches carried to the root, (8.7). --------------------------------------
 
-// A pose in a link's frame, seen from its parent's, and back.
+// A pose expressed in the parent's frame from the link's frame, and the inverse.
 template <class S>
 template <class Joint>
 __attribute__((noinline)) void LaneColumns<S>::see_from_parent(Joint joint, const TreeLink<S>& link,
@@ -265,13 +265,13 @@ __attribute__((noinline)) void LaneColumns<S>::see_from_link(Joint joint, const 
   X.p = recursion::to_link(joint, link, w, X.p - w.p_PL);
 }
 
-// C goes up from link a to where the ways meet, and down to link b.
+// Transforms C from link a up to the common ancestor and down to link b.
 template <class S>
 void LaneColumns<S>::locate_all(const Links& links) {
   using namespace recursion;
   for (int k = 0; k < tables_.loop_count; ++k) {
     const Way& way = ways_[k];
-    // Number by number: copied as a whole a pose goes through memcpy, and who reads it waits.
+    // Copied number by number: copying the whole structure goes through memcpy and stalls the following reads.
     Pose<S>& X = place_[k];
     const Pose<S>& X_aC = closures_[k].X_aC;
     GRAPNEL_UNROLL
@@ -316,7 +316,7 @@ void LaneColumns<S>::begin_bundle(int k, const Pose<S>& X_LC, bool opposite) {
   }
 }
 
-// A row's wrench, from a link's frame at its joint to its parent's.
+// Transforms a row's wrench from a link's frame at its joint to its parent's frame.
 template <class S>
 GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScratch<S>& w, Vector3<S> moment,
                                           Vector3<S> force, S* F) {
@@ -326,9 +326,9 @@ GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScr
   for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
 }
 
-// Through a joint with one degree of freedom: F - G K goes on. kBare: it turns, yields and has no rotor, so that no
-// moment about its axis is left, nor has its bias acceleration anything along it. A function of its own for each kind
-// of joint, as the second sweep's step: all of them in one spill more registers.
+// Through a joint with one degree of freedom: F - G K is passed on. kBare: a revolute joint, not prescribed, without
+// rotor. Then no moment about its axis remains, and its bias acceleration has no component along the axis. One function
+// per kind of joint, as in the second sweep's step; a single function for all kinds spills more registers.
 template <class S>
 template <bool kMoving, bool kBare, recursion::OneAxis Joint>
 __attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
@@ -372,8 +372,8 @@ __attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<
   }
 }
 
-// Through a spherical joint, which takes all moment: H^T J^-1 K is taken from the force. The joint's own acceleration
-// is J^-1 (torque - (I A' + p).angular).
+// Through a spherical joint, which transmits no moment: H^T J^-1 K is subtracted from the force. The joint's own
+// acceleration is J^-1 (torque - (I A' + p).angular).
 template <class S>
 template <bool kMoving>
 __attribute__((noinline)) void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link,
@@ -411,7 +411,7 @@ void LaneColumns<S>::climb(int first, int end, int rows, const DynamicsInput<S>&
     const bool rigid = is_prescribed(in.prescribed, link);
     visit_joint(link, [&](auto joint) {
       if constexpr (std::is_same_v<decltype(joint), Spherical>) {
-        pass<kMoving>(joint, link, in.force, w, rows, K, z);  // which nothing prescribes
+        pass<kMoving>(joint, link, in.force, w, rows, K, z);  // never prescribed
       } else if constexpr (!kIsRoot<decltype(joint)>) {
         if constexpr (decltype(joint)::kTurns) {
           if (!rigid && !link.has_armature) return pass<kMoving, true>(joint, link, w, false, rows, K, z);
@@ -425,7 +425,7 @@ void LaneColumns<S>::climb(int first, int end, int rows, const DynamicsInput<S>&
 template <class S>
 void LaneColumns<S>::factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w,
                                  const DynamicsInput<S>& in) {
-  S A[6][6];  // below the diagonal: what is left of I
+  S A[6][6];  // below the diagonal: the remaining Schur complement of I
   GRAPNEL_UNROLL
   for (int r = 0; r < 3; ++r) {
     GRAPNEL_UNROLL
@@ -472,7 +472,7 @@ SpatialAcceleration<S> LaneColumns<S>::solve_root(std::size_t link, const Articu
   return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
 
-// At the free root: F moves it, I A = F.
+// At the free root, whose acceleration satisfies I A = F.
 template <class S>
 template <bool kMoving>
 void LaneColumns<S>::arrive(int k) {
@@ -506,7 +506,7 @@ template <class S>
 template <bool kMoving>
 void LaneColumns<S>::carry(int k, const DynamicsInput<S>& in, const Links& links) {
   const Way& way = ways_[k];
-  // Before the ways, on which nothing waits for it: a chain of divisions that each wait for the one before.
+  // Factored before the chains are carried; it is a chain of dependent divisions that other operations can overlap.
   if (way.same_root == k) {
     const int root = steps_[way.root].link;
     factor_root(root_factor_[k], link_of(root), links[static_cast<std::size_t>(root)], in);
@@ -545,14 +545,14 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
   const auto put = [&](int row, int column, const S& sum) {
     pivots.at(row, column) = S(scale_[row] * scale_[column]) * sum;
   };
-  // Closures on different trees have no block between them.
+  // Closures on different trees have zero blocks between them.
   for (int i = 0; i < room_.rows && tables_.loop_count > 1; ++i) {
     for (int j = 0; j < i; ++j) pivots.at(i, j) = S(0.0);
   }
   for (int k = 0; k < tables_.loop_count; ++k) {
     const Way& way = ways_[k];
     const int first = steps_[way.first].slot, end = steps_[way.root].slot + 6;
-    // A row with all its columns at once: what is loaded serves them all.
+    // Computes all columns of a row together, so that loaded values are reused.
     const auto weigh_row = [&]<int r>(std::integral_constant<int, r>) {
       if (r >= way.rows) return;
       S sums[r + 1];

@@ -1,11 +1,11 @@
 #pragma once
 
 /// @file
-/// Conservation checks in packs: momentum and energy of trees, link by link from poses and twists, independent of the
-/// kernel that accelerates and of what it conserves. The definitions are those of capture/conservation_monitor.cpp,
-/// whose text goes over the bodies of a Model, with sums over all trees beside: lanes have links only, in which bodies
-/// on fixed joints are one. How far loops are open is measured on the same poses and twists, as
-/// constraint/loop_closure.cpp does.
+/// Conservation checks in packs: momentum and energy of trees, computed link by link from poses and twists. They are
+/// independent of the forward dynamics kernel and of the momenta that it conserves. Definitions as in
+/// capture/conservation_monitor.cpp, which sums over the bodies of a Model and also over all trees. Lanes have links
+/// only, which merge bodies on fixed joints. Loop defects are measured from the same poses and twists, as in
+/// constraint/loop_closure.cpp.
 
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/momentum.hpp"
@@ -15,7 +15,7 @@
 
 namespace grapnel::lanes {
 
-/// LaneTree in packs, with what scales are made of.
+/// LaneTree in packs, with the terms of its scales.
 template <class S>
 struct PackTree {
   Vector3<S> com, linear, angular, velocity;  // velocity: of the centre of mass
@@ -45,14 +45,14 @@ struct PackTree {
   }
 };
 
-/// What has come into a tree since its case began.
+/// Exchanges of a tree since the start of its case.
 template <class S>
 struct PackIntegrals {
-  Vector3<S> linear, angular;  // impulse from outside, moments about the centre of mass as it moves
-  S work;                      // of motors, friction and, in the frame of the centre of mass, from outside
+  Vector3<S> linear, angular;  // external impulse and angular impulse about the moving centre of mass
+  S work;                      // of motors, friction and, in the frame of the centre of mass, external loads
 };
 
-/// Largest deviations of one tree since its case began, and what they are relative to.
+/// Maximum deviations of one tree since the start of its case, and their reference scales.
 template <class S>
 struct PackDeviation {
   S linear, angular, energy;
@@ -74,7 +74,7 @@ struct PackDeviation {
     for (S& amount : exchanged) amount = select(lanes, zero, amount);
     radius = select(lanes, zero, radius), distance = select(lanes, zero, distance);
   }
-  /// What passed through the tree at these rates (TreeExchange) for so long.
+  /// Adds the exchange of a tree at these rates (TreeExchange) over `duration`.
   GRAPNEL_INLINE void exchange(const S* rates, const S& duration) {
     for (int k = 0; k < phase_integral::kExchangeCount; ++k) exchanged[k] += rates[k] * duration;
   }
@@ -103,7 +103,7 @@ struct PackDeviation {
   }
 };
 
-/// Measures states.
+/// Evaluates the conserved quantities of states.
 template <class S>
 class LaneConservation {
  public:
@@ -114,16 +114,16 @@ class LaneConservation {
         center_(tables.link_count),
         at_origin_(tables.loop_count > 0 ? tables.coordinates : 0) {}
 
-  /// Writes one entry per tree. `spring_energy(n)`: of the spring at a link's joint that has one.
+  /// Writes one entry per tree. `spring_energy(n)`: energy of the spring at a link's joint, if any.
   template <class SpringEnergy>
   void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, SpringEnergy&& spring_energy,
                   PackTree<S>* trees);
-  /// How far the loops of the state looked at last are open. `closure(k)`: the k-th one's numbers.
+  /// Loop defects of the state evaluated last. `closure(k)`: parameters of the k-th closure.
   template <class Closure>
   LaneDefect<S> loop_defects(Closure&& closure) const;
 
  private:
-  /// With loops: of the link's root.
+  /// Only with loops: position of the link's root.
   Vector3<S> root_place(int n, std::span<const S> q) const {
     while (tables_.links[n].parent >= 0) n = tables_.links[n].parent;
     const std::size_t at = static_cast<std::size_t>(tables_.links[n].q);
@@ -132,14 +132,15 @@ class LaneConservation {
   void move(const Tree<S>& tree, std::span<const S> q, std::span<const S> v);
 
   const PhaseTables& tables_;
-  LaneArray<S, LinkMotion<S>> motion_;  // with loops: as if the roots were at the origin
+  LaneArray<S, LinkMotion<S>> motion_;  // with loops: relative to the roots' origins
   LaneArray<S, Momentum<S>> momentum_;  // about the link's centre of mass, in W
   LaneArray<S, Vector3<S>> center_;     // of mass, in W
   LaneArray<S> at_origin_;              // coordinates, with loops
 };
 
-// Where links are and how they move. Closures are relative, and rounding in the roots' distance from the origin is no
-// defect of theirs: where there are any, links are placed as if the roots were there.
+// Poses and twists of the links. Closures are relative, so rounding errors due to a large distance of the roots from
+// the origin must not count as closure defects. Therefore, if closures exist, links are placed with their roots at the
+// origin.
 template <class S>
 void LaneConservation<S>::move(const Tree<S>& tree, std::span<const S> q, std::span<const S> v) {
   const std::span<LinkMotion<S>> motion(motion_.data(), tree.links.size());
@@ -166,7 +167,7 @@ LaneDefect<S> LaneConservation<S>::loop_defects(Closure&& closure) const {
     d.position = norm(Vector3<S>(X_WD.p - X_WC.p));
     d.velocity = norm(Vector3<S>(V_D.linear - V_C.linear));
     Vector3<S> w = V_D.angular - V_C.angular;
-    // Angles by chords, twice the sine of half the angle: of small ones they lose no digits.
+    // Angles from chords, twice the sine of half the angle: accurate for small angles.
     if (tables_.loops[k].turns == 3) {
       S sum(0.0);
       for (int i = 0; i < 3; ++i) {

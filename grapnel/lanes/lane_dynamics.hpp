@@ -1,19 +1,18 @@
 #pragma once
 
 /// @file
-/// The right-hand side of one phase in packs: as many cases of one structure at once as a pack has lanes. What
-/// PhaseDynamics is to one case; simulate/phase_dynamics.hpp has the equations. State y = [q; v; integrals]: the work
-/// of motors and of friction, and all the others where anything acts from outside. Control laws, friction, what acts
-/// from outside and the kernels are the same text (simulate/{joint_control,attitude_control,orbit,external_load,
-/// phase_integrals}.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
-/// PhaseDynamics has events between them, and lanes leave out for all cases at once what none of them has. Closed loops
-/// are in lane_loops.hpp.
+/// The right-hand side of one phase in packs: one case per lane, all of one structure. Corresponds to PhaseDynamics for
+/// single cases; the equations are in simulate/phase_dynamics.hpp. The state is y = [q; v; integrals]: the work of
+/// motors and of friction, and all other integrals if external loads act. Both share the templates for control laws,
+/// friction, external loads and kernels (simulate/{joint_control,attitude_control,orbit,external_load,
+/// phase_integrals}.hpp, dynamics/*_kernel.hpp). The order of evaluation is implemented separately: PhaseDynamics
+/// handles events in between, and lanes skip the features that no case has. Closed loops are in lane_loops.hpp.
 ///
 /// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
 /// have rotors) and numbers per lane.
 ///
-/// Roots' motion is integrated within a step and taken from the conserved momenta at its end (settle), so that nothing
-/// drifts and the stages are spared the sweep that it takes.
+/// Root motion is integrated within a step and recomputed from the conserved momenta at its end (settle). This prevents
+/// drift and saves one sweep per stage.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
@@ -27,9 +26,9 @@
 
 namespace grapnel::lanes {
 
-// What joints' sensors misread (simulate/tracking_noise.hpp), in packs: a text of its own, since a sum of 24 cosines
-// at every stage of every step would cost more than the dynamics; over one step it is its Taylor series about the
-// step's middle, whose coefficients take one sine and cosine per tone and step.
+// Joint sensor noise (simulate/tracking_noise.hpp) in packs. Implemented separately, since 24 cosines per stage would
+// cost more than the dynamics. Within one step the noise is its Taylor series about the step's middle, whose
+// coefficients need one sine and cosine per tone and step.
 
 template <class S>
 class LaneNoise {
@@ -37,8 +36,8 @@ class LaneNoise {
   explicit LaneNoise(const PhaseTables& tables)
       : tables_(tables), tones_(tables.noise_numbers), series_(tables.link_count * kOrder) {}
 
-  /// The step after which a series would no longer be exact to rounding: half of it turns the fastest tone by
-  /// kLargestTurn, and 3^24 / 24! = 5e-13 of the amplitude, itself a small angle.
+  /// Maximum step for which the series is exact to rounding error: half of the step advances the fastest tone by
+  /// kLargestTurn, and the remainder is 3^24 / 24! = 5e-13 of the amplitude, itself a small angle.
   static double longest_step(const PhaseTables& tables, const double* noise) {
     double fastest = 0;
     for (int i = 0; i < tables.link_count; ++i) {
@@ -55,7 +54,7 @@ class LaneNoise {
     for (int i = 0; i < tables_.noise_numbers; ++i) tones_[i].set(lane, noise[i]);
   }
 
-  /// From now on n is known between t and t + step.
+  /// Sets the interval of validity to t ... t + step.
   void expand(const S& t, const S& step) {
     if (tables_.noise_numbers == 0) return;
     half_ = select(step > S(0.0), S(S(0.5) * step), S(1e-3));
@@ -67,7 +66,7 @@ class LaneNoise {
     }
   }
 
-  /// n, n' and, if kSecond, n'' of a joint.
+  /// Noise n, n' and, if kSecond, n'' of a joint.
   template <bool kSecond>
   GRAPNEL_INLINE BasicJointPoint<S> at(const LinkTable& link, const S& t) const {
     const S* a = series_.data() + (&link - tables_.links) * kOrder;
@@ -116,7 +115,7 @@ class LaneNoise {
   S middle_ = S(0.0), half_ = S(1.0), inverse_half_ = S(1.0);
 };
 
-/// What sampled control holds and what is on its way: simulate/controller.hpp's clock, whose ticks come as intervals.
+/// Held and delayed commands of sampled control: the clock of simulate/controller.hpp, with ticks given as intervals.
 template <class S>
 class LaneCommands {
  public:
@@ -128,27 +127,27 @@ class LaneCommands {
         held_before_(numbers_),
         queue_(most_ * numbers_) {}
 
-  /// From now on a lane has this command.
+  /// Sets the held command of a lane.
   void hold(int lane, const double* command) {
     for (int i = 0; i < numbers_; ++i) held_[i].set(lane, command[i]);
   }
-  /// A case's commands into a lane: what acts, then so many on their way.
+  /// Loads a case's commands into a lane: the active one, then `on_their_way` delayed ones.
   void load(int lane, const double* commands, int on_their_way) {
     hold(lane, commands);
     for (int i = 0; i < on_their_way * numbers_; ++i) queue_[i].set(lane, commands[numbers_ + i]);
     first_[lane] = 0, waiting_[lane] = on_their_way;
   }
-  /// Nothing acts in a lane that rests.
+  /// Zeros the commands of an idle lane.
   void clear(int lane) {
     for (int i = 0; i < numbers_; ++i) held_[i].set(lane, 0.0);
     first_[lane] = waiting_[lane] = 0;
   }
-  /// A command's numbers: what laws say now, in all lanes, and what acts.
+  /// A command's numbers: newly computed in all lanes, and active.
   S& said(int number) { return said_[number]; }
   const S& held(int number) const { return held_[number]; }
   const S* held_from(int number) const { return held_.data() + number; }
 
-  /// What an interval's beginning does in a lane; what laws say there has been said.
+  /// Applies the changes at an interval's begin in a lane; the new commands must have been computed.
   void enter(int lane, const LaneInterval& interval) {
     for (int i = 0; i < numbers_; ++i) held_before_[i].set(lane, held_[i].get(lane));
     first_before_[lane] = first_[lane], waiting_before_[lane] = waiting_[lane];
@@ -159,14 +158,14 @@ class LaneCommands {
     if (interval.acts_at_once) act(lane);
   }
 
-  /// Takes the last enter() back: what was on its way is still in its place in the ring.
+  /// Reverts the last enter(); the delayed commands are still in the ring buffer.
   void take_back(int lane) {
     for (int i = 0; i < numbers_; ++i) held_[i].set(lane, held_before_[i].get(lane));
     first_[lane] = first_before_[lane], waiting_[lane] = waiting_before_[lane];
   }
 
   int on_their_way(int lane) const { return waiting_[lane]; }
-  /// As load() takes them.
+  /// Writes the commands in the format of load().
   void write(int lane, double* out) const {
     for (int i = 0; i < numbers_; ++i) *out++ = held_[i].get(lane);
     for (int k = 0; k < waiting_[lane]; ++k) {
@@ -184,12 +183,12 @@ class LaneCommands {
 
   int numbers_, most_;
   LaneArray<S> held_, said_, held_before_;
-  LaneArray<S> queue_;  // a ring per lane
+  LaneArray<S> queue_;  // a ring buffer per lane
   int first_[S::kWidth] = {}, waiting_[S::kWidth] = {};
   int first_before_[S::kWidth] = {}, waiting_before_[S::kWidth] = {};
 };
 
-/// What drives a joint, its friction, and its spring with a damper.
+/// Parameters of a joint's drive, its friction, and its spring with damper.
 template <class S>
 struct LaneDriveValues {
   S kp, kd, effort, viscous, coulomb, inverse_transition, stiffness, damping, rest;
@@ -210,15 +209,15 @@ class LaneDynamics {
     return {y + tables_.coordinates, static_cast<std::size_t>(tables_.velocities)};
   }
 
-  /// Takes a case's numbers into a lane.
+  /// Loads a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record);
-  /// Takes a block's trajectories into a lane.
+  /// Loads a block's trajectories into a lane.
   void load_block(int lane, const double* block);
-  /// Laws speak in the state y at time t, in all lanes; commands().enter() says which lanes listen. Overwrites
-  /// prescribed joints in y.
+  /// Evaluates the control laws in the state y at time t in all lanes; commands().enter() selects the lanes that apply
+  /// the result. Overwrites prescribed joints in y.
   void sample(const S& t, S* y);
   LaneCommands<S>& commands() { return commands_; }
-  /// What springs hold, of a link's joint.
+  /// Energy of the spring at a link's joint.
   S spring_energy(int i, std::span<const S> q) const {
     const S deflection = q[static_cast<std::size_t>(tables_.links[i].q)] - drives_[i].rest;
     return S(0.5) * S(S(drives_[i].stiffness * deflection) * deflection);
@@ -227,25 +226,25 @@ class LaneDynamics {
   LaneLoops<S>& loops() { return loops_; }
   /// Whether a velocity is a wheel's rate.
   bool is_wheel(int velocity) const { return is_wheel_[velocity] != 0; }
-  /// From now on the noise is that between t and t + step (a short step for a step of 0), and no other.
+  /// Prepares the noise between t and t + step only (a short step for a step of 0).
   void enter_step(const S& t, const S& step) { noise_.expand(t, step); }
   /// The longest step that a case's noise allows.
   static double longest_step(const PhaseTables& tables, const CaseRecord& record) {
     return LaneNoise<S>::longest_step(tables, record.noise);
   }
-  /// Remembers, in the lanes of the mask, what the roots conserve in the state y at time t.
+  /// Stores the conserved momenta of the roots in the state y at time t, in the lanes of the mask.
   void remember_momenta(const Mask& lanes, const S& t, S* y);
-  /// Puts prescribed joints where they are prescribed,
+  /// Sets prescribed joints to their prescribed values.
   void put_prescribed(const S& t, S* y);
-  /// closes the loops of these lanes, leaving defects up to `negligible`,
+  /// Projects the loops of these lanes onto closure; defects up to `negligible` remain.
   LaneProjection<S> close_loops(const Mask& lanes, S* y, double negligible);
-  /// and puts roots where the conserved momenta have them: a closure is relative, and stays closed.
+  /// Recomputes the roots' motion from the conserved momenta; closures are relative and stay closed.
   void recover(const S& t, S* y);
   /// dy/dt. Overwrites prescribed joints in y.
   void operator()(const S& t, S* y, S* dydt);
-  /// Of the state y, which was evaluated last: rates of TreeExchange, phase_integral::kExchangeCount per tree.
+  /// Rates of TreeExchange of the state y evaluated last, phase_integral::kExchangeCount per tree.
   void exchange_rates(const S* y, S* rates);
-  /// What a link's motor does in the state evaluated last, whatever moves the joint; zero where none is driven.
+  /// Motor effort at a link in the state evaluated last, for any joint control; zero for an undriven joint.
   S motor_effort(int i) const {
     const LinkTable& link = tables_.links[i];
     return link.output == ControlOutput::motion ? S(solved_[link.v] - friction_[i] - spring_[i]) : motor_[i];
@@ -258,7 +257,7 @@ class LaneDynamics {
   void refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& reference) const;
   void impose(S* y);
   void actuate(const S* y);
-  S beside_motor(int i) const {  // not zero where anything rubs or pulls
+  S beside_motor(int i) const {  // nonzero if friction or a spring acts
     return S((tables_.links[i].is_viscous ? drives_[i].viscous : S(0.0)) +
              (tables_.links[i].has_coulomb ? drives_[i].coulomb : S(0.0)) +
              (tables_.links[i].has_spring ? drives_[i].stiffness : S(0.0)));
@@ -270,34 +269,34 @@ class LaneDynamics {
     return tables_.control.has_thrusters ? commands_.held_from(tables_.control.channels + 3) : nullptr;
   }
   void add_ground(S* rates);
-  // Else what sampled control holds acts.
+  // Otherwise the held command of sampled control is applied.
   bool laws_speak() const { return !tables_.control.is_sampled || is_sampling_; }
 
   const PhaseTables& tables_;
   Tree<S> tree_;
   DynamicsWorkspace<S> workspace_;
-  LaneFreeBodies<S> free_;   // roots that carry nothing,
-  Tree<S> jointed_;          // and the others with what they carry
-  LaneArray<S, int> place_;  // of a link in that
+  LaneFreeBodies<S> free_;   // roots that carry nothing
+  Tree<S> jointed_;          // the other roots and their subtrees
+  LaneArray<S, int> place_;  // of a link in jointed_
   DynamicsWorkspace<S> jointed_workspace_;
   LaneLoops<S> loops_;  // in them
   LaneOutside<S> outside_;
   LaneWheels<S> wheels_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
-  LaneArray<S> motor_, friction_, spring_;  // friction_: dampers beside springs included
+  LaneArray<S> motor_, friction_, spring_;  // friction_: includes dampers parallel to springs
   LaneArray<S> pieces_;                     // the interval's
   LaneNoise<S> noise_;
   LaneCommands<S> commands_;
   bool is_sampling_ = false;
   LaneArray<S> force_, given_, vdot_;  // per velocity: applied forces, prescribed accelerations, accelerations
-  LaneArray<S> solved_;                // per velocity: forces, those that prescribed accelerations take included
+  LaneArray<S> solved_;                // per velocity: forces, including those required by prescribed accelerations
   LaneArray<S, std::uint8_t> prescribed_, commanded_, is_wheel_;
   LaneArray<S, RootMomentum<S>> momenta_, fresh_;
   int roots_ = 0;
-  int held_ = -1;                                   // where the velocities of a held root begin; none: -1
-  bool any_driven_ = false, any_computed_ = false;  // the former also where a root is held
-  Mask contradicted_ = Mask::from_bits(0);          // lanes in which closed loops let nothing move
+  int held_ = -1;                                   // offset of the velocities of a held root; none: -1
+  bool any_driven_ = false, any_computed_ = false;  // any_driven_ also if a root is held
+  Mask contradicted_ = Mask::from_bits(0);          // lanes in which closed loops and prescribed motion contradict
   S momenta_time_ = S(0.0);
 };
 
@@ -405,7 +404,7 @@ void LaneDynamics<S>::load_block(int lane, const double* block) {
   for (int i = 0; i < tables_.piece_numbers; ++i) pieces_[i].set(lane, block[i]);
 }
 
-// References of all driven joints, where laws read them.
+// References of all driven joints read by control laws.
 template <class S>
 void LaneDynamics<S>::refer(const S& t) {
   for (int i = 0; i < tables_.link_count; ++i) {
@@ -419,8 +418,8 @@ void LaneDynamics<S>::refer(const S& t) {
   }
 }
 
-// One joint's. Not evaluate(JointTrajectory): here every piece of every case is a series of the same length, so that
-// one instruction serves all lanes, and sums are in the order that fuses best, whose bits differ.
+// Reference of one joint. Not evaluate(JointTrajectory): here the pieces of all cases are series of equal length, so
+// one instruction serves all lanes. The order of summation differs, and therefore the last bits.
 template <class S>
 template <bool kSecond>
 GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& r) const {
@@ -513,7 +512,7 @@ void LaneDynamics<S>::recover(const S& t, S* y) {
                    std::span<S>(y + tables_.coordinates, static_cast<std::size_t>(tables_.velocities)));
 }
 
-// Friction, springs, and what the control laws say: efforts, or accelerations.
+// Friction, springs, and the control laws' outputs: efforts or accelerations.
 template <class S>
 void LaneDynamics<S>::actuate(const S* y) {
   const S* v = y + tables_.coordinates;
@@ -530,7 +529,7 @@ void LaneDynamics<S>::actuate(const S* y) {
       friction_[i] = friction_[i] - drive.damping * rate;
     }
     motor_[i] = S(0.0);
-    if (tables_.control.by_case) {  // wheels too, and within limits
+    if (tables_.control.by_case) {  // also for wheels, and limited
       if (link.channel >= 0) motor_[i] = commands_.held(link.channel);
       continue;
     }
@@ -568,7 +567,7 @@ void LaneDynamics<S>::solve(const S* y, const LaneArray<S, std::uint8_t>& prescr
   }
 }
 
-// Efforts of laws that command accelerations: what these take without friction, cut at the limits.
+// Efforts of laws that command accelerations: the required efforts without friction, clipped at the limits.
 template <class S>
 void LaneDynamics<S>::command(const S* y) {
   for (int i = 0; i < tables_.link_count; ++i) {
@@ -576,7 +575,7 @@ void LaneDynamics<S>::command(const S* y) {
     if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + spring_[i];
   }
   solve(y, commanded_);
-  // Where nothing rubs or pulls and no effort is cut joints move as commanded, if loops let them.
+  // Without friction, springs and clipping, joints move as commanded unless loops prevent it.
   Mask as_commanded = Mask::from_bits(Mask::kAllBits);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
@@ -590,7 +589,7 @@ void LaneDynamics<S>::command(const S* y) {
   if (loops_.any()) contradicted_ = loops_.contradicted() & as_commanded;
 }
 
-// What acts from outside, and the motors' efforts.
+// External loads and motor efforts.
 template <class S>
 void LaneDynamics<S>::drive(const S& t, S* y) {
   if (any_driven_) {
@@ -610,8 +609,8 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
   if (any_computed_ && laws_speak()) command(y);
 }
 
-// What the ground gives fixed roots and the one that is held, of the accelerations just worked out: a root's
-// articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
+// Ground reaction at fixed roots and the held root for the accelerations just computed. A root's articulated equation
+// gives the wrench that holds it; gravity is contained in A and therefore not in the wrench.
 template <class S>
 void LaneDynamics<S>::add_ground(S* rates) {
   for (int i = 0; i < tables_.link_count; ++i) {
@@ -671,7 +670,7 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   coordinate_rates<S>(tree_, coordinates(y), velocities(y), {dydt, static_cast<std::size_t>(nq)});
   for (int i = 0; i < nv; ++i) dydt[nq + i] = vdot_[i];
   if (loops_.any()) {
-    // No motion keeps the closures: a step that comes here is none, and a shorter one may avoid it.
+    // No motion satisfies the closures: the step is rejected, and a shorter one may avoid this state.
     contradicted_ = contradicted_ | loops_.contradicted();
     if (any(contradicted_)) dydt[nq] = select(contradicted_, S(__builtin_nan("")), dydt[nq]);
   }

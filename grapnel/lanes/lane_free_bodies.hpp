@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Free bodies that carry nothing and are not held, such as targets before they are grasped, in packs: rigid bodies
-/// need no recursion and no solution of six equations.
+/// Free, unheld bodies without children, such as targets before they are grasped, in packs. They need neither recursion
+/// nor a 6 x 6 solution.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/pack/pack.hpp"
@@ -10,8 +10,8 @@
 
 namespace grapnel::lanes {
 
-/// A link's centre of mass and its inertia about that, of its numbers in a record (lane_phase_tables.hpp). The tag
-/// keeps names of different instruction sets apart.
+/// Centre of mass and central inertia of a link, from its numbers in a record (lane_phase_tables.hpp). The tag
+/// separates the symbol names of different instruction sets.
 template <class S>
 struct CentralInertia {
   double com[3];
@@ -19,10 +19,10 @@ struct CentralInertia {
 
   explicit CentralInertia(const double* n) {
     const double m = n[kLinkMass];
-    // What has no mass is nowhere, so at its origin.
+    // A massless link has its centre of mass at its origin.
     for (int k = 0; k < 3; ++k) com[k] = m == 0 ? 0 : n[kLinkFirstMoment + k] / m;
     const double* c = com;
-    const double* J = n + kLinkRotational;  // about the origin: the parallel-axis term goes
+    const double* J = n + kLinkRotational;  // about the origin; the parallel-axis term is subtracted
     xx = J[0] - m * (c[1] * c[1] + c[2] * c[2]), yy = J[1] - m * (c[0] * c[0] + c[2] * c[2]);
     zz = J[2] - m * (c[0] * c[0] + c[1] * c[1]), xy = J[3] + m * (c[0] * c[1]);
     xz = J[4] + m * (c[0] * c[2]), yz = J[5] + m * (c[1] * c[2]);
@@ -35,7 +35,7 @@ void set_lane(int lane, Symmetric3<S>& A, double xx, double yy, double zz, doubl
   A.xy.set(lane, xy), A.xz.set(lane, xz), A.yz.set(lane, yz);
 }
 
-/// The numbers of a free body that carries nothing.
+/// The parameters of a free body without children.
 template <class S>
 struct LaneFreeBody {
   Vector3<S> com;
@@ -43,7 +43,7 @@ struct LaneFreeBody {
   S inverse_mass;
 };
 
-/// All of a run's.
+/// All free bodies of a run.
 template <class S>
 class LaneFreeBodies {
  public:
@@ -58,7 +58,7 @@ class LaneFreeBodies {
 
   bool holds(int link) const { return is_free_[link] != 0; }
 
-  /// Takes a link's numbers (see lane_phase_tables.hpp) into a lane.
+  /// Loads a link's numbers (see lane_phase_tables.hpp) into a lane.
   void load(int lane, const double* n, int link) {
     const CentralInertia<S> I(n);
     const auto& [com, xx, yy, zz, xy, xz, yz] = I;
@@ -72,8 +72,8 @@ class LaneFreeBodies {
     body.inverse_mass.set(lane, 1 / n[kLinkMass]);
   }
 
-  /// Their parts of the accelerations, from the velocities: w' = J^-1 (J w x w), and no acceleration of the centre of
-  /// mass, in components on the body.
+  /// Their accelerations from the velocities: w' = J^-1 (J w x w) and zero acceleration of the centre of mass, in body
+  /// axes.
   void accelerate(const S* v, S* vdot) const {
     for (int i = 0; i < tables_.link_count; ++i) {
       if (!holds(i)) continue;
@@ -86,7 +86,7 @@ class LaneFreeBodies {
       for (int k = 0; k < 3; ++k) vdot[at + k] = spin[k], vdot[at + 3 + k] = linear[k];
     }
   }
-  /// What a wrench on a body, about its frame's origin, and gravity add to that; both in its axes.
+  /// Adds the accelerations due to a wrench on a body, about its frame's origin, and due to gravity; both in its axes.
   void push(int link, const Wrench<S>& F, const Vector3<S>& gravity, S* vdot) const {
     const LaneFreeBody<S>& body = bodies_[link];
     const int at = tables_.links[link].v;

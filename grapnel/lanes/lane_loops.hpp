@@ -2,10 +2,10 @@
 
 /// @file
 /// Closed loops in packs: accelerations with the closures' multipliers, and the projection that keeps loops closed,
-/// section 8 of docs/theory.md. What constraint/constrained_dynamics.hpp is to one case, by the same equations. Rows
-/// are those of all lanes (lane_columns.hpp), pivots and ranks each lane's (lane_pivots.hpp). A case whose rank is in
-/// doubt, or whose loops cannot be closed, leaves the lanes (LaneStatus::loops_in_doubt): rounding, which is not the
-/// same here as there, would decide, or there is a failure whose cause only a run alone can say.
+/// section 8 of docs/theory. Corresponds to constraint/constrained_dynamics.hpp for single cases, with the same
+/// equations. All lanes share the rows (lane_columns.hpp); pivots and ranks are per lane (lane_pivots.hpp). A case with
+/// a doubtful rank or loops that cannot be closed leaves the lanes (LaneStatus::loops_in_doubt). Rounding errors, which
+/// differ from those of single cases, would decide the rank, and only a single run reports the cause of a failure.
 
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
@@ -15,11 +15,11 @@
 
 namespace grapnel::lanes {
 
-/// What a projection did.
+/// Result of a projection.
 template <class S>
 struct LaneProjection {
-  LaneDefect<S> before = LaneDefect<S>::none();  // largest over the closures
-  unsigned changed = 0;                          // lanes in which anything was moved
+  LaneDefect<S> before = LaneDefect<S>::none();  // maximum over the closures
+  unsigned changed = 0;                          // lanes in which anything changed
   unsigned failed = 0;                           // lanes whose loops are not closed
 };
 
@@ -28,36 +28,36 @@ class LaneLoops {
  public:
   using Mask = typename S::Mask;
 
-  /// `tree`: what is integrated; lay_out() comes when it is complete.
+  /// `tree`: the integrated tree; call lay_out() once it is complete.
   LaneLoops(const PhaseTables& tables, const Tree<S>& tree);
-  /// `place`: of a link of the tables in the tree.
+  /// `place`: index in the tree of each link of the tables.
   void lay_out(const LaneArray<S, int>& place) { columns_.lay_out(place); }
 
   bool any() const { return tables_.loop_count > 0; }
-  /// Takes a case's numbers into a lane.
+  /// Loads a case's numbers into a lane.
   void load_case(int lane, const double* numbers) { columns_.load_case(lane, numbers); }
   const LaneClosure<S>& closure(int k) const { return columns_.closure(k); }
 
-  /// As articulated_body(), with the closures' multipliers acting: (8.6).
+  /// As articulated_body(), with the closures' multipliers: (8.6).
   void accelerate(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot, std::span<S> force);
-  /// Lanes in which no motion keeps the closures of the last accelerate().
+  /// Lanes in which no motion satisfies the closures of the last accelerate().
   const Mask& contradicted() const { return contradicted_; }
-  /// Independent rows of the last one.
+  /// Number of independent rows of the last accelerate().
   const S& rank() const { return pivots_.rank(); }
-  /// Lanes in which a rank has been in doubt since the last call.
+  /// Lanes with a doubtful rank since the last call.
   unsigned take_doubts() {
     const unsigned doubts = doubts_;
     doubts_ = 0;
     return doubts;
   }
 
-  /// In these lanes, brings coordinates, then velocities onto the closures in the mass metric: (8.9), (8.10). Defects
-  /// that are all up to `negligible` are left as they are. Prescribed velocities do not change.
+  /// In these lanes, projects coordinates, then velocities onto the closures in the mass metric: (8.9), (8.10). Leaves
+  /// lanes unchanged whose defects are all at most `negligible`. Prescribed velocities do not change.
   LaneProjection<S> project(const Mask& lanes, std::span<const std::uint8_t> prescribed,
                             DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v, double negligible);
 
  private:
-  // A projection goes on while more than this is left [m, rad, and these per second].
+  // A projection continues while a defect exceeds this value [m, rad, and these per second].
   static constexpr double kRounding = 3e-15;
 
   using Links = typename LaneColumns<S>::Links;
@@ -117,7 +117,7 @@ LaneLoops<S>::LaneLoops(const PhaseTables& tables, const Tree<S>& tree)
 
 // --- Accelerations. -------------------------------------------------------------------------------------------------
 
-// Factors the scaled W for what articulated_inertias() left in `links`.
+// Factors the scaled W for the articulated inertias in `links`.
 template <class S>
 template <bool kMoving>
 void LaneLoops<S>::prepare(const DynamicsInput<S>& in, const Links& links) {
@@ -126,7 +126,7 @@ void LaneLoops<S>::prepare(const DynamicsInput<S>& in, const Links& links) {
   pivots_.factor();
 }
 
-// --- Motion of C against D, as rows. --------------------------------------------------------------------------------
+// --- Relative motion of C and D, as rows. ---------------------------------------------------------------------------
 
 template <class S>
 GRAPNEL_INLINE void LaneLoops<S>::take_rows(int k, const Vector3<S>& angular, const Vector3<S>& linear, S* rows) const {
@@ -145,8 +145,7 @@ GRAPNEL_INLINE Twist<S> LaneLoops<S>::at_D(int k, const LinkScratch<S>& b) const
   return transposed_times(columns_.X_bC(k).R, shift(b.V, columns_.X_bC(k).p));
 }
 
-// Rows of the relative acceleration that the forces alone would give, and, where rows are redundant, the size of its
-// terms.
+// Rows of the relative acceleration due to forces alone, and, for redundant rows, the size of its terms.
 template <class S>
 S LaneLoops<S>::acceleration_rows(const Links& links, S* u) {
   const bool sizes = !pivots_.all_independent();
@@ -168,7 +167,8 @@ S LaneLoops<S>::acceleration_rows(const Links& links, S* u) {
   return sqrt(most);
 }
 
-// Scaled size of the accelerations of the closures' bodies, gravity included; not below what nobody would notice.
+// Scaled magnitude of the accelerations of the closures' bodies, gravity included, bounded below by the negligible
+// acceleration.
 template <class S>
 S LaneLoops<S>::acceleration_size(const Links& links) const {
   const S unnoticed(loop_limits::kUnnoticed);
@@ -197,8 +197,8 @@ S LaneLoops<S>::velocity_rows(const Links& links, S* u) {
   return size;
 }
 
-// How D has turned against C in the directions that the grasp forbids, in C, (8.4). Turns near half a turn become no
-// numbers, or wrong ones: loops that are so far open are not closed by a projection.
+// Rotation of D relative to C in the directions that the grasp constrains, in C, (8.4). Rotations close to pi give NaN
+// or wrong values; projection does not close loops with defects of that size.
 template <class S>
 Vector3<S> LaneLoops<S>::turn_apart(int k, const Rotation<S>& R_CD) const {
   const LoopTable& table = tables_.loops[k];
@@ -223,8 +223,8 @@ Vector3<S> LaneLoops<S>::turn_apart(int k, const Rotation<S>& R_CD) const {
   return Vector3<S>::zero();
 }
 
-// Largest defects over the closures from places and twists, also in directions that have no row. Leaves those of
-// places in u_, as rows of C minus D.
+// Maximum defects over the closures from poses and twists, also in directions without a row. Leaves the position
+// defects in u_, as rows of C minus D.
 template <class S>
 LaneDefect<S> LaneLoops<S>::defects(const Links& links) {
   LaneDefect<S> largest = LaneDefect<S>::none();
@@ -251,7 +251,7 @@ S LaneLoops<S>::scaled_size(const S* u) const {
 
 // --- Accelerations. -------------------------------------------------------------------------------------------------
 
-// rows_ with W rows = -u, in residual_ what redundant rows do not agree with.
+// Solves W rows = -u for rows_; residual_ receives the inconsistency of redundant rows.
 template <class S>
 void LaneLoops<S>::solve(const S* u) {
   for (int i = 0; i < columns_.rows(); ++i) rhs_[i] = -(columns_.scale(i) * u[i]);
@@ -259,7 +259,7 @@ void LaneLoops<S>::solve(const S* u) {
   for (int i = 0; i < columns_.rows(); ++i) rows_[i] = columns_.scale(i) * solution_[i];
 }
 
-// The third sweep, with the roots' factors at hand.
+// The third sweep, reusing the factors of the roots.
 template <class S>
 void LaneLoops<S>::sweep_outward(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
                                  std::span<S> force) {
@@ -283,7 +283,7 @@ void LaneLoops<S>::accelerate(const DynamicsInput<S>& in, DynamicsWorkspace<S>& 
   columns_.impose(rows_.data(), in.prescribed, links);
   sweep_outward(in, workspace, vdot, force);
   contradicted_ = Mask::from_bits(0);
-  if (pivots_.all_independent()) return;  // nothing is left that could disagree
+  if (pivots_.all_independent()) return;  // no redundant row, therefore no inconsistency
   S worst(0.0);
   for (int i = 0; i < columns_.rows(); ++i) worst = max(worst, abs(residual_[i]));
   const S allowed = S(kContradiction) * max(S(kSmallest), max(size, acceleration_size(links)));
@@ -300,7 +300,7 @@ DynamicsInput<S> LaneLoops<S>::at_rest(std::span<const S> q, std::span<const std
   return in;
 }
 
-// articulated_inertias() where nothing moves and no force acts, so that all velocities and biases are zero.
+// articulated_inertias() at rest without forces: all velocities and biases are zero.
 template <class S>
 void LaneLoops<S>::inertias_at_rest(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace) {
   articulated_body_steps::place_links(tree_, rest.q, workspace.links);
@@ -311,7 +311,7 @@ void LaneLoops<S>::inertias_at_rest(const DynamicsInput<S>& rest, DynamicsWorksp
   articulated_body_steps::inward_inertias(tree_, rest, workspace);
 }
 
-// Change of velocities step_ by impulses rows_, after articulated_inertias() at rest.
+// Velocity change step_ due to impulses rows_, after articulated_inertias() at rest.
 template <class S>
 void LaneLoops<S>::respond(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace) {
   const std::size_t n = static_cast<std::size_t>(tables_.velocities);
@@ -320,7 +320,8 @@ void LaneLoops<S>::respond(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& w
   sweep_outward(rest, workspace, std::span<S>(step_.data(), n), std::span<S>(ignored_.data(), n));
 }
 
-// Twists of links at v, with q also their angles and offsets, and where the closures are. Articulated inertias stay.
+// Twists of links at v, with q also their angles and offsets, and the poses of the closures. Articulated inertias are
+// unchanged.
 template <class S>
 void LaneLoops<S>::move_all(std::span<const S> q, std::span<const S> v, Links& links) {
   using namespace recursion;
@@ -343,7 +344,7 @@ void LaneLoops<S>::move_all(std::span<const S> q, std::span<const S> v, Links& l
   if (!q.empty()) columns_.locate_all(links);
 }
 
-// q moved by step_, positions along their body's axes.
+// Moves q by step_; positions move along their body's axes.
 template <class S>
 void LaneLoops<S>::step_coordinates(S* q) const {
   for (const TreeLink<S>& link : tree_.links) {
@@ -371,7 +372,7 @@ void LaneLoops<S>::step_coordinates(S* q) const {
   }
 }
 
-// Newton's method with the factor at hand.                                                                    (8.9)
+// Newton's method with the present factor.                                                                      (8.9)
 template <class S>
 void LaneLoops<S>::close_places(Mask active, const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace,
                                 std::span<S> q, std::span<S> v, LaneProjection<S>& result) {
@@ -380,7 +381,7 @@ void LaneLoops<S>::close_places(Mask active, const DynamicsInput<S>& rest, Dynam
   active = active & (defect > S(kRounding));
   bool returned = false;
   for (int i = 0; i < kMostIterations && active.bits() != 0; ++i) {
-    // One factor serves all iterations while defects are small; lanes in which it does not are none.
+    // Small defects need one factor for all iterations; lanes with large defects are excluded.
     if (i > 0) {
       const Mask open = active & (defect > S(kRefactorBeyond));
       result.failed |= open.bits();
@@ -398,7 +399,7 @@ void LaneLoops<S>::close_places(Mask active, const DynamicsInput<S>& rest, Dynam
     returned = returned || (active & !better).bits() != 0;
     for (int c = 0; c < tables_.coordinates; ++c)
       q[static_cast<std::size_t>(c)] = select(better, trial_q_[c], q[static_cast<std::size_t>(c)]);
-    // Rounding, or no way on, where it is not halved.
+    // Converged or stalled: the defect is not halved.
     active = better & (next < S(S(0.5) * defect)) & (next > S(kRounding));
     defect = select(better, next, defect);
   }
@@ -435,7 +436,7 @@ void LaneLoops<S>::close_motion(Mask active, const DynamicsInput<S>& rest, Dynam
     active = better & (next < S(S(0.5) * defect)) & (next > S(S(kRounding) * size));
     defect = select(better, next, defect);
   }
-  // Joints that are prescribed may leave no velocity that fits; rounding in their trajectories is no such thing.
+  // Prescribed joints may leave no compatible velocity; rounding errors of their trajectories do not count.
   const Mask misfits = !(defect <= S(S(kContradiction) * size));
   if (misfits.bits() != 0)
     result.failed |= (misfits & !(defects(workspace.links).largest_of_motion() <= S(kClosed))).bits();

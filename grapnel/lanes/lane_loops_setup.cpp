@@ -14,17 +14,18 @@ void put(const Posed& X, double* out) {
   for (int k = 0; k < 3; ++k) std::copy(X.R.m[k], X.R.m[k] + 3, out + 3 + 3 * k);
 }
 
-// Axes that are nearer to parallel than this leave rows of W of its square, far below what counts as a pivot.
+// Axes closer to parallel than this leave rows of W of its square, far below the pivot tolerance.
 constexpr double kParallel = 1e-14;
 
-// In what plane the joints of a loop move C against D.
+// Plane of the relative motion of C and D.
 struct Plane {
   Vector3d normal_C;
   bool slides_across;  // a joint slides along the normal
 };
 
-// All joints of the loop that turn do so about parallel axes; nullopt: they do not, or none turns. Turning them does
-// not change the direction of these axes, nor how far one that slides is off the plane: any posture will do.
+// Plane of a loop whose revolute joints all have parallel axes; nullopt: they are not parallel, or there are none.
+// Rotating these joints changes neither the direction of their axes nor the out-of-plane component of a prismatic
+// joint, so any posture may be used.
 std::optional<Plane> plane_of(const Tree<double>& tree, const LoopPath& path) {
   std::vector<Vector3d> turning, sliding;  // in C
   bool single = true;
@@ -68,16 +69,16 @@ Rotationd axes_about(const Vector3d& n) {
   return R;
 }
 
-// A closure as lanes take it: its path, with C and D turned so that the directions of rows are axes of C, and how many
-// rows it has.
+// A closure in the format of the lanes: its path, with C and D rotated such that the directions of rows are axes of C,
+// and the number of rows.
 struct LaneRows {
   LoopPath path;
   LoopTable table;
 };
 
-// Directions in which no joint of the loop can move C against D get no rows: theirs in W are zero, and the relative
-// acceleration has no component there. Where the loop moves in a plane C turns about its normal n alone, and without a
-// joint that slides across the plane nothing moves along n. Of n a hinge h forbids the part normal to h.
+// Directions in which no joint of the loop can move C relative to D get no rows: theirs in W are zero, and the relative
+// acceleration has no component there. In a planar loop C rotates about its normal n alone, and without a prismatic
+// joint across the plane there is no motion along n. A hinge h constrains the part of n normal to h.
 LaneRows lane_rows(const Model& model, const LoopClosure& closure) {
   LaneRows rows;
   LoopPath& path = rows.path;
@@ -101,16 +102,16 @@ LaneRows lane_rows(const Model& model, const LoopClosure& closure) {
 
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   if (setup.closures.empty()) return {};
-  // Projection moves the coordinates of all roots, and a fixed one has none.
+  // Projection changes the coordinates of all roots; a fixed root has none.
   for (const TreeLink<double>& link : model.tree().links) {
-    if (link.joint == JointType::fixed) return "loops close on a base that is fixed or held";
+    if (link.joint == JointType::fixed) return "closed loops on a fixed or held base";
   }
-  if (!setup.project_loops || setup.loop_feedback != 0) return "loops are kept closed otherwise than by projection";
+  if (!setup.project_loops || setup.loop_feedback != 0) return "loops are not closed by projection";
   for (const LoopClosure& closure : setup.closures) {
     const LoopPath path = make_loop_path(model, closure);
-    if (!path.one_tree()) return "closures tie two trees";
+    if (!path.one_tree()) return "closures connect two trees";
     const int root = model.bodies()[static_cast<std::size_t>(closure.body_a)].root;
-    if (root == setup.held_root) return "loops close on a base that is fixed or held";
+    if (root == setup.held_root) return "closed loops on a fixed or held base";
   }
   return {};
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Loop closures of a phase as lanes take them: the part of the structure that cases share, and one case's numbers.
+/// Loop closures of a phase in the format of the lanes: the structure shared by all cases, and the numbers of one case.
 
 #include <string>
 #include <vector>
@@ -11,11 +11,11 @@
 
 namespace grapnel::lanes {
 
-/// Why lanes cannot keep a phase's loops closed; empty if they can, or there are none.
+/// Why lanes cannot integrate the closed loops of a phase; empty if they can or there are none.
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup);
 
-/// Where all joints of a loop that turn do so about parallel axes, its closure has rows for what they can move alone,
-/// of a rigid grasp three instead of six (docs/theory.md, section 8.3).
+/// Closure rows of each loop. If all revolute joints of a loop have parallel axes, its closure has rows only for the
+/// directions in which its joints can move: three instead of six for a rigid grasp (docs/theory, section 8.3).
 std::vector<LoopTable> loop_tables(const Model& model, const PhaseSetup& setup);
 
 /// kLoopNumbers of each closure.

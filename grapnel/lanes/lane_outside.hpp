@@ -1,11 +1,10 @@
 #pragma once
 
 /// @file
-/// What acts from outside, in packs: gravity, the field near an orbit, loads and attitude control of a base, and the
-/// rates of the integrals that conservation checks need. The laws are those of
-/// simulate/{orbit,external_load,attitude_control, phase_integrals}.hpp; PhaseDynamics calls them body by body, lanes
-/// link by link: on the bodies of a link, which are rigid together, the field's wrenches add up to that on the link as
-/// one.
+/// External loads in packs: gravity, the field near an orbit, loads, attitude control of a base, and the rates of the
+/// integrals of the conservation checks. Equations as in simulate/{orbit,external_load,attitude_control,
+/// phase_integrals}.hpp. PhaseDynamics evaluates them per body, lanes per link. The bodies of a link are rigidly
+/// connected, so the wrenches of the field on them add up to that on the link.
 
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_free_bodies.hpp"
@@ -17,8 +16,8 @@
 
 namespace grapnel::lanes {
 
-/// The eccentric anomaly E of M = E - e sin E (14.1) for any M; see simulate/orbit.cpp. Lanes that have converged wait
-/// for the others unchanged.
+/// The eccentric anomaly E of M = E - e sin E (14.1) for any M; see simulate/orbit.cpp. Converged lanes are unchanged
+/// while others iterate.
 template <class S>
 S eccentric_anomaly(const S& any_M, const S& e) {
   constexpr double kTurn = 6.28318530717958647693, kRound = sine_cosine_detail::kRound;
@@ -40,33 +39,34 @@ S eccentric_anomaly(const S& any_M, const S& e) {
 template <class S>
 class LaneOutside {
  public:
-  /// `free`: which links are free bodies that carry nothing; it is only asked here and in push().
+  /// `free`: links that are free bodies without children; used only here and in push().
   LaneOutside(const PhaseTables& tables, const LaneFreeBodies<S>& free);
 
   bool acts() const { return tables_.outside.acts(); }
-  /// Takes a case's numbers into a lane.
+  /// Loads a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record);
 
-  /// Attitude control speaks in a state; attitude_torque() is what it says.
+  /// Evaluates the attitude control law in a state; attitude_torque() holds the result.
   void steer(std::span<const S> q, std::span<const S> v) { attitude_torque_ = law_torque(q, v); }
-  /// Places the links of a state and finds what acts on them at time t, attitude_torque() as it is among it. `pieces`:
-  /// the interval's block. `thrust`: of thrusters, the wrench's line in time (kLoadLine...), in the base's axes about
-  /// its origin; not read without any.
+  /// Places the links of a state and computes the external loads at time t, including the present attitude_torque().
+  /// `pieces`: the interval's block. `thrust`: linear function of time for the thrusters' wrench (kLoadLine...), in the
+  /// base's axes about its origin; not read without thrusters.
   void act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,
            std::span<const S> v);
-  /// Of attitude control, in the base's axes [N m].
+  /// Torque of the attitude control, in the base's axes [N m].
   Vector3<S>& attitude_torque() { return attitude_torque_; }
-  // What follows is of the state in which act() was called last.
-  /// On the links that are no free bodies, in their order: about the link's origin, in its axes, without gravity.
+  // The following refer to the state of the last act().
+  /// Wrenches on the links that are not free bodies, in their order: about the link's origin, in its axes, without
+  /// gravity.
   const Wrench<S>* on_jointed() const { return on_link_.data(); }
   Vector3<S> gravity() const { return vector(kGravity); }
-  /// Adds to the accelerations of the free bodies that carry nothing.
+  /// Adds to the accelerations of the free bodies without children.
   void push(const LaneFreeBodies<S>& free, S* vdot) const;
   /// Adds to the rates of phase_integral.
   void add_rates(const Tree<S>& tree, S* rates);
-  /// The same, after that, of the wrench that keeps a root's link where it is: about the link's origin, in its axes.
+  /// Then adds the contribution of the wrench that holds a root's link: about the link's origin, in its axes.
   void add_ground(int link, const Wrench<S>& F_L, S* rates) const;
-  /// Both again, of magnitudes: adds to the rates of TreeExchange, per tree.
+  /// Adds the magnitudes of both to the rates of TreeExchange, per tree.
   void add_exchange(S* rates) const;
   void add_ground_exchange(int link, const Wrench<S>& F_L, S* rates) const;
 
@@ -87,9 +87,9 @@ class LaneOutside {
   void measure_trees(const Tree<S>& tree);
 
   const PhaseTables& tables_;
-  LaneArray<S> numbers_;  // the cases'
+  LaneArray<S> numbers_;  // the cases' numbers
   LaneArray<S, std::uint8_t> is_acted_on_;
-  LaneArray<S, int> slot_;               // of a link in on_link_: first those that are no free bodies
+  LaneArray<S, int> slot_;               // of a link in on_link_; links that are not free bodies come first
   LaneArray<S, Vector3<S>> com_;         // per link, in its frame,
   LaneArray<S, Symmetric3<S>> central_;  // and its inertia about that
   LaneArray<S, LinkMotion<S>> motion_;   // per link
@@ -168,7 +168,7 @@ BasicOrbitPoint<S> LaneOutside<S>::orbit_at(const S& t) const {
   return orbit_point(constants, t, sine_cosine(E));
 }
 
-// On every link at its centre of mass: (14.2), (14.3).
+// Field on every link at its centre of mass: (14.2), (14.3).
 template <class S>
 void LaneOutside<S>::act_on_orbit(const Tree<S>& tree, const BasicOrbitPoint<S>& at) {
   for (int i = 0; i < tables_.link_count; ++i) {
@@ -182,7 +182,7 @@ void LaneOutside<S>::act_on_orbit(const Tree<S>& tree, const BasicOrbitPoint<S>&
 
 // --- Loads -----------------------------------------------------------------------------------------------------------
 
-// What changes linearly with time.
+// Linear interpolation in time.
 template <class S>
 GRAPNEL_INLINE Wrench<S> LaneOutside<S>::on_line(const S* line, const S& t) const {
   const S since = t - line[kLoadLineStart];
@@ -245,7 +245,8 @@ Vector3<S> LaneOutside<S>::law_torque(std::span<const S> q, std::span<const S> v
                                          [](const S& sine, const S& cosine) { return turn_per_sine(sine, cosine); });
 }
 
-// --- All of it -------------------------------------------------------------------------------------------------------
+// --- All external loads
+// ------------------------------------------------------------------------------------------------
 
 template <class S>
 void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,

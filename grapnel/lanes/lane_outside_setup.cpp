@@ -24,7 +24,7 @@ const BodyPlacement& placement_of(const Model& model, int body) {
   return model.bodies().at(static_cast<std::size_t>(body)).placement;
 }
 
-// From a load's components to those that lanes have: the link's axes stand for the body's, which are fixed in it.
+// Rotation from a load's axes to the link's axes, which are fixed in the body.
 Rotationd to_link(const Model& model, const ExternalLoad& load) {
   return load.frame == LoadFrame::body ? placement_of(model, load.body).X_LB.R : Rotationd::identity();
 }
@@ -60,7 +60,7 @@ OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
 void put(const Vector3d& v, double* out) { std::copy(v.e, v.e + 3, out); }
 void put(const Wrenchd& F, double* out) { put(F.angular, out), put(F.linear, out + 3); }
 
-// The line of a table that speaks at `inside`, its wrenches turned by R; see wrench_at(). `out` is zero before.
+// The table line that contains the time `inside`, its wrenches rotated by R; see wrench_at(). `out` is initially zero.
 void write_line(const LoadProfile& p, const Rotationd& R, double inside, double* out) {
   if (inside < p.start || inside >= p.end || inside < p.times.front() || inside >= p.times.back()) return;
   const auto above = std::upper_bound(p.times.begin(), p.times.end(), inside);
@@ -70,7 +70,7 @@ void write_line(const LoadProfile& p, const Rotationd& R, double inside, double*
   put(R * ((1 / (p.times[next] - p.times[next - 1])) * (p.values[next] - p.values[next - 1])), out + kLoadLineRate);
 }
 
-// See factor_at(). `out` is zero before.
+// See factor_at(). `out` is initially zero.
 void write_factor(const LoadProfile& p, double inside, double* out) {
   if (inside < p.start || inside >= p.end) return;
   out[kLoadActs] = 1;
@@ -126,7 +126,7 @@ void describe_outside(LaneStructure& structure, const Model& model, const PhaseS
     if (load.body < 0 || load.body >= static_cast<int>(model.bodies().size()))
       throw std::invalid_argument("lane_structure: a load acts on no body of the model");
     if (load.frame == LoadFrame::orbit && !setup.orbit)
-      throw std::invalid_argument("lane_structure: a load is in the axes of an orbit, and there is none");
+      throw std::invalid_argument("lane_structure: a load is in the axes of an orbit, but there is no orbit");
     LoadTable& table = structure.loads.emplace_back(load_table(model, load));
     table.piece = structure.piece_numbers;
     structure.piece_numbers += kLoadPieceNumbers[static_cast<int>(table.kind)];
@@ -135,14 +135,15 @@ void describe_outside(LaneStructure& structure, const Model& model, const PhaseS
 
 std::string outside_difference(const LaneStructure& structure, const Model& model, const PhaseSetup& setup) {
   OutsideTable own = outside_table(model, setup);
-  own.is_circular = own.is_circular && structure.outside.is_circular;  // what serves ellipses serves circles
+  own.is_circular =
+      own.is_circular && structure.outside.is_circular;  // structures for elliptic orbits serve circular ones
   bool same = own == structure.outside;
   for (std::size_t i = 0; same && i < setup.loads.size(); ++i) {
     LoadTable table = load_table(model, setup.loads[i]);
     table.piece = structure.loads[i].piece;
     same = table == structure.loads[i];
   }
-  return same ? "" : "what acts from outside has another structure";
+  return same ? "" : "the external loads have another structure";
 }
 
 void write_loads(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, double inside,

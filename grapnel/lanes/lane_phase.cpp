@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kWidest = 8;
 
-// What the stepper asks for and hands back, as the caller's cases and outcomes.
+// Connects the stepper's callbacks to the caller's cases and outcomes.
 class Exchange {
  public:
   Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
@@ -116,14 +116,14 @@ class Exchange {
         c.noise.size() != size(structure_.noise_numbers) || c.outside.size() != size(tables_.outside_numbers) ||
         c.loops.size() != structure_.loops.size() * size(kLoopNumbers) || c.q.size() != size(structure_.coordinates) ||
         c.v.size() != size(structure_.velocities)) {
-      throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
+      throw std::invalid_argument("run_lanes: a case's numbers do not match the structure");
     }
     if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.back().end != c.motion->end_time ||
         !blocks_fit(*c.motion) || !(c.motion->end_time >= c.motion->start_time) || !std::isfinite(c.motion->end_time)) {
-      throw std::invalid_argument("run_lanes: a case's motion does not fit the structure, or ends before it starts");
+      throw std::invalid_argument("run_lanes: a case's motion does not match the structure, or ends before it starts");
     }
-    if (!commands_fit(c)) throw std::invalid_argument("run_lanes: a case's commands do not fit the structure");
-    if (!(c.max_step > 0)) throw std::invalid_argument("run_lanes: a case's longest step is not positive");
+    if (!commands_fit(c)) throw std::invalid_argument("run_lanes: a case's commands do not match the structure");
+    if (!(c.max_step > 0)) throw std::invalid_argument("run_lanes: a case's maximum step is not positive");
   }
 
   bool blocks_fit(const LaneMotion& motion) const {
@@ -135,7 +135,7 @@ class Exchange {
     return true;
   }
 
-  // Never more on their way than there is room for, and as many as act.
+  // At most as many delayed commands as there is room for, and valid active ones.
   bool commands_fit(const LaneCase& c) const {
     const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
     if (numbers == 0 || structure_.control.by_case) {
@@ -166,10 +166,10 @@ class Exchange {
   std::vector<double> numbers_;  // of the integrals
   LaneView view_, end_of_step_;
   LaneTurn turn_;
-  std::exception_ptr errors_[kWidest];  // that broke off the lane's case
+  std::exception_ptr errors_[kWidest];  // exceptions that broke off the lane's case
 };
 
-// Which links hang together.
+// The trees of the links.
 struct Trees {
   explicit Trees(const std::vector<LinkTable>& links) {
     for (const LinkTable& link : links) {
@@ -254,16 +254,17 @@ std::string explanation(const LaneOutcome& outcome) {
       return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s",
                          outcome.time, kRunaway);
     case LaneStatus::broken_off:
-      return fmt::format("at t = {:.9g} s it was broken off by what its control threw", outcome.time);
+      return fmt::format("at t = {:.9g} s the case's control failed", outcome.time);
     case LaneStatus::handed_back:
-      return fmt::format("at t = {:.9g} s the next step does not count, and the case is to go on alone", outcome.time);
+      return fmt::format("at t = {:.9g} s the next step was rejected, and a single run must continue the case",
+                         outcome.time);
     case LaneStatus::at_largest_rate:
-      return fmt::format("at t = {:.9g} s a reaction wheel comes near its largest rate, which lanes do not follow",
+      return fmt::format("at t = {:.9g} s a reaction wheel approaches its maximum rate, which lanes do not support",
                          outcome.time);
     case LaneStatus::loops_in_doubt:
       return fmt::format(
-          "at t = {:.9g} s closed loops come near a configuration in which their rows change rank, or cannot be "
-          "closed, which lanes do not follow",
+          "at t = {:.9g} s closed loops approach a configuration in which their rows change rank, or cannot be closed, "
+          "which lanes do not support",
           outcome.time);
     case LaneStatus::finished:
       break;
@@ -274,10 +275,10 @@ std::string explanation(const LaneOutcome& outcome) {
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
                const LaneWatch& watch, const LaneGate& gate, const LaneControl& control) {
   if (!is_supported(set)) {
-    throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " does not run here");
+    throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " is not supported on this machine");
   }
   if (structure.control.by_case && !control)
-    throw std::invalid_argument("run_lanes: cases are to say what acts, and nobody is there to be asked");
+    throw std::invalid_argument("run_lanes: cases compute their own commands, but no control was given");
   const Trees trees(structure.links);
   const PhaseTables tables = tables_of(structure, trees);
   Exchange exchange(structure, tables, source, sink, watch, gate, control);

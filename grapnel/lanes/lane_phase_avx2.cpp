@@ -1,4 +1,4 @@
-// The lane stepper for AVX2 and FMA. Compiled with flags of its own, see CMakeLists.txt.
+// The lane stepper for AVX2 and FMA. Compiled with set-specific flags, see CMakeLists.txt.
 
 #include "grapnel/lanes/lane_stepper.hpp"
 

@@ -14,11 +14,11 @@ namespace {
 const JointDrive kFree = {};
 
 constexpr const char* kStandsWithRate =
-    "a prescribed joint has a rate but stays where it is, beyond its trajectory's end";
-// Coefficients in every piece: those of any polynomial profile, so that a joint at rest in one case and moving in
-// another make no two structures.
+    "a prescribed joint has a rate at constant position, beyond its trajectory's end";
+// Minimum number of coefficients per piece: that of any polynomial profile, so that cases with moving and resting
+// joints share one structure.
 constexpr int kLeastSeries = 6;
-// What rounding leaves of a rate of zero [rad/s or m/s].
+// Rounding error of a zero rate [rad/s or m/s].
 constexpr double kRest = 1e-10;
 
 const JointDrive& drive_of(const PhaseSetup& setup, std::size_t joint) {
@@ -46,8 +46,8 @@ std::vector<int> channels_of(const Model& model, const PhaseSetup& setup) {
   return channels;
 }
 
-// Whether what acts under a clock is said by each case's own dynamics (take_turn), as lanes have no text of it: sensors
-// that misread, laws that take the model for another one, controllers, and actuators of the base beside one torque.
+// Whether each case's own dynamics computes its commands under a clock (take_turn): for features that lanes lack. These
+// are noisy sensors, laws with their own model, controllers, and base actuators other than a single torque.
 bool is_said_by_case(const PhaseSetup& setup) {
   if (!setup.clock) return false;
   const BaseActuators& actuators = setup.actuators;
@@ -60,7 +60,7 @@ LinkTable& table_of_joint(const Model& model, std::size_t joint, std::vector<Lin
   return tables[static_cast<std::size_t>(body.placement.link)];
 }
 
-// The places of joints' efforts among those of a command.
+// Assigns joints to the efforts of a command.
 void assign_channels(const Model& model, const PhaseSetup& setup, std::vector<LinkTable>& tables) {
   if (!setup.clock) return;
   if (!is_said_by_case(setup)) {
@@ -73,14 +73,14 @@ void assign_channels(const Model& model, const PhaseSetup& setup, std::vector<Li
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     LinkTable& t = table_of_joint(model, j, tables);
     if (t.wheel < 0 && !works_by_effort(t.output)) continue;
-    // The command has its effort, and nothing else of its law is read.
+    // The command contains its effort; the rest of its law is not evaluated.
     t.output = ControlOutput::none, t.reads_acceleration = t.is_cycloidal = false;
     t.series = 0, t.tones = -1;
     t.channel = next++;
   }
 }
 
-// The fields of a link's entry that a model and its setup determine; offsets of pieces and tones come later.
+// The fields of a link's entry that follow from model and setup; offsets of pieces and tones are set later.
 std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) {
   std::vector<LinkTable> tables;
   for (const TreeLink<double>& link : model.tree().links) {
@@ -124,7 +124,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
 
 // --- Trajectories ---------------------------------------------------------------------------------------------------
 
-// Ends of the intervals from t0 to t1 in which trajectories and loads are smooth; ticks do not count.
+// Ends of the intervals from t0 to t1 in which trajectories and loads are smooth; ticks are not included.
 std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
   PhaseSetup unsampled = setup;
   unsampled.clock.reset();
@@ -140,7 +140,7 @@ ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>
     return {true, static_cast<int>(channels), 0, true, setup.actuators.thrusters != nullptr, 0};
   }
   const ControlTiming& timing = setup.clock->timing();
-  // What is on its way at a tick, that tick's among it, and one more for what rounding does to times.
+  // Commands delayed at a tick, including that of the tick, plus one for rounding of times.
   const int most = static_cast<int>(std::ceil(timing.delay / timing.period)) + 2;
   return {true,
           static_cast<int>(setup.clock->channels()),
@@ -161,7 +161,7 @@ std::vector<double> command_numbers(const ControlClock::Command& command, const 
 // The polynomial part of a profile as a series.
 std::vector<double> path_series(const JointPath& path) {
   JointPath polynomial = path;
-  if (path.profile == JointProfile::cycloidal) {  // its travel is apart
+  if (path.profile == JointProfile::cycloidal) {  // its travel is stored separately
     polynomial.profile = JointProfile::quintic;
     polynomial.end = polynomial.start;
   }
@@ -178,7 +178,7 @@ void write_hold(double position, double rate, double* out) {
 
 void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
   if (coefficients(piece) > table.series) {
-    throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides for");
+    throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides");
   }
   double begin = piece.begin, length = piece.end - piece.begin;
   if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
@@ -194,7 +194,7 @@ void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
   out[kPieceInverseHalf] = 2 / length;
 }
 
-// What holds at the time `inside`, see evaluate(JointTrajectory, t, inside). `out` is zero before.
+// Piece at the time `inside`, see evaluate(JointTrajectory, t, inside). `out` is initially zero.
 void write_trajectory(const JointTrajectory& trajectory, double inside, const LinkTable& table, double* out) {
   const std::vector<JointPiece>& pieces = trajectory.pieces;
   if (pieces.empty()) return;
@@ -240,32 +240,31 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 }  // namespace
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
-  // A member that is added to these structures does not compile here until it is known what lanes make of it.
+  // A structured binding: a new member of these structures fails to compile here until lanes handle it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
                clock, channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
-  // Under a clock each case says itself what its laws and actuators do.
+  // Under a clock each case computes its laws and actuators itself.
   const bool is_sampled = clock != nullptr;
-  if (sensors && !is_sampled) return "sensors are read without a clock";
-  if (law_model && !is_sampled) return "laws work continuously with a model of their own";
-  if (controller && !is_sampled) return "a controller of its own is asked continuously";
+  if (sensors && !is_sampled) return "sensors without a clock";
+  if (law_model && !is_sampled) return "continuous laws with a separate model";
+  if (controller && !is_sampled) return "a custom controller without a clock";
   [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds, steering,
                                 one_by_one] = actuators;
-  if (thrusters && !is_sampled) return "thrusters switch by the state";
-  if (feedforward && !is_sampled) return "the base's torque follows the arms continuously";
-  if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels turn without attitude control";
-  if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled)
-    return "reaction wheels keep speeds of their own continuously";
-  if (!gyros.empty() || steering) return "motors of control moment gyros work";
+  if (thrusters && !is_sampled) return "thrusters switch depending on the state";
+  if (feedforward && !is_sampled) return "continuous feedforward of the base torque";
+  if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels without attitude control";
+  if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled) return "continuous control of reaction wheel speeds";
+  if (!gyros.empty() || steering) return "control moment gyros";
   if (!model.rotors().empty()) return "rotors store momentum";
-  // Works are integrated of one tree.
+  // Works are integrated for one tree.
   const int driven_root =
       model.joints().empty() ? -1 : model.bodies()[static_cast<std::size_t>(model.joints().front())].root;
   for (const int body : model.joints()) {
-    // The same of what joints have.
+    // Likewise for the members of a joint.
     const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
                  elasticity, modal] = model.bodies()[static_cast<std::size_t>(body)].description.joint;
     const auto& [viscous, coulomb, transition_rate, friction_model, static_effort] = joint_friction;
@@ -273,15 +272,15 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
     if (stop) return "joints have stops";
     if (motor) return "joints have motors";
-    if (modal) return "links bend by their own modes";
+    if (modal) return "links have mode shapes";
     if (spring && spring->backlash > 0) return "gears have backlash";
     if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
-      return "dampers work elsewhere than in the robot";
+      return "dampers outside the robot";
   }
   if (held_root >= 0) {
     const Body& held = model.bodies().at(static_cast<std::size_t>(held_root));
     if (held.parent >= 0 || held.description.joint.type != JointType::free || (attitude && attitude->root == held_root))
-      return "what is held is no free root, or under attitude control";
+      return "the held root is not free, or is under attitude control";
   }
   if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   return loop_obstacle(model, setup);
@@ -332,7 +331,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
 
 namespace {
 
-// The block of the smooth piece around `inside`.
+// The block of the smooth interval around `inside`.
 void write_block(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, double inside,
                  double* out) {
   write_loads(structure, model, setup, inside, out);
@@ -342,13 +341,13 @@ void write_block(const LaneStructure& structure, const Model& model, const Phase
     const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
     if (table.output == ControlOutput::none && table.control == drive.control) continue;
     if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
-      throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
+      throw std::invalid_argument("lane_motion: a joint's drive does not match the structure");
     }
     write_trajectory(drive.trajectory, inside, table, out + table.piece);
   }
 }
 
-// What the clock does at `t`, as ControlClock::tick() and command() do it.
+// The clock's actions at `t`, as in ControlClock::tick() and command().
 void advance(ControlClock& clock, double t, double same, LaneInterval& interval) {
   std::size_t waiting = clock.on_their_way();
   interval.samples = clock.tick(t, same);
@@ -372,7 +371,7 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
   const double same = break_resolution(t0, t1);
   std::optional<ControlClock> clock;
   if (setup.clock && !structure.control.by_case)
-    clock = *setup.clock;  // a copy: the run's own goes on when the lane has come to its end
+    clock = *setup.clock;  // a copy: the run's own clock advances when the lane's case has ended
   std::vector<double> ends = phase_breaks(setup, t0, t1);
   ends.push_back(t1);
   const std::vector<double> smooth = block_ends(setup, t0, t1);
@@ -450,7 +449,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
   for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
   if (!same || control_table(setup, own) != structure.control)
-    throw std::invalid_argument("lane_case: the model or what drives it has another structure");
+    throw std::invalid_argument("lane_case: the model or its drives have another structure");
   if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
     throw std::invalid_argument("lane_case: " + difference);
   const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
@@ -481,7 +480,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
     }
   }
   if (loop_tables(model, setup) != structure.loops)
-    throw std::invalid_argument("lane_case: loops are closed otherwise than the structure has it");
+    throw std::invalid_argument("lane_case: the loop closures do not match the structure");
   result.outside = outside_numbers(structure, model, setup);
   result.loops = loop_numbers(model, setup);
   result.q = state.q;

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// Cholesky factorization with pivoting in packs: what constraint/pivoted_cholesky.hpp does to one matrix. Every lane
-/// takes its pivots in an order of its own and stops at a rank of its own. Rows stay where they are, and every step
-/// changes the whole of what is left, so that lanes go through the same operations whatever their orders: where they
-/// take different rows a column is blended from all, where they take the same one it is read. Both give the same bits.
+/// Cholesky factorization with pivoting in packs, as constraint/pivoted_cholesky.hpp for one matrix. Each lane has its
+/// own pivot order and rank. Rows are not exchanged, and every step updates the whole remaining matrix, so all lanes
+/// execute the same operations. If lanes choose different rows, a column is blended from all rows; if they agree, it is
+/// read directly. Both give the same bits.
 
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/pack/pack.hpp"
@@ -32,11 +32,11 @@ class LanePivots {
         going_(size),
         taken_(size) {}
 
-  /// The matrix to factor, of which the lower triangle (row >= column) is read; factor() uses it up.
+  /// The matrix to factor, of which the lower triangle (row >= column) is read; factor() overwrites it.
   S& at(int row, int column) { return matrix_[row * size_ + column]; }
 
-  /// Factors, and stops, in each lane, where no remaining pivot exceeds the rank's tolerance times max(1, largest
-  /// diagonal). NaN leaves rank 0.
+  /// Factors the matrix. Each lane stops when no remaining pivot exceeds the rank tolerance times max(1, largest
+  /// diagonal). NaN gives rank 0.
   void factor() {
     independent_ = factor_in_order();
     if (independent_ == Mask::kAllBits) {
@@ -49,15 +49,16 @@ class LanePivots {
     doubtful_ &= ~independent_;
   }
 
-  /// Lanes in which a pivot of the last factorization was so near the tolerance that rounding may have decided.
+  /// Lanes in which a pivot of the last factorization was so close to the tolerance that rounding error may have
+  /// decided.
   unsigned doubtful() const { return doubtful_; }
   /// All rows are independent in all lanes: solutions leave no residual.
   bool all_independent() const { return independent_ == Mask::kAllBits; }
-  /// Independent rows.
+  /// Number of independent rows.
   const S& rank() const { return rank_; }
 
-  /// Solves A x = b with x zero in the rows not taken. `residual` (which may be b) receives, per row, what A x leaves
-  /// of b there (exactly zero in rows taken).
+  /// Solves A x = b with x zero in the rows not taken. `residual` (may be b) receives, per row, b - A x (exactly zero
+  /// in rows taken).
   void solve(const S* b, S* x, S* residual) {
     if (independent_ != 0) solve_in_order(b, ordered_.data());
     if (independent_ == Mask::kAllBits) {
@@ -74,13 +75,13 @@ class LanePivots {
   }
 
  private:
-  // L D L^T in the order of the rows. Lanes of full rank whatever the order of pivots: a last pivot is the determinant
-  // over the other pivots, of which none is larger than its diagonal entry was, so that it is not below the least
-  // diagonal entry times the product of D over that of the diagonal.
+  // L D L^T in the original row order, for lanes with certain full rank. The last pivot is the determinant divided by
+  // the other pivots, none of which exceeds its original diagonal entry. It is therefore at least the smallest diagonal
+  // entry times the product of D divided by that of the diagonal.
   unsigned factor_in_order() {
     using namespace loop_limits;
     S largest(1.0), product(1.0), of_diagonal(1.0), least = at(0, 0);
-    const S nothing(kRankTolerance);  // what is below it is not beyond doubt
+    const S nothing(kRankTolerance);  // smaller values do not prove full rank
     unsigned independent = Mask::kAllBits;
     for (int j = 0; j < size_; ++j) {
       const S* row = lower_.data() + j * size_;
@@ -161,12 +162,12 @@ class LanePivots {
     }
   }
 
-  // Pivots within this factor of the tolerance are in doubt. Rounding leaves some 1e-15 of redundant rows.
+  // Pivots within this factor of the tolerance are doubtful. Rounding error leaves about 1e-15 in redundant rows.
   static constexpr double kDoubtful = 30;
 
   const S& symmetric(int i, int j) const { return matrix_[i >= j ? i * size_ + j : j * size_ + i]; }
 
-  // The largest remaining diagonal of every lane, the first of equal ones, becomes step s's choice.
+  // Step s chooses the largest remaining diagonal entry of every lane, the first among equal ones.
   S choose(int s) {
     unsigned* choice = choice_.data() + s * size_;
     S best(-1.0);
@@ -182,14 +183,14 @@ class LanePivots {
     return best;
   }
 
-  // A vector's entry in the chosen rows.
+  // Entry of a vector in the chosen rows.
   S chosen(int s, const S* x) const {
     if (agreed_[s] >= 0) return x[agreed_[s]];
     S value = x[0];
     for (int i = 1; i < size_; ++i) value = select(Mask::from_bits(choice_[s * size_ + i]), x[i], value);
     return value;
   }
-  // The same written, in lanes that have taken the row.
+  // Writes the entry in lanes that have chosen the row.
   void put(int s, const S& value, S* x) const {
     for (int i = 0; i < size_; ++i) {
       const unsigned lanes = choice_[s * size_ + i] & going_[s];
@@ -197,7 +198,7 @@ class LanePivots {
     }
   }
 
-  // Takes the chosen rows out of what is left: A - l d l^T.
+  // Eliminates the chosen rows from the remaining matrix: A - l d l^T.
   void eliminate(int s, unsigned going) {
     S* L = factor_.data() + s * size_;
     const unsigned* choice = choice_.data() + s * size_;
@@ -222,17 +223,17 @@ class LanePivots {
   int size_;
   int steps_ = 0;
   unsigned doubtful_ = 0;
-  unsigned independent_ = 0;  // lanes that are factored in the rows' order
+  unsigned independent_ = 0;  // lanes factored in the original row order
   S rank_ = S(0.0);
   LaneArray<S> matrix_;
-  LaneArray<S> lower_, diagonal_, in_order_inverse_;  // of the rows' order: L, D and D^-1
-  LaneArray<S> ordered_;                              // a solution with them
+  LaneArray<S> lower_, diagonal_, in_order_inverse_;  // for the original row order: L, D and D^-1
+  LaneArray<S> ordered_;                              // a solution in that order
   LaneArray<S> column_;
-  LaneArray<S> factor_;             // step after step: a column of L without its one, zero in rows taken before
-  LaneArray<S> inverse_, forward_;  // per step; the first zero where a lane has come to its rank
+  LaneArray<S> factor_;             // per step: a column of L without its unit entry, zero in rows taken before
+  LaneArray<S> inverse_, forward_;  // per step; inverse_ is zero in lanes that have reached their rank
   LaneArray<S, unsigned> choice_;   // per step and row: lanes that take it
-  LaneArray<S, int> agreed_;        // per step: the row that all lanes take; -1: they take several
-  LaneArray<S, unsigned> going_;    // per step: lanes that have not come to their rank
+  LaneArray<S, int> agreed_;        // per step: the row chosen by all lanes; -1: lanes disagree
+  LaneArray<S, unsigned> going_;    // per step: lanes that have not reached their rank
   LaneArray<S, unsigned> taken_;    // per row
 };
 

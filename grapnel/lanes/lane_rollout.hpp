@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Rollouts in lanes: cases of one model under given joint torques, a case in every lane, by steps of one length.
-/// Without error control and books, and for any tree that the recursions know; what integrates captures is
+/// Rollouts in lanes: cases of one model under given joint torques with a fixed step, one case per lane. No error
+/// control and no conservation checks; any tree that the recursions support. Captures are integrated by
 /// lane_stepper.hpp.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
@@ -19,7 +19,7 @@ class LaneRollout {
   static constexpr int kWidth = S::kWidth;
 
   explicit LaneRollout(const RolloutTables& tables);
-  /// Cases `first` to `first` + kWidth - 1; beyond cases.end the last one is computed again and not written.
+  /// Computes cases `first` to `first` + kWidth - 1; lanes beyond cases.end repeat the last case and write nothing.
   void run(const RolloutCases& cases, std::int64_t first);
 
  private:
@@ -94,7 +94,7 @@ void LaneRollout<S>::run(const RolloutCases& cases, std::int64_t first) {
   if (cases.last != nullptr) write(cases.last + first * size_, size_, count);
 }
 
-// Lane l's numbers are `stride` behind lane l - 1's.
+// The numbers of lane l are `stride` after those of lane l - 1.
 template <class S>
 void LaneRollout<S>::write(double* to, std::int64_t stride, int count) const {
   double lanes[kWidth];
@@ -116,7 +116,7 @@ void LaneRollout<S>::load(const RolloutCases& cases, std::int64_t first) {
 
 template <class S>
 void LaneRollout<S>::read_control(const RolloutCases& cases, std::int64_t first, std::int64_t step) {
-  if (cases.control == nullptr) return;  // they are zero
+  if (cases.control == nullptr) return;  // the controls are zero
   double lanes[kWidth];
   for (int j = 0; j < tables_.controls; ++j) {
     for (int l = 0; l < kWidth; ++l) {
@@ -127,7 +127,7 @@ void LaneRollout<S>::read_control(const RolloutCases& cases, std::int64_t first,
   }
 }
 
-// Efforts at the joints: what is commanded, and friction.
+// Joint efforts: commands and friction.
 template <class S>
 void LaneRollout<S>::actuate(const S* v) {
   for (int j = 0; j < tables_.controls; ++j) {
@@ -142,7 +142,7 @@ void LaneRollout<S>::actuate(const S* v) {
   }
 }
 
-// vdot_ of a state.
+// Computes vdot_ of a state.
 template <class S>
 void LaneRollout<S>::accelerate(const S* y) {
   const std::size_t n = static_cast<std::size_t>(tables_.velocities);
@@ -171,8 +171,8 @@ void LaneRollout<S>::normalize(S* y) const {
   }
 }
 
-// The classic method of order 4, as integrate/runge_kutta_4.hpp has it: quaternions are numbers during a step and come
-// back to unit norm after it.
+// The classical Runge-Kutta method of order 4, as in integrate/runge_kutta_4.hpp: quaternion components are integrated
+// independently during a step and normalized after it.
 template <class S>
 void LaneRollout<S>::step_rk4() {
   const S h(tables_.step), half(0.5 * tables_.step), third(tables_.step / 3.0), sixth(tables_.step / 6.0);
@@ -196,12 +196,12 @@ void LaneRollout<S>::step_rk4() {
   normalize(y_.data());
 }
 
-// q o exp(turn / 2): by sine and cosine, so that the quaternion keeps its norm whatever the step.
+// q o exp(turn / 2), by sine and cosine, so that the quaternion's norm is preserved for any step size.
 template <class S>
 void LaneRollout<S>::turn_quaternion(S* q, const Vector3<S>& turn) const {
   const S angle = sqrt(S((turn[0] * turn[0] + turn[1] * turn[1]) + turn[2] * turn[2]));
   const SineCosine<S> at = sine_cosine(S(S(0.5) * angle));
-  // sin(angle / 2) / angle, which is 1/2 where the angle's square is nothing beside 1.
+  // sin(angle / 2) / angle, which is 1/2 for an angle whose square is negligible relative to 1.
   const S tiny(1e-12);
   const S factor = select(angle > tiny, S(at.sine / max(angle, tiny)), S(0.5));
   const Quaternion<S> by{at.cosine, S(factor * turn[0]), S(factor * turn[1]), S(factor * turn[2])};
@@ -209,8 +209,9 @@ void LaneRollout<S>::turn_quaternion(S* q, const Vector3<S>& turn) const {
   q[0] = result.w, q[1] = result.x, q[2] = result.y, q[3] = result.z;
 }
 
-// Velocities first, then coordinates with the new ones. A free root's linear velocity steps by components in W, in
-// which its acceleration is that of its origin, so that this is the method that other engines call so.
+// Updates velocities, then coordinates with the new velocities. The linear velocity of a free root is updated by its
+// components in W, in which its acceleration is that of its origin. This matches the semi-implicit method of other
+// engines.
 template <class S>
 void LaneRollout<S>::step_euler() {
   const S h(tables_.step);

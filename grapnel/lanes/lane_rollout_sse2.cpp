@@ -1,4 +1,4 @@
-// The lane rollouts for sse2. Compiled with flags of its own, see CMakeLists.txt.
+// The lane rollouts for sse2. Compiled with set-specific flags, see CMakeLists.txt.
 
 #include "grapnel/lanes/lane_rollout.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the lane rollouts read and write: plain tables of numbers, the only thing that passes between portable code and
-/// the translation units of the instruction sets. Filled by Rollout; rollout.hpp says what the numbers mean.
+/// Input and output of the lane rollouts: plain tables of numbers. Only these pass between portable code and the
+/// translation units of the instruction sets. Filled by Rollout; documented in rollout.hpp.
 
 #include <cstdint>
 
@@ -10,10 +10,10 @@
 
 namespace grapnel::lanes {
 
-/// A joint that a control drives.
+/// A joint driven by a control.
 struct RolloutJoint {
   int velocity;   // index into the velocities
-  double effort;  // limit [N m or N]; infinite: none
+  double effort;  // limit [N m or N]; infinite: no limit
   bool is_viscous, has_coulomb;
   double viscous, coulomb, inverse_transition;
 };
@@ -27,7 +27,7 @@ struct RolloutTables {
   int quaternion_count;
   const RolloutJoint* joints;  // per control
   int controls;
-  const std::uint8_t* held;  // per velocity: its acceleration is zero; null: none is
+  const std::uint8_t* held;  // per velocity: its acceleration is zero; null: none
   double gravity[3];         // in W [m/s^2]
   double step;               // [s]
   int substeps;              // per control
@@ -38,16 +38,16 @@ struct RolloutTables {
 struct RolloutCases {
   const double* initial;  // per case
   const double* control;  // per case and step; null: zero
-  double* states;         // per case and step, after it; null: not wanted
-  double* last;           // per case, after its last step; null: not wanted
+  double* states;         // per case and step, after it; null: not written
+  double* last;           // per case, after its last step; null: not written
   std::int64_t steps;
   std::int64_t begin, end;  // the cases to compute
-  /// Asked now and then: whether to give up. Null: never.
+  /// Polled periodically: returns whether to stop. Null: never.
   bool (*stop)(void* context);
   void* context;
 };
 
-// Once per instruction set; each is defined where it is compiled for its set.
+// One function per instruction set, each defined in the file compiled for its set.
 void run_lane_rollout_one_lane(const RolloutTables& tables, const RolloutCases& cases);
 void run_lane_rollout_sse2(const RolloutTables& tables, const RolloutCases& cases);
 void run_lane_rollout_avx2(const RolloutTables& tables, const RolloutCases& cases);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Kinematics and dynamics of single states in lanes: the kernels of grapnel/dynamics on packs, a case in every lane.
+/// Kinematics and dynamics of single states in lanes: the kernels of grapnel/dynamics on packs, one case per lane.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/composite_body_kernel.hpp"
@@ -18,7 +18,7 @@ class LaneStates {
   static constexpr int kWidth = S::kWidth;
 
   LaneStates(const StatesTables& tables, const StateCases& cases);
-  /// Cases `first` to `first` + kWidth - 1; beyond the last one that is computed again and not written.
+  /// Computes cases `first` to `first` + kWidth - 1; lanes beyond the last case repeat it and write nothing.
   void run(std::int64_t first);
 
  private:

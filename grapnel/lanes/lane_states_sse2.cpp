@@ -1,4 +1,4 @@
-// The states in lanes for sse2. Compiled with flags of its own, see CMakeLists.txt.
+// The states in lanes for sse2. Compiled with set-specific flags, see CMakeLists.txt.
 
 #include "grapnel/lanes/lane_states.hpp"
 

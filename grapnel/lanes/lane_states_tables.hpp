@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What lane translation units see of states.hpp: plain data, no Eigen.
+/// Data of states.hpp for lane translation units: plain data without Eigen.
 
 #include <cstdint>
 
@@ -16,7 +16,7 @@ struct StatesTables {
   int velocities;
 };
 
-/// Rows of numbers, one per case; `stride` numbers lie between the begins of two rows, 0: all have the same one.
+/// Rows of numbers, one per case; `stride`: distance of two rows' begins in numbers; 0: all cases share one row.
 struct StateRows {
   const double* data = nullptr;  // null: zeros
   std::int64_t stride = 0;
@@ -25,7 +25,7 @@ struct StateRows {
 /// Numbers of LinkMotion in StateCases::motion: X_WL's rotation by rows and position, V_WL [angular; linear].
 constexpr int kMotionNumbers = 18;
 
-/// The states of `count` cases, and what is wanted of them: row-major, case after case; null: not wanted.
+/// The states of `count` cases and the requested results: row-major, case after case; null: not requested.
 struct StateCases {
   std::int64_t count = 0;
   StateRows q;                    // coordinates, quaternions of unit norm; never null
@@ -40,7 +40,7 @@ struct StateCases {
   double* mass_matrix = nullptr;    // velocities x velocities
 };
 
-// Once per instruction set; each is defined where it is compiled for its set.
+// One function per instruction set, each defined in the file compiled for its set.
 void run_lane_states_one_lane(const StatesTables& tables, const StateCases& cases);
 void run_lane_states_sse2(const StatesTables& tables, const StateCases& cases);
 void run_lane_states_avx2(const StatesTables& tables, const StateCases& cases);

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Integrates the cases of one structure in lanes: the steps of integrate/dormand_prince_853_kernel.hpp with a time, a
-/// step, a verdict and an interval of its own in every lane, where DormandPrince853 has one of each. A lane that has
-/// finished takes the next case, so that lanes stay full; a case's numbers depend on nothing but the case.
+/// Integrates the cases of one structure in lanes, with the steps of integrate/dormand_prince_853_kernel.hpp. Every
+/// lane has its own time, step size, error estimate and interval, of which DormandPrince853 has one each. A lane takes
+/// the next case as soon as its case ends, so lanes stay occupied. The result of a case depends on this case alone.
 
 #include "grapnel/integrate/dormand_prince_853_kernel.hpp"
 #include "grapnel/lanes/lane_conservation.hpp"
@@ -13,8 +13,8 @@
 
 namespace grapnel::lanes {
 
-// The error norm of integrate/dormand_prince_853.hpp in packs: what it measures and why is written there. A text of its
-// own, since with one tolerance for all numbers both error estimates share its divisions.
+// The error norm of integrate/dormand_prince_853.hpp in packs; its definition and derivation are given there.
+// Implemented separately, since with one tolerance for all numbers both error estimates share their divisions.
 
 /// Sums of (difference/scale)^2 over a state.
 template <class S>
@@ -31,7 +31,7 @@ class LaneErrorNorm {
     }
   }
 
-  /// Of two differences of the states y0 and y1 at once.
+  /// Sums for two differences of the states y0 and y1 simultaneously.
   void sums(const S* y0, const S* y1, const S* a, const S* b, S& sum_a, S& sum_b) const {
     const S rtol(tables_.relative_tolerance), atol(tables_.absolute_tolerance);
     sum_a = sum_b = S(0.0);
@@ -69,7 +69,7 @@ class LaneErrorNorm {
   GRAPNEL_INLINE S root_mean(const S& sum) const {
     return tables_.dimension == 0 ? S(0.0) : sqrt(S(sum * S(1.0 / tables_.dimension)));
   }
-  // A quaternion's difference as the rotation vector 2 Im(conj(q) d).
+  // Contribution of a quaternion: its difference as the rotation vector 2 Im(conj(q) d).
   GRAPNEL_INLINE void add_rotation(const S* q, const S* d, S& sum) const {
     const S twice(2.0 * inverse_angle_);
     const S x = (q[0] * d[1] - d[0] * q[1]) - (q[2] * d[3] - q[3] * d[2]);
@@ -87,31 +87,31 @@ class LaneErrorNorm {
   double inverse_angle_;
 };
 
-/// Where one lane's case stands; the tag keeps names of different instruction sets apart.
+/// State of one lane's case; the tag separates the symbol names of different instruction sets.
 template <class S>
 struct LaneState {
   bool active = false;
   bool rejected = false;    // since the last accepted step
-  bool finite = true;       // the last rejected step
-  bool last = false;        // the step under way ends the interval, or at an edge inside it
+  bool finite = true;       // whether the last rejected step was finite
+  bool last = false;        // the present step ends the interval, or at an edge inside it
   bool broken = false;      // the derivative at its start is not finite
   bool runs_away = false;   // sampled control is unstable
-  bool broken_off = false;  // by what its case was asked
-  bool refused = false;     // the step under way does not count, or the case may not begin
-  bool leaves = false;      // that is so since a wheel comes near its largest rate
+  bool broken_off = false;  // by an exception of the case's control
+  bool refused = false;     // the present step is not accepted, or the case may not begin
+  bool leaves = false;      // refused because a wheel approaches its maximum rate
   bool in_doubt = false;    // closed loops are near a change of rank, or cannot be closed
   CaseRecord record{};
   const LaneInterval* interval = nullptr;
   double time = 0;
-  double step = 0;      // under way
-  double until = 0;     // when what acts changes next
-  double end = 0;       // of the step under way
+  double step = 0;      // present step size
+  double until = 0;     // next change of the active command
+  double end = 0;       // end time of the present step
   double wanted = 0;    // its size before it was fitted to the interval's end
-  double proposed = 0;  // size of the next
+  double proposed = 0;  // size of the next step
   dop853::AcceptedStep before{};
-  double first = 0;    // that which the step under way was first tried with
-  double longest = 0;  // that any may have
-  double defect = 0;   // largest of a quaternion's norm
+  double first = 0;    // first size tried for the present step
+  double longest = 0;  // maximum step
+  double defect = 0;   // maximum norm error of a quaternion
   std::int64_t accepted = 0, rejections = 0, evaluations = 0;
 };
 
@@ -122,11 +122,11 @@ class LaneStepper {
   using Mask = typename S::Mask;
 
   LaneStepper(const PhaseTables& tables, CaseExchange& exchange);
-  /// Until no case is left.
+  /// Integrates until no case remains.
   void run();
 
  private:
-  /// x^(-1/8), exactly rounded operations only: the same everywhere.
+  /// x^(-1/8) from exactly rounded operations only: identical on all machines.
   static double inverse_eighth_root(double x) { return 1.0 / __builtin_sqrt(__builtin_sqrt(__builtin_sqrt(x))); }
 
   S* stage(int number) { return stages_.data() + (number - 1) * size_; }
@@ -145,9 +145,9 @@ class LaneStepper {
   const double* block_of(const LaneState<S>& lane, const LaneInterval& interval) const {
     return lane.record.blocks + static_cast<long>(interval.block) * tables_.piece_numbers;
   }
-  // Where the step under way ends at a break that another interval follows, or at an edge inside of one,
+  // Whether the present step ends at a break followed by another interval, or at an edge inside one.
   static bool enters(const LaneState<S>& lane) { return lane.last && lane.end != lane.record.end_time; }
-  // and what comes then.
+  // The interval that follows.
   static const LaneInterval& following(const LaneState<S>& lane) {
     return lane.end == lane.interval->end ? lane.interval[1] : *lane.interval;
   }
@@ -161,7 +161,7 @@ class LaneStepper {
   void leave_in_doubt(unsigned lanes);
   void note_loops(unsigned accepted, const Mask& good, const S& error);
   void check_conservation(const S& h);
-  // Momentum and energy of the states at hand, per tree.
+  // Momentum and energy of the present states, per tree.
   void measure(PackTree<S>* trees) {
     const std::span<const S> q = dynamics_.coordinates(y_.data());
     conservation_(
@@ -173,7 +173,7 @@ class LaneStepper {
   }
   PackIntegrals<S> since_start(int tree) const;
   void show(unsigned lanes, const S* y);
-  // A lane's coordinates and velocities, into result_q_ and result_v_.
+  // Copies a lane's coordinates and velocities to result_q_ and result_v_.
   void take_out(int l, const S* y) {
     for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
     for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
@@ -184,12 +184,12 @@ class LaneStepper {
   LaneDynamics<S> dynamics_;
   LaneConservation<S> conservation_;
   int size_;
-  int integrals_;  // where they begin in y
+  int integrals_;  // their offset in y
   LaneErrorNorm<S> norm_;
   LaneState<S> lanes_[kWidth];
   LaneArray<S> y_, trial_, end_, stages_, error3_, error5_;
   LaneArray<S, double> result_q_, result_v_, result_motor_, result_integrals_, result_commands_;
-  // A case that could be evaluated, for lanes without one: numbers that are not finite would be slow.
+  // A valid case for idle lanes: non-finite numbers would slow down the arithmetic.
   bool has_model_ = false;
   double model_time_ = 0;
   LaneArray<S, double> model_links_, model_noise_, model_outside_, model_loops_, model_block_, model_y_;
@@ -197,8 +197,8 @@ class LaneStepper {
   LaneArray<S, PackDeviation<S>> deviations_;
   LaneArray<S, LaneTreeRecord> result_trees_;
   LaneArray<S> exchange_rates_;  // phase_integral::kExchangeCount per tree
-  // How loops are kept closed; see LaneLoopRecord.
-  LaneProjection<S> projection_;  // the last
+  // Loop closure statistics; see LaneLoopRecord.
+  LaneProjection<S> projection_;  // of the last step
   S correction_ = S(0.0);         // its size
   LaneDefect<S> unprojected_ = LaneDefect<S>::none(), open_ = LaneDefect<S>::none();
   S rank_ = S(0.0), corrections_ = S(0.0), error_estimates_ = S(0.0);
@@ -244,7 +244,7 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       result_trees_(tables.tree_count),
       exchange_rates_(phase_integral::kExchangeCount * tables.tree_count) {}
 
-// --- How lanes take cases, begin them and hand back what became of them. ---------------------------------------------
+// --- Start and end of cases in lanes. --------------------------------------------------------------------------------
 
 template <class S>
 void LaneStepper<S>::run() {
@@ -260,7 +260,7 @@ void LaneStepper<S>::run() {
   while (plan()) attempt();
 }
 
-// Takes the next case into a lane; false: there is none.
+// Loads the next case into a lane; false if there is none.
 template <class S>
 bool LaneStepper<S>::take(int l) {
   LaneState<S>& lane = lanes_[l];
@@ -293,7 +293,7 @@ void LaneStepper<S>::keep_as_model(int l) {
   has_model_ = true;
 }
 
-// Gives a lane without a case numbers that can be evaluated.
+// Loads valid numbers into an idle lane.
 template <class S>
 void LaneStepper<S>::rest(int l) {
   lanes_[l] = {};
@@ -355,7 +355,7 @@ void LaneStepper<S>::begin(unsigned starting) {
   choose_first_steps(starting);
 }
 
-// Of these lanes, in the state y, those whose cases are to be handed back.
+// The lanes, among these, whose cases must be handed back in the state y.
 template <class S>
 unsigned LaneStepper<S>::ask(unsigned lanes, const S* y) {
   if (exchange_.counts == nullptr) return 0;
@@ -369,7 +369,7 @@ unsigned LaneStepper<S>::ask(unsigned lanes, const S* y) {
   return refused;
 }
 
-// Of these lanes, those in which a wheel may have come to its largest rate between two states.
+// The lanes, among these, in which a wheel may have reached its maximum rate between two states.
 template <class S>
 unsigned LaneStepper<S>::near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
                                            const S& h) {
@@ -383,7 +383,7 @@ unsigned LaneStepper<S>::near_largest_rate(unsigned lanes, const S* y, const S* 
   return near;
 }
 
-// Prescribed joints where they are prescribed, in these lanes loops closed, and roots where momenta have them.
+// Sets prescribed joints, closes the loops of these lanes, and recomputes roots from conserved momenta.
 template <class S>
 void LaneStepper<S>::settle(unsigned lanes, const S& t, S* y, double negligible) {
   dynamics_.put_prescribed(t, y);
@@ -399,7 +399,7 @@ void LaneStepper<S>::settle(unsigned lanes, const S& t, S* y, double negligible)
   dynamics_.recover(t, y);
 }
 
-// Of these lanes, those in which a rank has been in doubt.
+// The lanes, among these, with a doubtful rank.
 template <class S>
 void LaneStepper<S>::leave_in_doubt(unsigned lanes) {
   const unsigned doubts = lanes & dynamics_.loops().take_doubts();
@@ -438,8 +438,8 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
   }
 }
 
-// The cases of these lanes as they are in y, which has been evaluated last; a step that has led there still counts as
-// under way.
+// Reports the cases of these lanes in the state y, which was evaluated last; the step that led there still counts as in
+// progress.
 template <class S>
 void LaneStepper<S>::show(unsigned lanes, const S* y) {
   if (exchange_.look == nullptr) return;
@@ -479,7 +479,7 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   exchange_.done(exchange_.context, l, result);
 }
 
-// Fits the next step of every lane; cases that end here make room for others. False: none is left.
+// Fits the next step of every lane; ended cases are replaced. False if none is left.
 template <class S>
 bool LaneStepper<S>::plan() {
   for (;;) {
@@ -504,10 +504,10 @@ bool LaneStepper<S>::plan() {
   }
 }
 
-// See DormandPrince853::step. False: the case ends here.
+// See DormandPrince853::step. False if the case ends here.
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
-  // What has been asked after a step that does not count says nothing.
+  // Checks after a rejected step are void.
   if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::handed_back, false;
   if (lane.broken_off) return status = LaneStatus::broken_off, false;
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
@@ -519,14 +519,14 @@ bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
   if (fitted.too_small) return status = lane.finite ? LaneStatus::step_too_small : LaneStatus::non_finite, false;
   lane.wanted = fitted.wanted, lane.last = fitted.last;
   lane.end = lane.last ? lane.until : lane.time + lane.wanted;
-  lane.step = lane.end - lane.time;  // as the rounded times have it, so that time does not drift
+  lane.step = lane.end - lane.time;  // consistent with the rounded times, so that time does not drift
   return true;
 }
 
 // --- One step of all lanes, in lockstep. -----------------------------------------------------------------------------
 
-// Scales quaternions to unit norm; the largest | |q| - 1 | before. The sum is in pairs, which fuse;
-// integrate/manifold.hpp adds one square after the other.
+// Normalizes quaternions; returns the maximum of | |q| - 1 | before. The sum is in pairs, which fuse;
+// integrate/manifold.hpp adds the squares sequentially.
 template <class S>
 S LaneStepper<S>::normalize(S* y) const {
   S largest(0.0);
@@ -598,7 +598,7 @@ void LaneStepper<S>::attempt() {
   judge(accepted, good, error, defect);
 }
 
-// What it took to keep loops closed in the step just made.
+// Size of the loop corrections in the last step.
 template <class S>
 void LaneStepper<S>::note_loops(unsigned accepted, const Mask& good, const S& error) {
   leave_in_doubt(accepted);
@@ -609,7 +609,8 @@ void LaneStepper<S>::note_loops(unsigned accepted, const Mask& good, const S& er
   error_estimates_ = select(good, S(error_estimates_ + error), error_estimates_);
 }
 
-// Where an accepted step ends at a break, what follows speaks there: its derivative is the next step's first.
+// After an accepted step that ends at a break, evaluates the derivative with the following interval; it is the first
+// stage of the next step.
 template <class S>
 S LaneStepper<S>::enter_intervals(unsigned accepted) {
   S t;
@@ -622,7 +623,7 @@ S LaneStepper<S>::enter_intervals(unsigned accepted) {
   return t;
 }
 
-// Where an interval begins for a lane's case: what the case says acts from now on, and until when.
+// At the begin of an interval of a lane's case: obtains the case's command and its end.
 template <class S>
 void LaneStepper<S>::ask_case(int l, bool is_first, const LaneInterval& interval, const S* y) {
   LaneState<S>& lane = lanes_[l];
@@ -642,8 +643,8 @@ void LaneStepper<S>::ask_case(int l, bool is_first, const LaneInterval& interval
   dynamics_.commands().hold(l, result_commands_.data());
 }
 
-// Sampled control where lanes begin their first interval, or enter the next: laws speak once for all lanes in which
-// sensors are read, or every case for itself.
+// Sampled control in lanes that begin their first interval or enter the next one: laws are evaluated once for all lanes
+// in which sensors are read, or by every case itself.
 template <class S>
 void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const S& t, S* y) {
   if (!tables_.control.is_sampled) return;
@@ -665,7 +666,7 @@ void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const 
     S fastest(0.0);
     for (int i = 0; i < tables_.velocities; ++i) {
       if (!dynamics_.is_wheel(i))
-        fastest = max(fastest, abs(y[tables_.coordinates + i]));  // wheels may be fast for good
+        fastest = max(fastest, abs(y[tables_.coordinates + i]));  // wheels may rotate fast indefinitely
     }
     for (int l = 0; l < kWidth; ++l) {
       if (((sampling >> l) & 1U) != 0 && fastest.get(l) > tables_.runaway) lanes_[l].runs_away = true;
@@ -677,7 +678,7 @@ void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const 
   }
 }
 
-// The controller, see DormandPrince853::step.
+// The step size controller, see DormandPrince853::step.
 template <class S>
 void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, const S& defect) {
   for (int l = 0; l < kWidth; ++l) {
@@ -693,7 +694,7 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
       const double next = tables_.predictive ? dop853::predicted_root(lane.step, root, lane.before) : root;
       lane.proposed = dop853::size_after_accepted(lane.step, next, lane.rejected);
       lane.before = {lane.step, root};
-      // A step cut short by the end says nothing more.
+      // A step shortened by the interval's end does not limit the next one.
       if (lane.last) lane.proposed = dop853::larger(lane.proposed, lane.wanted);
       lane.first = lane.proposed;
       lane.time = lane.end;
@@ -706,7 +707,7 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
     } else {
       if (is_next) {
         dynamics_.load_block(l, block_of(lane, *lane.interval));
-        lane.broken = tables_.control.is_sampled;  // what has been commanded is not taken back
+        lane.broken = tables_.control.is_sampled;  // commands cannot be revoked
       }
       lane.rejected = true;
       lane.finite = !fits && __builtin_isfinite(e);
@@ -716,7 +717,7 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
   }
 }
 
-// What has come into a tree, of the states at hand.
+// External exchange of a tree in the present states.
 template <class S>
 PackIntegrals<S> LaneStepper<S>::since_start(int tree) const {
   using namespace phase_integral;
@@ -730,15 +731,15 @@ PackIntegrals<S> LaneStepper<S>::since_start(int tree) const {
   return since;
 }
 
-// Momentum and energy of the states at hand, after steps of the size h: zero in lanes that have not moved, which find
-// what they found before. What was exchanged is taken as at the ends of steps.
+// Momentum and energy of the present states, after steps of size h; h is zero in lanes that have not moved, whose
+// result is unchanged. Exchange rates are those at the steps' ends.
 template <class S>
 void LaneStepper<S>::check_conservation(const S& h) {
   measure(now_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) {
     deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
     for (int k = 0; k < phase_integral::kExchangeCount; ++k) {
-      // Lanes whose step does not count may hold anything.
+      // Lanes whose step is not accepted may hold arbitrary values.
       S& rate = exchange_rates_[phase_integral::kExchangeCount * i + k];
       rate = select(h > S(0.0), rate, S(0.0));
     }

@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// Reaction wheels in packs: how a torque on the base is shared among their motors, (1) of
-/// simulate/reaction_wheels.hpp. Here all wheels are free: a case in which one comes near its largest rate leaves the
-/// lanes before the step in which it may get there (LaneStatus::at_largest_rate), since modes change at events, at each
-/// case's own times.
+/// Reaction wheels in packs: distribution of a base torque to their motors, (1) of simulate/reaction_wheels.hpp. All
+/// wheels are below saturation here. A case in which a wheel approaches its maximum rate leaves the lanes before the
+/// step that may reach it (LaneStatus::at_largest_rate), since modes change at events, at different times in each case.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/pack/pack.hpp"
@@ -26,7 +25,7 @@ class LaneWheels {
 
   bool any() const { return tables_.outside.wheel_count > 0; }
 
-  /// Takes a case's numbers into a lane.
+  /// Loads a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record) {
     const double* n = record.outside + kLoads + kLoadNumbers * tables_.outside.load_count;
     for (int w = 0; w < tables_.outside.wheel_count; ++w, n += kWheelNumbers) {
@@ -37,7 +36,7 @@ class LaneWheels {
     }
   }
 
-  /// Efforts, per link, of the motors that give a torque on the base, in its axes.
+  /// Motor efforts, per link, that produce a torque on the base, in its axes.
   void give(const Vector3<S>& torque, S* motor) const {
     S factor(1.0);
     for (int w = 0; w < tables_.outside.wheel_count; ++w) {
@@ -47,9 +46,9 @@ class LaneWheels {
     for (int w = 0; w < tables_.outside.wheel_count; ++w) motor[link_[w]] = -(factor * dot(wheels_[w].row, torque));
   }
 
-  /// Lanes in which a wheel may have come to its largest rate on a step of length h, from its rates at both ends and
-  /// its accelerations there: a parabola between equal rates rises by a quarter of acceleration times length, and this
-  /// allows for twice that. `begin`, `end`: velocities; `slope_begin`, `slope_end`: their derivatives.
+  /// Lanes in which a wheel may have reached its maximum rate during a step of length h, from its rates and
+  /// accelerations at both ends. A parabola between equal rates rises by a quarter of acceleration times length; the
+  /// test allows twice that. `begin`, `end`: velocities; `slope_begin`, `slope_end`: their derivatives.
   Mask near_largest_rate(const S* begin, const S* end, const S* slope_begin, const S* slope_end, const S& h) const {
     Mask near = Mask::from_bits(0);
     for (int w = 0; w < tables_.outside.wheel_count; ++w) {

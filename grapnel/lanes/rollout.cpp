@@ -55,13 +55,13 @@ Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
   if (!(setup.step > 0 && std::isfinite(setup.step)))
     throw std::invalid_argument("rollout: the step must be positive and finite");
   if (!model.tree().chains.empty())
-    throw std::invalid_argument("rollout: joints of this model move by modes, of which lanes know nothing");
+    throw std::invalid_argument("rollout: the model has modal joints, which lanes do not support");
   if (setup.substeps < 1) throw std::invalid_argument("rollout: there must be at least one substep");
   for (const int body : model.joints()) joints_.push_back(driven(model.bodies()[body], setup.friction));
   for (const int root : setup.held) {
     const Body& body = model.bodies().at(static_cast<std::size_t>(root));
     if (body.parent >= 0 || !model.has_free_root(root))
-      throw std::invalid_argument("rollout: only a free root can be held, and " + body.description.name + " is none");
+      throw std::invalid_argument("rollout: only a free root can be held, and " + body.description.name + " is not");
     held_.resize(static_cast<std::size_t>(model.velocities()));
     std::fill_n(held_.begin() + body.v, 6, std::uint8_t{1});
   }
@@ -84,11 +84,11 @@ Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
 }
 
 void Rollout::run(const RolloutData& data, int threads, const std::stop_token& stop) const {
-  if (data.cases < 0 || data.steps < 0) throw std::invalid_argument("rollout: fewer than no cases or steps");
+  if (data.cases < 0 || data.steps < 0) throw std::invalid_argument("rollout: negative number of cases or steps");
   check_size(data.initial.size(), data.cases, state_size(), false, "the initial states");
   check_size(data.control.size(), data.cases, data.steps * control_size(), true, "the control");
-  check_size(data.states.size(), data.cases, data.steps * state_size(), true, "the place for states");
-  check_size(data.last.size(), data.cases, state_size(), true, "the place for the last states");
+  check_size(data.states.size(), data.cases, data.steps * state_size(), true, "the output for states");
+  check_size(data.last.size(), data.cases, state_size(), true, "the output for the last states");
   const auto pointer = [](auto span) { return span.empty() ? nullptr : span.data(); };
   RolloutCases all{pointer(data.initial),
                    pointer(data.control),
@@ -101,8 +101,8 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
                    nullptr};
   std::stop_token asked = stop;
   if (stop.stop_possible()) all.stop = is_stopped, all.context = &asked;
-  // Threads take packs as they come. Of short cases several at once, so that they do not queue for their next.
-  constexpr std::int64_t kWorthAThread = 64;  // steps of a pack
+  // Threads take packs as they become free; several at a time for short cases, to reduce contention.
+  constexpr std::int64_t kWorthAThread = 64;  // steps of a pack per batch
   const std::int64_t per_case = std::max<std::int64_t>(1, data.steps * tables_.substeps);
   const std::int64_t packs = (data.cases + width_ - 1) / width_;
   const std::int64_t at_once = std::clamp<std::int64_t>(kWorthAThread / per_case, 1, std::max<std::int64_t>(1, packs));
@@ -131,7 +131,7 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
     try {
       for (std::int64_t i = 1; i < count; ++i) others.emplace_back(work);
     } catch (const std::system_error&) {
-      // The system gives no more threads: those that there are do it.
+      // The system provides no more threads; the existing ones do the work.
     }
     work();
   }

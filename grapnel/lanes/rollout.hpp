@@ -1,12 +1,12 @@
 #pragma once
 
 /// @file
-/// Rollouts: what a model does from given states under given joint torques, many cases at once, one in every SIMD lane
-/// and on as many threads as are wanted. For sampling, learning and predictive control, where a fixed step is enough;
-/// captures are integrated with error control (lane_phase.hpp).
+/// Rollouts: motion of a model from given initial states under given joint torques, many cases simultaneously, one per
+/// SIMD lane on any number of threads. Intended for sampling, learning and predictive control with a fixed step.
+/// Captures are integrated with error control (lane_phase.hpp).
 ///
-/// A case's numbers depend on the case alone, bit for bit: not on the cases beside it, their number, threads, nor on
-/// the instruction set among those with fused products. Thread safety: a Rollout may be run by several threads at once.
+/// The result of a case depends on this case alone, bit for bit: not on other cases, their number, threads, nor on the
+/// instruction set among those with fused products. Thread safety: several threads may run one Rollout concurrently.
 
 #include <cstdint>
 #include <span>
@@ -18,34 +18,34 @@
 
 namespace grapnel::lanes {
 
-/// rk4: the classic Runge-Kutta method of order 4. euler: semi-implicit Euler, velocities first, then coordinates with
-/// the new ones (order 1).
+/// rk4: the classical Runge-Kutta method of order 4. euler: semi-implicit Euler, velocities first, then coordinates
+/// with the new velocities (order 1).
 enum class RolloutMethod { rk4, euler };
 
 struct RolloutSetup {
   double step = 0;   // [s]
-  int substeps = 1;  // steps of this length under one control
+  int substeps = 1;  // number of steps per control
   RolloutMethod method = RolloutMethod::rk4;
   Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
-  bool friction = true;                 // of the joints, as the model describes it
-  std::vector<int> held;                // free roots (bodies) that an ideal wrench keeps from accelerating
+  bool friction = true;                 // joint friction of the model
+  std::vector<int> held;                // free roots (bodies) held against acceleration by an ideal wrench
 };
 
-/// What goes in and comes out: row-major, case after case. A state is [q; v], a control an effort per joint of
-/// Model::joints() [N m or N], cut at the joint's limit and constant for `substeps` steps.
+/// Input and output: row-major, case after case. A state is [q; v]. A control is an effort per joint of Model::joints()
+/// [N m or N], clipped at the joint's limit and constant for `substeps` steps.
 struct RolloutData {
   std::int64_t cases = 0;
   std::int64_t steps = 0;           // controls per case
   std::span<const double> initial;  // cases x state
   std::span<const double> control;  // cases x steps x joints; empty: zero
-  std::span<double> states;         // cases x steps x state, after each control; empty: not wanted
-  std::span<double> last;           // cases x state, after the last one; empty: not wanted
+  std::span<double> states;         // cases x steps x state, after each control; empty: not written
+  std::span<double> last;           // cases x state, after the last control; empty: not written
 };
 
 class Rollout {
  public:
-  /// The model must outlive it. @throws std::invalid_argument naming what is wrong with the setup; std::runtime_error
-  /// if GRAPNEL_LANES names an instruction set that does not run here.
+  /// The model must outlive it. @throws std::invalid_argument that states the invalid setting; std::runtime_error if
+  /// GRAPNEL_LANES names an instruction set that this processor lacks.
   Rollout(const Model& model, const RolloutSetup& setup);
   Rollout(const Rollout&) = delete;
   Rollout& operator=(const Rollout&) = delete;
@@ -53,8 +53,8 @@ class Rollout {
   int state_size() const { return tables_.coordinates + tables_.velocities; }
   int control_size() const { return tables_.controls; }
 
-  /// `threads`: 0: one per processor. Where numbers overflow the states go on as not-a-number. After a stop request
-  /// what has not been computed is left as it is. @throws std::invalid_argument if sizes do not fit.
+  /// `threads`: 0: one per processor. After an overflow the states are NaN. After a stop request, results not yet
+  /// computed are left unchanged. @throws std::invalid_argument if sizes do not match.
   void run(const RolloutData& data, int threads = 0, const std::stop_token& stop = {}) const;
 
  private:

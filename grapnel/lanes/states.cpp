@@ -33,9 +33,9 @@ States::States(const Model& model, InstructionSet set)
       has_chains_(!model.tree().chains.empty()) {}
 
 void States::run(const StateCases& cases) const {
-  // A pack costs no less for lanes that nobody needs, and more memory is set up for it.
+  // A full pack costs the same for idle lanes and needs more memory, so few cases use a narrower one.
   if (has_chains_ && (cases.accelerations || cases.mass_matrix))
-    throw std::invalid_argument("lanes: joints of this model move by modes, of which lanes know nothing");
+    throw std::invalid_argument("lanes: the model has modal joints, which lanes do not support");
   constexpr std::int64_t kFew = 2;
   (cases.count <= kFew ? run_few_ : run_)(tables_, cases);
 }

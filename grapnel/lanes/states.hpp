@@ -1,12 +1,11 @@
 #pragma once
 
 /// @file
-/// Kinematics and dynamics of many states of one model at once, a state in every SIMD lane. What dynamics/ computes of
-/// one state, by the same kernels.
+/// Kinematics and dynamics of many states of one model, one per SIMD lane. Uses the kernels of dynamics/.
 ///
-/// A case's numbers depend on the case alone, bit for bit: not on the cases beside it and their number, nor on the
-/// instruction set among those with fused products. They are those of dynamics/ up to rounding, since there the
-/// compiler chooses which products are fused.
+/// The result of a case depends on this case alone, bit for bit: not on other cases and their number, nor on the
+/// instruction set among those with fused products. It equals that of dynamics/ up to rounding error, since there the
+/// compiler chooses which products to fuse.
 
 #include "grapnel/lanes/lane_states_tables.hpp"
 #include "grapnel/model/model.hpp"
@@ -14,23 +13,23 @@
 
 namespace grapnel::lanes {
 
-/// Thread safety: immutable; run() may be called by several threads at once.
+/// Thread safety: immutable; several threads may call run() concurrently.
 class States {
  public:
-  /// The model must outlive it. The set has to be one that is supported. @throws std::runtime_error if GRAPNEL_LANES
-  /// names an instruction set that does not run here.
+  /// The model must outlive it. The set must be supported. @throws std::runtime_error if GRAPNEL_LANES names an
+  /// instruction set that this processor lacks.
   explicit States(const Model& model, InstructionSet set = best_instruction_set().value_or(InstructionSet::one_lane));
   States(const States&) = delete;
   States& operator=(const States&) = delete;
 
-  /// On the calling thread. @throws std::invalid_argument if accelerations or mass matrices are wanted of a model some
-  /// of whose joints move by modes (ModalJoint).
+  /// Computes on the calling thread. @throws std::invalid_argument if accelerations or mass matrices are requested for
+  /// a model with modal joints (ModalJoint).
   void run(const StateCases& cases) const;
 
  private:
   StatesTables tables_;
   void (*run_)(const StatesTables&, const StateCases&);
-  void (*run_few_)(const StatesTables&, const StateCases&);  // the same bits
+  void (*run_few_)(const StatesTables&, const StateCases&);  // for few cases; the same bits
   bool has_chains_;
 };
 

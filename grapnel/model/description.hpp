@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Plain data that describe bodies, joints and frames, as a file or a program gives them. ModelBuilder turns them into
+/// Plain data that describe bodies, joints and frames, as given by a file or a program. ModelBuilder converts them to
 /// an immutable Model. Public, kept stable.
 
 #include <limits>
@@ -14,15 +14,15 @@
 
 namespace grapnel {
 
-/// What a joint meets at the ends of its range: a stop that throws it back with `restitution` times the rate at which
-/// it came. Below the rate `rest_rate` it comes to rest there.
+/// Stop at the ends of a joint's range: an impact reverses the rate, multiplied by `restitution`. Below the rate
+/// `rest_rate` the joint comes to rest at the stop.
 struct JointStop {
   double restitution = 0;   // from 0 to 1
   double rest_rate = 1e-4;  // [rad/s or m/s]
 };
 
-/// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite where none is given.
-/// Without a stop nothing keeps the joint within its range.
+/// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite: no limit. Without a stop
+/// no force enforces the position limits.
 struct JointLimits {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
@@ -31,10 +31,10 @@ struct JointLimits {
   std::optional<JointStop> stop = {};
 };
 
-/// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition stands for the jump of
-/// dry friction, so a joint creeps where a real one sticks; the rate at which it does is the user's to choose. With the
-/// model `sticking` it is -(viscous rate + coulomb sign(rate)) while the joint moves, and at rest whatever holds the
-/// joint, up to breakaway(): docs/theory.md, (19.1).
+/// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition replaces the jump of
+/// dry friction, so a joint creeps where a real one sticks; the user chooses the transition rate. With the model
+/// `sticking` the torque is -(viscous rate + coulomb sign(rate)) in motion. At rest it is the torque that holds the
+/// joint, up to breakaway(): docs/theory, (19.1).
 struct JointFriction {
   enum class Model { smooth, sticking };
   double viscous = 0;             // [N m s/rad or N s/m]
@@ -43,37 +43,37 @@ struct JointFriction {
   Model model = Model::smooth;
   std::optional<double> static_effort = {};  // of the model sticking, at least coulomb [N m or N]; absent: coulomb
 
-  /// The largest effort with which a sticking joint holds itself.
+  /// The maximum friction effort of a sticking joint at rest.
   double breakaway() const { return static_effort.value_or(coulomb); }
 };
 
-/// A motor's effort that swings with its angle: times 1 + amplitude sin(per_turn gear_ratio q + phase).
+/// Torque ripple: the motor's effort is multiplied by 1 + amplitude sin(per_turn gear_ratio q + phase).
 struct TorqueRipple {
   double amplitude = 0;  // from 0 to 1
-  double per_turn = 1;   // periods in a turn of the motor
+  double per_turn = 1;   // periods per motor revolution
   double phase = 0;      // [rad]
 };
 
-/// What a motor can do, and what it takes, as seen at its joint.
+/// Capability and consumption of a motor, in terms of its joint.
 struct JointMotor {
-  /// Rate at which no effort is left in the sense of motion: the largest effort falls on a line from limits.effort at
-  /// rest to nothing there [rad/s or m/s].
+  /// No-load rate: the maximum effort in the direction of motion decreases linearly from limits.effort at rest to zero
+  /// at this rate [rad/s or m/s].
   double no_load_rate = std::numeric_limits<double>::infinity();
   std::optional<TorqueRipple> ripple = {};
-  double torque_constant = 0;  // of the motor, effort over gear_ratio and current [N m/A]; 0: not known
+  double torque_constant = 0;  // of the motor, effort over gear_ratio and current [N m/A]; 0: unknown
   double resistance = 0;       // of its winding [Ohm]
 };
 
-/// A linear spring and damper at a joint of one axis, which pulls it back to `rest`: effort -stiffness (q - rest) -
-/// damping rate, (22.1) of docs/theory.md; with backlash it begins to pull at half of that on either side. Joints with
-/// a spring are not driven: hinges of panels, gears that yield, pieces of links that bend.
+/// A linear spring and damper at a joint with one axis: effort -stiffness (q - rest) - damping rate, (22.1) of
+/// docs/theory. With backlash the spring acts beyond half of it on either side. Joints with a spring are not driven:
+/// panel hinges, elastic gears, segments of flexible links.
 struct JointSpring {
   double stiffness = 0;  // [N m/rad or N/m]
   double damping = 0;    // [N m s/rad or N s/m]
   double rest = 0;       // [rad or m]
-  double backlash = 0;   // within half of it on either side of `rest` the spring does nothing [rad or m]
+  double backlash = 0;   // range centred on `rest` without spring force [rad or m]
 
-  /// How far the spring is deflected.
+  /// Deflection of the spring.
   double deflection(double q) const {
     const double x = q - rest, half = 0.5 * backlash;
     return x > half ? x - half : x < -half ? x + half : backlash > 0 ? 0 : x;
@@ -82,20 +82,20 @@ struct JointSpring {
   double energy(double q) const { return 0.5 * stiffness * deflection(q) * deflection(q); }  // [J]
 };
 
-/// How the gear of a driven joint yields between its motor and its body (flexible_robot() makes a joint with a spring
-/// of it; a Model takes it for rigid).
+/// Elasticity of the gear between motor and body of a driven joint (flexible_robot() converts it to a joint with a
+/// spring; a Model treats it as rigid).
 struct JointElasticity {
   double stiffness = 0;  // seen at the joint [N m/rad or N/m]
   double damping = 0;    // likewise [N m s/rad or N s/m]
-  double backlash = 0;   // how far the link can be moved, seen at the joint, before the gear resists [rad or m]
+  double backlash = 0;   // free motion of the link with a locked motor [rad or m]
 };
 
-/// A joint of one axis that does not move by itself: together with the other joints of its chain it moves by a few
-/// modes, rate = modes . eta', with the same eta for all of them. The joints of a chain follow each other, one on the
-/// body of the one before it; a link that bends by its own modes is one.
+/// A joint with one axis that belongs to a modal chain: its rate is modes . eta', with the same few eta for all joints
+/// of the chain. The joints of a chain are consecutive, each on the body of the previous one. A flexible link with mode
+/// shapes is such a chain.
 struct ModalJoint {
   std::string chain;
-  std::vector<double> rates;  // of the joint, per rate of every mode; as many for all joints of a chain
+  std::vector<double> rates;  // of the joint, per rate of every mode; equal length for all joints of a chain
 };
 
 /// A joint between a body and its parent.
@@ -106,17 +106,17 @@ struct JointDescription {
   JointLimits limits;
   JointFriction friction;
   double rotor_inertia = 0;  // of the motor about its own axis [kg m^2]
-  double gear_ratio = 1;     // motor turns per joint turn [1, or rad/m for a prismatic joint]
-  /// The rotor's axis, unit, in the joint's frame, which is the parent's but for its mount: about it the rotor, which
-  /// the parent carries, turns gear_ratio times as fast as the joint. Absent: the rotor adds to the joint's inertia
-  /// alone. Present: its spin counts in the momentum, (19.6) of docs/theory.md.
+  double gear_ratio = 1;     // motor revolutions per joint revolution [1, or rad/m for a prismatic joint]
+  /// The rotor's axis, a unit vector in the joint's frame, which is fixed to the parent. The parent carries the rotor,
+  /// which rotates about this axis gear_ratio times as fast as the joint. Absent: the rotor only adds to the joint's
+  /// inertia. Present: its spin contributes to the momentum, (19.6) of docs/theory.
   std::optional<Vector3d> rotor_axis = {};
   std::optional<JointMotor> motor = {};
   std::optional<JointSpring> spring = {};
   std::optional<JointElasticity> elasticity = {};
   std::optional<ModalJoint> modal = {};
 
-  /// What the rotor adds to the joint's diagonal of the mass matrix [kg m^2 or kg].
+  /// Contribution of the rotor to the joint's diagonal entry of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }
   /// The rotor's spin momentum per joint rate, in the joint's frame [kg m^2, or kg m]; zero without an axis.
   Vector3d rotor_momentum() const { return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero(); }
@@ -129,7 +129,7 @@ struct BeamMaterial {
   double density = 0;        // [kg/m^3]
 };
 
-/// Shape of a beam's section: a circle, or a rectangle along its principal axes; solid, or hollow with walls of one
+/// Cross section of a beam: a circle, or a rectangle along its principal axes; solid, or hollow with constant wall
 /// thickness.
 struct BeamSection {
   std::optional<double> diameter = {};        // outer, of a circle [m]
@@ -138,7 +138,7 @@ struct BeamSection {
   std::optional<double> wall_thickness = {};  // absent: solid [m]
 };
 
-/// A beam at one place of its length. What a station does not state is the beam's own all along it.
+/// Properties of a beam at a station. Properties not given at stations are constant along the beam.
 struct BeamStation {
   double at = 0;  // from the beam's beginning [m]
   std::optional<double> mass_per_length = {};
@@ -150,25 +150,25 @@ struct BeamStation {
   std::optional<BeamSection> section = {};
 };
 
-/// A straight beam within a body, along which the body bends and twists (flexible_robot() makes pieces on springs of
-/// it; a Model takes it for rigid). x: along the beam; y and z: principal axes of its section. What of the body is
-/// before its beginning moves with that, what is beyond its end with the end.
+/// A straight flexible beam within a body, for bending and torsion (flexible_robot() converts it to segments on
+/// springs; a Model treats it as rigid). x: along the beam; y and z: principal axes of its section. Parts of the body
+/// before the beam's begin move with the begin, parts beyond its end with the end.
 struct BeamDescription {
   Vector3d from = Vector3d::zero(), to = Vector3d::zero();  // its ends, in the body's frame [m]
-  /// Direction of y, of which what is across the beam counts; absent: the body's y axis, of a beam along that its z
-  /// axis.
+  /// Direction of y; its component across the beam is used. Absent: the body's y axis, or its z axis for a beam along
+  /// y.
   std::optional<Vector3d> section_y = {};
-  std::optional<double> mass_per_length = {};      // absent: it has the whole mass of the body [kg/m]
+  std::optional<double> mass_per_length = {};      // absent: the beam has the whole mass of the body [kg/m]
   double rotary_inertia = 0;                       // of the section about the beam, per length [kg m]
   std::optional<double> bending_stiffness_y = {};  // E I about y; absent: rigid [N m^2]
   std::optional<double> bending_stiffness_z = {};  // E I about z; absent: rigid [N m^2]
   std::optional<double> torsional_stiffness = {};  // G J; absent: rigid [N m^2]
-  std::optional<double> axial_stiffness = {};      // E A; absent: it does not stretch [N]
-  std::optional<BeamMaterial> material = {};       // with sections, in place of the six above
+  std::optional<double> axial_stiffness = {};      // E A; absent: inextensible [N]
+  std::optional<BeamMaterial> material = {};       // with sections, instead of the six values above
   bool stretches = false;                          // with sections: whether E A counts
   std::optional<BeamSection> section = {};         // all along it
   std::vector<BeamStation> stations = {};  // from end to end: numbers, or sizes of sections, are linear between them
-  double damping_ratio = 0;                // of its first mode of each kind, clamped at `from`, by itself
+  double damping_ratio = 0;                // of its first mode of each kind, for the beam alone clamped at `from`
   int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
   /// It yields only by so many of its slowest modes of each kind, bending about y, about z, stretching, twisting, that
   /// it has when it is clamped where it begins and carries what hangs on its link; absent: by all that segments allow.
@@ -176,9 +176,10 @@ struct BeamDescription {
   double fastest_mode = 100;  // none of these may be faster [Hz]
 };
 
-/// A mode of vibration of what is clamped at a body's frame, as makers of solar panels and finite-element programs
-/// state it: with the mode's coordinate in the norm of unit modal mass, a rate of one has these momenta about the
-/// frame's origin (flexible_robot() makes a mass and a rotor on a spring of it; a Model takes it for rigid).
+/// A vibration mode of a structure clamped at a body's frame, as specified by manufacturers of solar panels and
+/// computed by finite-element programs. With modal coordinates of unit modal mass, a modal rate of 1 has these momenta
+/// about the frame's origin (flexible_robot() converts it to a mass and a rotor on a spring; a Model treats it as
+/// rigid).
 struct VibrationMode {
   double frequency = 0;  // [Hz]
   double damping_ratio = 0;
@@ -186,7 +187,7 @@ struct VibrationMode {
   Vector3d rotation = Vector3d::zero();     // [kg^(1/2) m]
 };
 
-/// A rigid body and the joint that carries it. Its frame sits at the joint: X_PB(q) = X_PF * joint motion(q).
+/// A rigid body and the joint that carries it. The body's frame is at the joint: X_PB(q) = X_PF * joint motion(q).
 struct BodyDescription {
   std::string name;
   std::string parent;              // name of the parent body; empty: the world
@@ -196,9 +197,9 @@ struct BodyDescription {
   Vector3d com = Vector3d::zero();            // in the body's frame [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in the body's axes [kg m^2]
   std::optional<BeamDescription> beam = {};
-  std::vector<VibrationMode> modes = {};  // in place of a beam
-  /// A part of a flexible body, or what lies between two of its joints. It may lack mass, or inertia about some axis,
-  /// which the parts that hang on it have, and may have less than none, which the part that carries it has.
+  std::vector<VibrationMode> modes = {};  // alternative to a beam
+  /// A part of a flexible body, or an intermediate body between two of its joints. Its mass, or its inertia about some
+  /// axis, may be zero if attached parts have it, or negative if the carrying part compensates.
   bool is_part = false;
 };
 

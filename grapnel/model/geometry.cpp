@@ -32,9 +32,9 @@ namespace {
 
 __extension__ using Wide = __int128;  // differences of 41 bits: their triple product needs 125
 
-// A place on the grid, components within +-kGrid.
+// A grid point, components within +-kGrid.
 constexpr double kGrid = 0x1p39;
-constexpr double kThinnest = 1e-9;  // of kGrid: less is no body
+constexpr double kThinnest = 1e-9;  // of kGrid: minimum extent of a body
 struct Place {
   std::int64_t x, y, z;
 };
@@ -55,7 +55,7 @@ struct Face {
   std::array<int, 3> vertex;    // counter-clockwise seen from outside
   std::array<int, 3> neighbor;  // across the edge from vertex k to k + 1
   Normal normal;
-  std::vector<int> above;  // points outside of this face, each in one face's list
+  std::vector<int> above;  // points outside of this face; each point is in the list of one face
   bool alive = true;
 };
 
@@ -63,7 +63,7 @@ class Quickhull {
  public:
   explicit Quickhull(std::vector<Place> places) : at_(std::move(places)) {}
 
-  // False: all points lie in one plane.
+  // False: all points are coplanar.
   bool build() {
     if (!first_tetrahedron()) return false;
     while (!open_.empty()) {
@@ -134,7 +134,8 @@ class Quickhull {
     }
   }
 
-  // Gives points to faces that they are outside of, among those from `first` on; points inside of all are done with.
+  // Assigns points to faces that they are outside of, among those from `first` on; points inside of all faces are
+  // dropped.
   void distribute(const std::vector<int>& points, std::size_t first) {
     for (const int p : points) {
       for (std::size_t f = first; f < faces_.size(); ++f) {
@@ -149,7 +150,7 @@ class Quickhull {
     }
   }
 
-  // Replaces all faces that the face's farthest point sees by a fan from that point to the horizon.
+  // Replaces all faces visible from the face's farthest point by a fan from that point to the horizon.
   void add_farthest(int seed) {
     const std::vector<int>& above = faces_[seed].above;
     const int p = *std::max_element(above.begin(), above.end(),
@@ -176,7 +177,7 @@ class Quickhull {
         }
       }
     }
-    // Whether a face is seen does not depend on the way to it, so the horizon is one closed line.
+    // Visibility of a face does not depend on the search order, so the horizon is one closed line.
     const std::size_t fan = faces_.size();
     const int start = horizon.begin()->first;
     for (int first = start;;) {
@@ -203,7 +204,8 @@ class Quickhull {
   std::vector<int> open_;  // faces with points outside
 };
 
-// Triangles by planes: those whose normals agree with that of a larger neighbour. Returns the plane of each face.
+// Groups triangles by planes: those whose normals agree with that of a larger neighbour. Returns the plane of each
+// face.
 std::vector<int> planes_of(const std::vector<Face>& faces, const std::vector<int>& alive,
                            std::vector<Vector3d>& normals) {
   constexpr double kAngle = 1e-8;
@@ -274,7 +276,7 @@ ConvexHull convex_hull(std::span<const Vector3d> points) {
   }
   const Vector3d center = 0.5 * lower + 0.5 * upper, half = 0.5 * upper - 0.5 * lower;
   const double extent = std::max({half[0], half[1], half[2]});
-  // Squares of lengths must neither overflow nor vanish.
+  // Squares of lengths must not overflow or underflow.
   if (!(extent > 1e-100 && extent < 1e100)) return hull;
 
   std::vector<Place> places;

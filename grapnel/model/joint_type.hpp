@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the program knows about the types of joints. All but the recursive kernels (dynamics/recursion.hpp) asks the
-/// table here. Public, kept stable.
+/// Properties of joint types. All code except the recursive kernels (dynamics/recursion.hpp) uses this table. Public,
+/// kept stable.
 
 #include <cstdint>
 
@@ -10,22 +10,22 @@
 
 namespace grapnel {
 
-/// How a body may move relative to its parent. `free` and a `fixed` joint to the world make a root; `spherical` occurs
-/// where a target is held at a point.
+/// Motion of a body relative to its parent. `free`, and `fixed` to the world, make a root; `spherical` is used for
+/// targets held at a point.
 enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, spherical, free };
 
-/// What a joint's one coordinate is: an angle about its axis [rad], or a length along it [m].
+/// Coordinate of a joint with one axis: an angle about the axis [rad], or a length along it [m].
 enum class AxisMotion : std::uint8_t { none, turn, slide };
 
 struct JointTraits {
   JointType type;
   const char* name;     // in files and results
-  bool in_robot_files;  // others come about by bases, targets and grasps
-  int coordinates;      // where there is no quaternion they change at the rates of the velocities
+  bool in_robot_files;  // others result from bases, targets and grasps
+  int coordinates;      // without a quaternion, their rates equal the velocities
   int velocities;
   AxisMotion axis;
-  int quaternion = -1;  // where it begins among the joint's coordinates; velocities 0 to 2 turn it, in the body's axes
-  int position = -1;    // likewise, of the body's origin in W; velocities 3 to 5 move it, in the body's axes
+  int quaternion = -1;  // its offset among the joint's coordinates; velocities 0 to 2 rotate it, in the body's axes
+  int position = -1;    // likewise, of the body's origin in W; velocities 3 to 5 translate it, in the body's axes
 };
 
 inline constexpr JointTraits kJointTypes[] = {
@@ -39,17 +39,17 @@ inline constexpr JointTraits kJointTypes[] = {
 
 GRAPNEL_INLINE constexpr const JointTraits& traits_of(JointType type) { return kJointTypes[static_cast<int>(type)]; }
 
-/// Whether a joint has one coordinate, along or about an axis: such joints have drives and friction.
+/// Whether a joint has one coordinate, along or about an axis; only such joints have drives and friction.
 GRAPNEL_INLINE constexpr bool has_one_axis(JointType type) { return traits_of(type).axis != AxisMotion::none; }
 constexpr bool turns_about_axis(JointType type) { return traits_of(type).axis == AxisMotion::turn; }
 constexpr bool slides_along_axis(JointType type) { return traits_of(type).axis == AxisMotion::slide; }
 
 /// Number of generalized velocities of a joint.
 GRAPNEL_INLINE constexpr int velocity_count(JointType type) { return traits_of(type).velocities; }
-/// Number of its coordinates.
+/// Number of coordinates of a joint.
 constexpr int coordinate_count(JointType type) { return traits_of(type).coordinates; }
 
-/// Units of what belongs to a joint's axis.
+/// Units of the quantities of a joint's axis.
 struct AxisUnits {
   const char *position, *rate, *effort, *impulse;
 };
@@ -57,9 +57,9 @@ constexpr AxisUnits axis_units(JointType type) {
   return slides_along_axis(type) ? AxisUnits{"m", "m/s", "N", "N s"} : AxisUnits{"rad", "rad/s", "N m", "N m s"};
 }
 
-/// The joint's motion subspace: turn(velocity, axis) for each velocity that turns the body about an axis through its
-/// origin, slide(velocity, axis) for each that moves it along one. `v`: the joint's first velocity; `R`: from the
-/// body's axes to those of the results, which are `axis`'s, the joint's own, as well.
+/// The joint's motion subspace. Calls turn(velocity, axis) for each velocity that rotates the body about an axis
+/// through its origin, and slide(velocity, axis) for each that translates it along one. `v`: the joint's first
+/// velocity; `R`: from the body's axes to those of the results; `axis` is the joint's own axis.
 template <class S, class Turn, class Slide>
 void each_direction(JointType type, int v, const Rotation<S>& R, const Vector3<S>& axis, Turn turn, Slide slide) {
   const JointTraits& t = traits_of(type);

@@ -40,7 +40,7 @@ double rotation_defect(const Rotationd& R) {
   return worst;
 }
 
-// What is wrong with a placement; empty if nothing.
+// Error of a pose; empty if valid.
 std::string placement_fault(const Posed& X) {
   if (!finite(X)) return "placement is not finite";
   const double defect = rotation_defect(X.R);
@@ -178,7 +178,7 @@ ModelBuilder::ModelBuilder(const Model& model) {
 }
 
 ModelBuilder& ModelBuilder::add(BodyDescription body) {
-  constexpr std::size_t kUsual = 16;  // bodies; a description has a thousand bytes
+  constexpr std::size_t kUsual = 16;  // number of bodies; a description has about a thousand bytes
   if (bodies_.empty()) bodies_.reserve(kUsual);
   bodies_.push_back(std::move(body));
   return *this;
@@ -230,9 +230,10 @@ Model ModelBuilder::build() && {
   }
   if (!faults.empty()) throw ModelError(std::move(faults));
 
-  // Parents first; otherwise the given order. Each pass places what has become placeable, so a cycle is what is left.
+  // Topological order; otherwise the given order. Each pass places the bodies whose parent is placed; the remaining
+  // bodies form cycles.
   constexpr int kNotPlaced = -1;
-  std::vector<int> place(bodies_.size(), kNotPlaced);  // of a given body among the sorted ones
+  std::vector<int> place(bodies_.size(), kNotPlaced);  // position of a given body in the sorted list
   std::vector<std::size_t> order;                      // the reverse
   std::vector<int> parent;                             // of a sorted body
   for (bool progress = true; progress;) {
@@ -258,7 +259,7 @@ Model ModelBuilder::build() && {
     const int body = place[given.find(f.body)->second];
     model.frames_.push_back({std::move(f.name), body, f.X_BE});
   }
-  std::vector<BodyDescription> sorted;  // `given` has lost its names from here on
+  std::vector<BodyDescription> sorted;  // `given` is invalid from here on
   if (std::is_sorted(order.begin(), order.end())) {
     sorted = std::move(bodies_);
   } else {
@@ -266,7 +267,7 @@ Model ModelBuilder::build() && {
     for (const std::size_t i : order) sorted.push_back(std::move(bodies_[i]));
   }
   for (BodyDescription& body : sorted) {
-    // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
+    // Normalized, since kernels and Jacobians must use the same direction.
     Vector3d& axis = body.joint.axis;
     if (has_one_axis(body.joint.type)) axis *= 1 / norm(axis);
     if (auto& rotor_axis = body.joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);

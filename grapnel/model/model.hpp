@@ -3,9 +3,9 @@
 /// @file
 /// The immutable description of a mechanical system: a forest of rigid bodies on joints, with named frames.
 ///
-/// A servicer is a tree whose root is its base; a free target is a tree of one body. A model is built once by
-/// ModelBuilder, checked as a whole, and never changes; a capture makes a new model in which the target hangs on the
-/// arm. Thread safety: a Model is immutable and may be read from any number of threads. Public, kept stable.
+/// A servicer is a tree whose root is its base; a free target is a tree with one body. ModelBuilder builds and
+/// validates a model once; it never changes. A capture creates a new model in which the arm carries the target. Thread
+/// safety: a Model is immutable and may be read from any number of threads. Public, kept stable.
 
 #include <stdexcept>
 #include <string>
@@ -17,7 +17,7 @@
 
 namespace grapnel {
 
-/// Thrown by ModelBuilder::build; what() lists every fault found, one a line, each naming the body or frame.
+/// Thrown by ModelBuilder::build; what() lists all errors, one per line, each with the name of the body or frame.
 class ModelError : public std::invalid_argument {
  public:
   explicit ModelError(std::vector<std::string> faults);
@@ -43,9 +43,9 @@ struct Frame {
   Posed X_BE;  // in the body's frame
 };
 
-/// See the file comment. Coordinates q: a free root contributes its position p_WB [m] and its quaternion_wxyz of R_WB,
-/// a joint its angle [rad] or travel [m], a spherical joint quaternion_wxyz. Velocities v: a free root contributes V_WB
-/// expressed in B [angular; linear], a joint its rate, a spherical joint the relative angular velocity in the child.
+/// See the file comment. Coordinates q: position p_WB [m] and quaternion_wxyz of R_WB for a free root, angle [rad] or
+/// travel [m] for a joint, quaternion_wxyz for a spherical joint. Velocities v: V_WB expressed in B [angular; linear]
+/// for a free root, rate for a joint, relative angular velocity in the child for a spherical joint.
 class Model {
  public:
   int coordinates() const { return tree_.coordinates; }
@@ -55,16 +55,16 @@ class Model {
   const Tree<double>& tree() const { return tree_; }
   /// Bodies with a one-degree-of-freedom joint, in the order of their velocities.
   const std::vector<int>& joints() const { return joints_; }
-  /// Bodies with a joint whose rotor's spin counts (JointDescription::rotor_axis); the parent carries it.
+  /// Bodies with a joint whose rotor has a stated axis (JointDescription::rotor_axis); the parent carries the rotor.
   const std::vector<int>& rotors() const { return rotors_; }
-  /// Bodies on a joint with a spring (JointDescription::spring).
+  /// Bodies on joints with a spring (JointDescription::spring).
   const std::vector<int>& springs() const { return springs_; }
   /// Offsets in State::q of every unit quaternion.
   const std::vector<int>& quaternions() const { return quaternions_; }
   /// Total mass [kg].
   double mass() const;
 
-  /// Index of a named body or frame. @throws std::out_of_range naming it and the nearest names there are.
+  /// Index of a named body or frame. @throws std::out_of_range with the name and the most similar existing names.
   int body_index(std::string_view name) const;
   int frame_index(std::string_view name) const;
   /// Whether the velocities of a body's tree root are free (6 degrees of freedom).
@@ -85,20 +85,21 @@ class Model {
 class ModelBuilder {
  public:
   ModelBuilder() = default;
-  /// Starts from an existing model, to add to it or to change what carries a body.
+  /// Starts from an existing model, for additions or changes of joints.
   explicit ModelBuilder(const Model& model);
 
   ModelBuilder& add(BodyDescription body);
   ModelBuilder& add(FrameDescription frame);
-  /// Replaces the joint of a body: it then hangs on `parent` by `joint` at X_PF. @throws std::out_of_range if unknown.
+  /// Replaces the joint of a body: `parent` then carries it by `joint` at X_PF. @throws std::out_of_range if a name is
+  /// unknown.
   ModelBuilder& attach(std::string_view body, std::string_view parent, const Posed& X_PF, JointDescription joint);
 
-  /// Checks everything at once and builds. Bodies are sorted parents first, otherwise in the order given.
-  /// @throws ModelError with all faults: duplicate or unknown names, cycles, masses not positive, inertias not positive
-  /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, chains of joints
-  /// with modes that are none, non-finite numbers.
+  /// Validates and builds the model. Bodies are sorted parents first, otherwise in the order given. @throws ModelError
+  /// with all errors: duplicate or unknown names, cycles, masses that are not positive, inertias that are not positive
+  /// definite or violate the triangle inequality, axes without unit length, lower limits above upper limits, invalid
+  /// modal chains, non-finite numbers.
   Model build() const&;
-  /// The same, of a builder that is needed no more: descriptions are moved.
+  /// As above for a temporary builder: moves the descriptions.
   Model build() &&;
 
  private:
@@ -106,8 +107,8 @@ class ModelBuilder {
   std::vector<FrameDescription> frames_;
 };
 
-/// Faults of an inertia tensor about the centre of mass: empty if it can belong to a body, else one sentence. A slack
-/// of 1e-9 of the trace allows for published numbers that are rounded (and for thin rods and plates).
+/// Error of an inertia tensor about the centre of mass: empty if it is physically possible, else one sentence. A
+/// tolerance of 1e-9 of the trace allows for rounded published values, thin rods and plates.
 std::string inertia_fault(const Symmetric3d& inertia);
 
 }  // namespace grapnel

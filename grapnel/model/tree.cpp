@@ -9,7 +9,8 @@
 namespace grapnel {
 namespace {
 
-// Products of a few rotation matrices carry errors of some 1e-16; an axis closer than this to a coordinate axis is one.
+// Products of a few rotation matrices have errors of about 1e-16; an axis closer than this to a coordinate axis is
+// treated as one.
 constexpr double kAlignment = 4e-15;
 
 struct SignedAxis {
@@ -26,8 +27,8 @@ std::optional<SignedAxis> coordinate_axis(const Vector3d& a) {
   return std::nullopt;
 }
 
-// One Newton step towards the nearest rotation, R (3 - R^T R) / 2. Without it a frame that is set along its parent's
-// error (R_PL = X_LF.R below, hence X_LB = R^T R) would double that error with every link of a chain.
+// One Newton step towards the nearest rotation, R (3 - R^T R) / 2. Without it, a frame defined through the error of its
+// parent (R_PL = X_LF.R below, so X_LB = R^T R) would double that error with every link of a chain.
 Rotationd orthonormalized(const Rotationd& R) {
   const Rotationd G = transpose(R) * R;
   Rotationd half{};
@@ -37,7 +38,7 @@ Rotationd orthonormalized(const Rotationd& R) {
   return R * half;
 }
 
-// Orientation of the link's internal frame in its parent's internal frame at zero joint angle, with the axis in it.
+// Orientation of the link's internal frame in its parent's internal frame at zero joint angle, and the axis in it.
 struct Alignment {
   Rotationd R_PL;
   bool rotated;
@@ -47,12 +48,12 @@ struct Alignment {
 Alignment choose_frame(const Rotationd& R_PF, const Vector3d& axis_F) {
   const Vector3d axis_P = R_PF * axis_F;
   if (const auto axis = coordinate_axis(axis_P)) return {Rotationd::identity(), false, *axis};
-  // The user's own joint frame: joints further out often align with it.
+  // The user's joint frame: outer joints are often aligned with it.
   if (const auto axis = coordinate_axis(axis_F)) return {R_PF, true, *axis};
   return {rotation_between({0, 0, 1}, axis_P), true, {2, 1.0}};
 }
 
-// Columns whose part that is new to those before is less than this of their length are none of their own.
+// A column is dependent if the part orthogonal to the previous columns is below this share of its length.
 constexpr double kIndependent = 1e-9;
 
 double column_product(const std::vector<double>& A, int columns, int a, int b) {
@@ -62,7 +63,7 @@ double column_product(const std::vector<double>& A, int columns, int a, int b) {
   return sum;
 }
 
-// Modified Gram-Schmidt, twice. Whether the columns are independent.
+// Modified Gram-Schmidt, applied twice. Returns whether the columns are independent.
 bool orthonormalize(std::vector<double>& A, int columns) {
   const auto at = [&](std::size_t row, int column) -> double& { return A[row + static_cast<std::size_t>(column)]; };
   for (int c = 0; c < columns; ++c) {
@@ -81,7 +82,7 @@ bool orthonormalize(std::vector<double>& A, int columns) {
   return true;
 }
 
-// Bodies by the name of the chain that their joints are of, parents first.
+// Bodies grouped by the name of their joints' chain, parents first.
 std::map<std::string, std::vector<std::size_t>> bodies_of_chains(const std::vector<BodyDescription>& bodies) {
   std::map<std::string, std::vector<std::size_t>> chains;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -109,7 +110,7 @@ std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies
       if (joint.modal->rates.size() != count) plain = false;
       shapes.insert(shapes.end(), joint.modal->rates.begin(), joint.modal->rates.end());
       if (k == 0) continue;
-      int carrier = parent[members[k]];  // fixed bodies may lie between
+      int carrier = parent[members[k]];  // fixed bodies may be in between
       while (carrier >= 0 && bodies[static_cast<std::size_t>(carrier)].joint.type == JointType::fixed)
         carrier = parent[static_cast<std::size_t>(carrier)];
       if (carrier != static_cast<int>(members[k - 1])) fault("each must be on the body of the one before it");

@@ -1,13 +1,13 @@
 #pragma once
 
 /// @file
-/// The form in which the recursive kernels see a model: moving links only, in frames chosen so that most joints turn
-/// about a coordinate axis and most joint frames are not rotated against their parents.
+/// The model in the form of the recursive kernels: moving links only, in frames such that most joints rotate about a
+/// coordinate axis and most joint frames are not rotated relative to their parents.
 ///
 /// Bodies on fixed joints are merged into the link that carries them. A link's internal frame has the same origin as
-/// the body's own frame; its orientation is the parent's at zero joint angle whenever the joint's axis is then a
-/// coordinate axis. Rotating a 6 x 6 articulated inertia by a general matrix is 240 operations, by one coordinate
-/// rotation 60. Thread safety: immutable after construction.
+/// the body's own frame. If the joint's axis is then a coordinate axis, its orientation is the parent's at zero joint
+/// angle. Rotating a 6 x 6 articulated inertia by a general matrix takes 240 operations, by one coordinate rotation 60.
+/// Thread safety: immutable after construction.
 
 #include <cstdint>
 #include <string>
@@ -20,36 +20,36 @@ namespace grapnel {
 template <class S = double>
 struct TreeLink {
   int parent;                   // index of the parent link; -1 for a root
-  JointType joint;              // a continuous joint moves as a revolute one and is one here; `free`, `fixed`: of roots
+  JointType joint;              // continuous joints are stored as revolute; `free`, `fixed`: roots
   std::uint8_t axis;            // coordinate axis of a revolute or prismatic joint in the link's frame: 0, 1, 2
   bool rotated;                 // X_PF.R is not the identity
-  int q;                        // first coordinate
-  int v;                        // first velocity
-  double sign;                  // +1 or -1: whether the user's axis points along the coordinate axis
+  int q;                        // offset of the first coordinate
+  int v;                        // offset of the first velocity
+  double sign;                  // +1 or -1: sign of the user's axis along the coordinate axis
   Pose<S> X_PF;                 // joint frame in the parent link's frame
   RigidBodyInertia<S> inertia;  // of all bodies merged into the link, about its origin, in its frame
   S armature;                   // reflected rotor inertia
   bool has_armature;            // it is not zero
-  /// Spin momentum of the rotor that the parent carries, per rate along the coordinate axis, in the parent link's
+  /// Spin momentum of the rotor, which the parent carries, per rate along the coordinate axis, in the parent link's
   /// frame.
   Vector3<S> rotor = Vector3<S>::zero();
   bool has_rotor = false;  // it is not zero
-  int chain = -1;          // index into Tree::chains, if the joint moves by the modes of one
-  int member = 0;          // its place in it
+  int chain = -1;          // index into Tree::chains for a modal joint
+  int member = 0;          // index within the chain
 };
 
-/// Joints that move by a few modes (ModalJoint): the rates of the chain's joints are shapes eta', with as many eta as
-/// there are modes. The columns of `shapes` are orthonormal; they span what the columns of the description do.
+/// A chain of modal joints (ModalJoint): the rates of its joints are shapes eta', one eta per mode. The columns of
+/// `shapes` are orthonormal and span the columns of the description.
 struct ModalChain {
-  std::vector<int> links;       // from the inside out, each on the one before it
+  std::vector<int> links;       // in order from the root, each on the previous one
   std::vector<int> velocities;  // of their joints
   int modes = 0;
-  std::vector<double> shapes;  // joints x modes, row by row, of rates as State::v has them
+  std::vector<double> shapes;  // joints x modes, row-major, for rates as in State::v
 
   const double* row(int member) const { return &shapes[static_cast<std::size_t>(member * modes)]; }
 };
 
-// Only doubles have them: translation units of lanes must not emit functions of plain data.
+// Only for doubles: translation units of lanes must not emit functions of plain data.
 template <class S>
 struct TreeChains {};
 template <>
@@ -64,21 +64,21 @@ struct Tree : TreeChains<S> {
   int velocities = 0;
 };
 
-/// What is wrong with the chains of joints that move by modes (ModalJoint): a sentence a fault.
+/// Errors of modal chains (ModalJoint), one sentence each.
 std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent);
 
-/// Where a body sits in the tree.
+/// Location of a body in the tree.
 struct BodyPlacement {
   int link;    // index into Tree::links
   Posed X_LB;  // the body's frame in the link's internal frame
 };
 
-/// Builds the tree of bodies listed parents before children. `parent[i]` is the index of body i's parent, -1 for none;
-/// `q` and `v` are the offsets of each body's joint. Fills `placements`, one per body. chain_faults() finds nothing.
+/// Builds the tree of bodies in topological order. `parent[i]` is the index of body i's parent, -1 for none; `q` and
+/// `v` are the offsets of each body's joint. Writes `placements`, one per body. Requires that chain_faults() is empty.
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
                        const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements);
 
-/// The same link with another scalar, moving by itself.
+/// The same link for another scalar, without modal chains.
 template <class S>
 TreeLink<S> convert_link(const TreeLink<double>& l) {
   TreeLink<S> t{l.parent, l.joint, l.axis,        l.rotated,      l.q, l.v,  l.sign,
@@ -96,7 +96,7 @@ TreeLink<S> convert_link(const TreeLink<double>& l) {
   return t;
 }
 
-/// The same tree with another scalar; joints of chains move by themselves in it.
+/// The same tree for another scalar; modal joints become independent in it.
 template <class S>
 Tree<S> convert_tree(const Tree<double>& tree) {
   Tree<S> result;

@@ -21,8 +21,8 @@ int lane_count(InstructionSet set) { return 1 << static_cast<int>(set); }
 
 bool is_supported(InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
-  // What the compiler may use under the sets' flags, see CMakeLists.txt. These ask the operating system as well,
-  // whether it saves the wide registers.
+  // The instruction-set features that the compiler may use under each set's flags, see CMakeLists.txt. The checks
+  // include the operating system's support for saving the wide registers.
   switch (set) {
     case InstructionSet::avx512:
       return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
@@ -59,7 +59,7 @@ std::optional<InstructionSet> best_instruction_set() {
     if (text == name(set)) return set;
     here += ", " + std::string(name(set));
   }
-  throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those that run here: " + here);
+  throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those supported on this machine: " + here);
 }
 
 }  // namespace grapnel::lanes

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which instruction sets the lanes can use here.
+/// Instruction sets available to the lanes on this machine.
 ///
 /// Every set has its own translation units, compiled with its flags; portable code reaches them only through tables of
 /// function pointers. GRAPNEL_LANES in the environment overrides the choice.
@@ -12,21 +12,22 @@
 
 namespace grapnel::lanes {
 
-/// From the fewest lanes to the most. one_lane runs everywhere and is slow; it gives avx2's and avx512's bits.
+/// In order of increasing number of lanes. one_lane runs on every machine and is slow; its bits equal those of avx2 and
+/// avx512.
 enum class InstructionSet { one_lane, sse2, avx2, avx512 };
 
 /// "one_lane", "sse2", "avx2", "avx512".
 std::string_view name(InstructionSet set);
-/// Doubles in a pack: 1, 2, 4, 8.
+/// Number of doubles in a pack: 1, 2, 4, 8.
 int lane_count(InstructionSet set);
 /// Whether this program was built with the set's kernels and this processor and operating system can run them.
 bool is_supported(InstructionSet set);
-/// All that are, from the fewest lanes to the most.
+/// All supported sets, in order of increasing number of lanes.
 std::vector<InstructionSet> supported_instruction_sets();
 
-/// The set that campaigns, impacts and plans use: the widest supported one, or what GRAPNEL_LANES names (sse2, avx2,
-/// avx512, one_lane); nothing when it is "off", or where only one_lane is left. Throws std::runtime_error when it names
-/// a set that does not exist or does not run here.
+/// The set used by campaigns, impacts and plans: the widest supported one, or the one that GRAPNEL_LANES names (sse2,
+/// avx2, avx512, one_lane). Empty if GRAPNEL_LANES is "off" or only one_lane is available. Throws std::runtime_error if
+/// it names a set that does not exist or that this processor lacks.
 std::optional<InstructionSet> best_instruction_set();
 
 }  // namespace grapnel::lanes

@@ -1,16 +1,16 @@
 #pragma once
 
 /// @file
-/// Packs: one double per SIMD lane, a scalar as scalar.hpp asks for, so that the kernels' templates compute one state
-/// per lane. From below: instruction sets, their registers, masks, packs, functions of packs, arrays.
+/// Packs: one double per SIMD lane. A pack is a scalar in the sense of scalar.hpp, so the templates of the kernels
+/// compute one state per lane. Contents: instruction sets, registers, masks, packs, functions of packs, arrays.
 ///
-/// Same bits at every width. A compiler may fuse a * b + c or not as it likes, so in translation units that use packs
-/// it may not (-ffp-contract=off), and the grammar decides: `a * b` is a Product, which is rounded when it becomes a
-/// Pack and is fused when something is added to it. Division and square root are exactly rounded anyway. So a lane's
-/// result depends on that lane's input alone: not on its neighbours, nor on the width, among the sets with fused
-/// products (Avx512, Avx2, OneLane); Sse2 rounds products first and is reproducible in itself.
+/// Identical bits for every width. Compilers may fuse a * b + c at will; therefore translation units that use packs
+/// disable contraction (-ffp-contract=off), and the types decide. `a * b` is a Product, which is rounded on conversion
+/// to a Pack and fused in a sum. Division and square root are exactly rounded. A lane's result therefore depends on
+/// that lane's input alone. It is independent of neighbours and, among the sets with fused products (Avx512, Avx2,
+/// OneLane), of the width; Sse2 rounds products first and is reproducible by itself.
 ///
-/// `auto p = a * b;` keeps a Product; write the type.
+/// `auto p = a * b;` stores a Product; write the type explicitly.
 
 #include <cstdint>
 #include <type_traits>
@@ -20,9 +20,9 @@
 
 namespace grapnel::lanes {
 
-// --- Instruction sets: tags that every template of the lanes carries, so that the mangled name of whatever a
-// translation unit emits says for which set it was compiled: a linker can then never hand portable code a function that
-// needs AVX-512 (tests/lanes/symbols_test). ---------------------------------------------------------------------------
+// --- Instruction sets: tags of all lane templates. The mangled names of a translation unit's symbols therefore contain
+// its set, and a linker cannot give portable code a function that needs AVX-512 (tests/lanes/symbols_test).
+// -------------
 
 /// Eight doubles, fused products.
 struct Avx512 {
@@ -39,23 +39,23 @@ struct Sse2 {
   static constexpr int kWidth = 2;
   static constexpr bool kFused = false;
 };
-/// One double on any machine, the reference for the others: the same bits as Avx512 and Avx2. Slow where std::fma is
-/// not one instruction.
+/// One double on any machine, the reference for the others: the same bits as Avx512 and Avx2. Slow if std::fma is not a
+/// single instruction.
 struct OneLane {
   static constexpr int kWidth = 1;
   static constexpr bool kFused = true;
 };
 
-// --- One register per set, behind the same few operations: what differs between sets. A set is known only where the
-// compiler may use it, that is in the translation units compiled for it. On xsimd 8.1, but for what it gets wrong or
-// lacks: AVX-512 fused products (it rounds twice), negation (0 - x loses the sign of zero), != with NaN, and-not (its
-// order of arguments varies), masks as bits. --------------------------------------------------------------------------
+// --- One register type per set, with a common set of operations. A set is defined only in the translation units
+// compiled for it. Based on xsimd 8.1, with replacements for defects and gaps: fused products on AVX-512 (xsimd rounds
+// twice), negation (0 - x loses the sign of zero), != with NaN, and-not (its argument order varies), masks as bits.
+// -------------
 
-/// Register operations of one instruction set; undefined where the compiler must not use it.
+/// Register operations of one instruction set; undefined if the compiler must not use it.
 template <class Arch>
 struct LaneRegister;
 
-/// What xsimd does alike for its architectures.
+/// Operations that xsimd provides uniformly for its architectures.
 template <class Arch, class XsimdArch>
 struct XsimdRegister {
   using Value = xsimd::batch<double, XsimdArch>;
@@ -71,15 +71,15 @@ struct XsimdRegister {
   static GRAPNEL_INLINE Value abs(const Value& a) {
     return a & Value(__builtin_bit_cast(double, ~(std::uint64_t{1} << 63)));
   }
-  // b where either is not a number, as the instruction.
+  // b if either is NaN, as the instruction.
   static GRAPNEL_INLINE Value min(const Value& a, const Value& b) { return xsimd::min(a, b); }
   static GRAPNEL_INLINE Value max(const Value& a, const Value& b) { return xsimd::max(a, b); }
   static GRAPNEL_INLINE Value select(const Mask& m, const Value& a, const Value& b) { return xsimd::select(m, a, b); }
   static GRAPNEL_INLINE Mask both(const Mask& a, const Mask& b) { return a & b; }
   static GRAPNEL_INLINE Mask either(const Mask& a, const Mask& b) { return a | b; }
 
-  /// Turns the sine and cosine of an angle's remainder into those of the angle, n quarter turns on; n is in the lowest
-  /// bits of `turns`. Odd quarters swap, the sine changes sign in quarters 2 and 3, the cosine in 1 and 2.
+  /// Converts the sine and cosine of an angle's remainder to those of the angle, n quarter turns later; n is in the
+  /// lowest bits of `turns`. Odd quarters swap them; the sine changes sign in quarters 2 and 3, the cosine in 1 and 2.
   static GRAPNEL_INLINE void turn(const Value& turns, Value& sine, Value& cosine) {
     const Bits n = xsimd::bitwise_cast<Bits>(turns), s = xsimd::bitwise_cast<Bits>(sine),
                c = xsimd::bitwise_cast<Bits>(cosine);
@@ -159,7 +159,7 @@ struct LaneRegister<OneLane> {
   }
 };
 
-/// A truth value per lane, as comparisons of packs give it.
+/// A Boolean per lane, the result of comparing packs.
 template <class Arch>
 class LaneMask {
  public:
@@ -174,7 +174,7 @@ class LaneMask {
     m.value_ = value;
     return m;
   }
-  /// Bit i is lane i's.
+  /// Bit i belongs to lane i.
   static GRAPNEL_INLINE LaneMask from_bits(unsigned bits) { return from_register(Register::from_bits(bits)); }
   GRAPNEL_INLINE unsigned bits() const { return Register::to_bits(value_); }
   GRAPNEL_INLINE bool get(int lane) const { return (bits() & (1U << lane)) != 0; }
@@ -219,7 +219,7 @@ class Pack {
     p.value_ = value;
     return p;
   }
-  /// From kWidth doubles, aligned or not.
+  /// Loads kWidth doubles, aligned or not.
   static GRAPNEL_INLINE Pack load(const double* x) { return from_register(Register::load(x)); }
   GRAPNEL_INLINE void store(double* x) const { Register::store(value_, x); }
   GRAPNEL_INLINE double get(int lane) const {
@@ -256,14 +256,14 @@ class Pack {
   }
   friend GRAPNEL_INLINE Pack sqrt(const Pack& a) { return from_register(Register::sqrt(a.value_)); }
   friend GRAPNEL_INLINE Pack abs(const Pack& a) { return from_register(Register::abs(a.value_)); }
-  /// b where either is not a number.
+  /// b if either is NaN.
   friend GRAPNEL_INLINE Pack min(const Pack& a, const Pack& b) {
     return from_register(Register::min(a.value_, b.value_));
   }
   friend GRAPNEL_INLINE Pack max(const Pack& a, const Pack& b) {
     return from_register(Register::max(a.value_, b.value_));
   }
-  /// a where the mask holds, else b.
+  /// a where the mask is true, else b.
   friend GRAPNEL_INLINE Pack select(const Mask& mask, const Pack& a, const Pack& b) {
     return from_register(Register::select(mask.value(), a.value_, b.value_));
   }
@@ -283,10 +283,10 @@ class Pack {
   friend GRAPNEL_INLINE Mask operator==(const Pack& a, const Pack& b) {
     return Mask::from_register(a.value_ == b.value_);
   }
-  /// True where either is not a number.
+  /// True if either is NaN.
   friend GRAPNEL_INLINE Mask operator!=(const Pack& a, const Pack& b) { return !(a == b); }
 
-  // A product and a sum. Both kinds of argument are named, so that neither is rounded on the way.
+  // Sum of a product and a pack. Both argument types are named, so that neither is rounded first.
   friend GRAPNEL_INLINE Pack operator+(const Product<Pack>& p, const Pack& c) { return fma(p.a, p.b, c); }
   friend GRAPNEL_INLINE Pack operator+(const Pack& c, const Product<Pack>& p) { return fma(p.a, p.b, c); }
   friend GRAPNEL_INLINE Pack operator-(const Product<Pack>& p, const Pack& c) { return fms(p.a, p.b, c); }
@@ -314,11 +314,12 @@ struct Product {
   GRAPNEL_INLINE operator P() const { return rounded(); }
 };
 
-// --- Functions of packs, by arithmetic alone, so that every width gives the same bits. Sine and cosine are
-// grapnel/spatial/sine_cosine.hpp's polynomials. ----------------------------------------------------------------------
+// --- Functions of packs, by basic arithmetic only, so that every width gives the same bits. Sine and cosine use the
+// polynomials of grapnel/spatial/sine_cosine.hpp.
+// ---------------------------------------------------------------------------
 
-/// The lanes whose angle is too large for the reduction, one after the other by the standard library. A NaN stays one
-/// in the polynomials and does not come here.
+/// Lanes whose angle is too large for the reduction, evaluated one by one by the standard library. NaN propagates
+/// through the polynomials and is not handled here.
 template <class Arch>
 __attribute__((noinline, cold)) void replace_unreduced(const Pack<Arch>& angle, SineCosine<Pack<Arch>>& result) {
   for (int lane = 0; lane < Arch::kWidth; ++lane) {
@@ -343,11 +344,12 @@ GRAPNEL_INLINE SineCosine<Pack<Arch>> sine_cosine(const Pack<Arch>& angle) {
   return result;
 }
 
-/// tanh(x) = t / (t + 2) with t = e^{2|x|} - 1, which six times t(t + 2) builds from e^{2|x|/64} - 1, a Taylor
-/// polynomial. The sum never cancels, so that small arguments keep their digits. Relative error below 1e-15 (measured).
+/// tanh(x) = t / (t + 2) with t = e^{2|x|} - 1. Six doublings t(t + 2) build t from e^{2|x|/64} - 1, a Taylor
+/// polynomial. The sum does not cancel, so the relative accuracy for small arguments is preserved. Relative error below
+/// 1e-15 (measured).
 template <class S>
 GRAPNEL_INLINE S tanh(const S& x) {
-  // 2 |x| / 64, with |x| cut at 20, beyond which the tangent is 1.
+  // 2 |x| / 64, with |x| clipped at 20, beyond which tanh is 1.
   const S y = min(S(20.0), abs(x)) * S(0.03125);
   // e^y - 1 = y (1 + y/2 (1 + y/3 (...))) for y <= 0.625: 15 terms leave 2e-17 of it.
   S p(1.0);
@@ -358,7 +360,7 @@ GRAPNEL_INLINE S tanh(const S& x) {
   return select(x < S(0.0), -magnitude, magnitude);
 }
 
-/// Each lane's number, not negative, to a power, by the C library.
+/// Power of each lane's nonnegative number, by the C library.
 template <class Arch>
 __attribute__((noinline)) Pack<Arch> power(const Pack<Arch>& x, double exponent) {
   Pack<Arch> result;
@@ -366,10 +368,10 @@ __attribute__((noinline)) Pack<Arch> power(const Pack<Arch>& x, double exponent)
   return result;
 }
 
-/// The angle of the shorter rotation over s, with w's sign: 2 atan2(s, |w|) / s for s >= 0, the norm of a quaternion's
-/// vector part, and its scalar part w, not both zero. The arc tangent of a quotient within tan(pi/8) by a polynomial
-/// (interpolated at Chebyshev's points, relative error 7e-18), of others from pi/4 or pi/2 on; small turns need no
-/// division by s. Relative error below 1e-15 (measured).
+/// The angle of the shorter rotation divided by s, with the sign of w: 2 atan2(s, |w|) / s for s >= 0. s is the norm of
+/// a quaternion's vector part and w its scalar part, not both zero. Arc tangents of quotients within tan(pi/8) use a
+/// polynomial (interpolated at Chebyshev points, relative error 7e-18), others are reduced by pi/4 or pi/2; small
+/// rotations need no division by s. Relative error below 1e-15 (measured).
 template <class S>
 GRAPNEL_INLINE S turn_per_sine(const S& s, const S& w) {
   constexpr double kTangent = 0.41421356237309503, kQuarterPi = 0.78539816339744831;
@@ -390,9 +392,9 @@ GRAPNEL_INLINE S turn_per_sine(const S& s, const S& w) {
   return select(w < S(0.0), -turn, turn);
 }
 
-/// A fixed number of values in aligned memory. Lane code has no standard containers of doubles: what a translation unit
-/// for one instruction set instantiates of them could be linked into portable code. The tag S, a pack, keeps the names
-/// apart.
+/// A fixed number of values in aligned memory. Lane code has no standard containers of doubles: their instantiations in
+/// a translation unit for one instruction set could be linked into portable code. The tag S, a pack, separates the
+/// names.
 template <class S, class T = S>
 class LaneArray {
  public:

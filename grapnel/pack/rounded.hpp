@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Packs whose products are rounded before anything is added to them, on every instruction set: a lane then has the
-/// bits that the same text has on doubles, in code that the compiler may not contract. The price is two instructions
-/// in place of one where the set has fused products.
+/// Packs whose products are rounded before any addition, on every instruction set. A lane then has the bits of the same
+/// template on doubles in code without contraction. The cost is two instructions instead of one on sets with fused
+/// products.
 
 #include "grapnel/pack/pack.hpp"
 

@@ -8,6 +8,8 @@
 
 namespace grapnel {
 
+// Frame => maximum length of its chain: sum of the distances between consecutive joints, with prismatic joints at their
+// limits.
 ArmReach arm_reach(const Model& model, int frame) {
   const Frame& f = model.frames()[frame];
   ArmReach reach{-1, norm(f.X_BE.p)};
@@ -21,7 +23,7 @@ ArmReach arm_reach(const Model& model, int frame) {
       continue;
     }
     reach.first_body = b;
-    // The way from this joint down to its parent's joint belongs to the chain only if there is another joint below.
+    // The distance from this joint to its parent's joint belongs to the chain only if there is another joint below.
     bool another = false;
     for (int a = model.bodies()[b].parent; a >= 0; a = model.bodies()[a].parent) {
       another =
@@ -37,10 +39,11 @@ namespace {
 
 constexpr int kTrials = 40;     // random initial guesses per arm
 constexpr int kKept = 8;        // solutions per arm
-constexpr double kGood = 1e-6;  // the base moves anyway, so this is enough [m and rad]
+constexpr double kGood = 1e-6;  // sufficient, since the base will move [m and rad]
 
 }  // namespace
 
+// Goals => arms: groups of goals whose chains share joints.
 std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goals) {
   std::vector<Arm> arms;
   for (const Goal& goal : goals) {
@@ -49,7 +52,7 @@ std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goal
     for (int j = 0; j < base.joints(); ++j) {
       if (base.carries(j, goal.frame)) arm.joints.push_back(j);
     }
-    // Arms that share a joint become one.
+    // Arms with common joints are merged.
     for (std::size_t i = arms.size(); i-- > 0;) {
       const bool shared = std::any_of(arms[i].joints.begin(), arms[i].joints.end(), [&](int j) {
         return std::find(arm.joints.begin(), arm.joints.end(), j) != arm.joints.end();
@@ -66,6 +69,8 @@ std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goal
   return arms;
 }
 
+// Initial guess => joint values of the arm for its goals with a fixed base, by damped minimum-norm Newton steps;
+// returns whether they converged.
 bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                    std::vector<double>& theta) {
   const std::vector<int>& joints = arm.joints;
@@ -108,7 +113,7 @@ bool ArmStarts::complete() const {
 
 double ArmStarts::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
-// Within the limits; where there are none, half a turn (or a metre) around where the joint starts.
+// Random values within the limits; without limits, within half a turn (or 1 m) of the joint's initial value.
 std::vector<double> ArmStarts::random_values() {
   std::vector<double> theta(base_.joints());
   for (std::size_t j = 0; j < theta.size(); ++j) {
@@ -121,6 +126,7 @@ std::vector<double> ArmStarts::random_values() {
   return theta;
 }
 
+// Fills the solutions of one arm from random initial guesses and ranks them by the objective.
 void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   const Arm& arm = solved.arm;
   if (arm.joints.empty()) return;
@@ -128,7 +134,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   for (int trial = 0; trial < kTrials && static_cast<int>(found.size()) < 2 * kKept; ++trial) {
     std::vector<double> theta = problem_.guess;
     const std::vector<double> random = random_values();
-    // The first trials stay near the guess.
+    // The first trials are close to the guess.
     const double spread = trial == 0 ? 0 : std::min(1.0, 0.1 * trial);
     for (int j : arm.joints) theta[j] = (1 - spread) * theta[j] + spread * random[j];
     if (!still_base_ik(base_, X_WB, arm, problem_, theta)) continue;
@@ -147,6 +153,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   for (auto& f : found) solved.solutions.push_back(std::move(f.second));
 }
 
+// Next combination of the arms' solutions as an initial guess, random values where an arm has none.
 std::vector<double> ArmStarts::next() {
   std::vector<double> theta = problem_.guess;
   const std::vector<double> random = random_values();
@@ -154,7 +161,7 @@ std::vector<double> ArmStarts::next() {
   for (const Solved& solved : arms_) {
     const Arm& arm = solved.arm;
     const std::size_t count = solved.solutions.size();
-    // All arms' k-th solutions first, later mixed; once all have been served, random initial guesses.
+    // First the k-th solutions of all arms, later mixed combinations; then random initial guesses.
     const bool fresh = count > 0 && served_ < 2 * count;
     const std::size_t pick = count > 0 ? stride % count : 0;
     for (std::size_t k = 0; k < arm.joints.size(); ++k) {

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Where a search for final joint values may begin: solutions of the inverse kinematics arm by arm with the base kept
-/// still.
+/// Initial guesses of final joint values: solutions of the inverse kinematics of each arm with a fixed base.
 
 #include <random>
 
@@ -11,11 +10,11 @@
 
 namespace grapnel {
 
-// How far an arm reaches.
+// Maximum reach of an arm.
 
-/// The longest way from the first joint of a frame's chain to the frame, prismatic joints at their limits, and that
-/// joint's body. A chain without joints: body -1, and the way from the base's origin. Infinite with a prismatic joint
-/// without limits.
+/// Maximum distance from the first joint of a frame's chain to the frame, with prismatic joints at their limits, and
+/// the body of that joint. For a chain without joints: body -1 and the distance from the base's origin. Infinite for a
+/// prismatic joint without limits.
 struct ArmReach {
   int first_body = -1;
   double length = 0;  // [m]
@@ -29,18 +28,18 @@ struct Arm {
 };
 std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goals);
 
-/// Inverse kinematics of an arm with the base still at X_WB, by damped Newton steps from `theta` (all joints; those of
-/// the arm are changed). Whether it arrives within 1e-6 [m and rad].
+/// Inverse kinematics of an arm with the base fixed at X_WB, by damped Newton steps from `theta` (all joints; those of
+/// the arm are overwritten). Returns whether the error is below 1e-6 [m and rad].
 bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                    std::vector<double>& theta);
 
 class ArmStarts {
  public:
-  /// Solves each arm from many random initial guesses, with the base at
-  /// X_WB, and orders its solutions by the problem's objective.
+  /// Solves the inverse kinematics of each arm from many random initial guesses, with the base at X_WB, and ranks the
+  /// solutions by the problem's objective.
   ArmStarts(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB);
-  /// The next initial guess: first every arm's best, then the others in turn; where an arm has no solution, random
-  /// values.
+  /// The next initial guess: first the best solution of every arm, then the others in turn; random values for an arm
+  /// without a solution.
   std::vector<double> next();
   /// Whether every arm has a solution.
   bool complete() const;
@@ -48,7 +47,7 @@ class ArmStarts {
  private:
   struct Solved {
     Arm arm;
-    std::vector<std::vector<double>> solutions;  // per solution, per joint of the arm; the best first
+    std::vector<std::vector<double>> solutions;  // per solution, per joint of the arm; best first
   };
   void solve(Solved& solved, const Posed& X_WB);
   std::vector<double> random_values();

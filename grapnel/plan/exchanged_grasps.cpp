@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kArrives = 1e-5;  // [m and rad]
 
-// End-effector `of[i]` takes the place of goal i.
+// The goals if end-effector `of[i]` takes the place of goal i.
 std::vector<Goal> exchanged(std::span<const Goal> goals, std::span<const std::size_t> of) {
   std::vector<Goal> result(goals.begin(), goals.end());
   for (std::size_t i = 0; i < goals.size(); ++i) {
@@ -31,7 +31,7 @@ bool all_arrive(FloatingBase& base, const ReachProblem& problem, const std::vect
   return incompatible_goals(base, problem, from).empty();
 }
 
-// Assignments of end-effectors to goals other than the stated one: all of a few, else those that exchange two.
+// Alternative assignments of end-effectors to goals: all for few goals, otherwise exchanges of two.
 std::vector<std::vector<std::size_t>> other_assignments(std::size_t goals) {
   constexpr std::size_t kAllOf = 4;
   std::vector<std::size_t> of(goals);
@@ -51,6 +51,7 @@ std::vector<std::vector<std::size_t>> other_assignments(std::size_t goals) {
 
 }  // namespace
 
+// Unreachable goals => message with an assignment of end-effectors that reaches all goals; empty if there is none.
 std::string exchange_of_grasps(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB_end,
                                const std::vector<std::vector<std::size_t>>& faulty) {
   const std::vector<double>& from = problem.start.position;
@@ -72,8 +73,8 @@ std::string exchange_of_grasps(FloatingBase& base, const ReachProblem& problem, 
                             g.target);
     }
     return fmt::format(
-        "the grasps are exchanged between end-effectors: with {} every end-effector reaches its point, with the stated "
-        "grasps not; exchange them in grasps",
+        "the grasps are exchanged between end-effectors: with {} every end-effector reaches its grasp point, with the "
+        "stated grasps not; exchange them in grasps",
         places);
   }
   return {};

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Grasps whose end-effectors are exchanged: whether another assignment makes all places reachable.
+/// Detects exchanged end-effectors: whether another assignment of end-effectors to grasps makes all grasp points
+/// reachable.
 
 #include <string>
 #include <vector>
@@ -10,9 +11,10 @@
 
 namespace grapnel {
 
-/// Whether the stated grasps fail because end-effectors are exchanged, in words: who is to be where instead; empty: no
-/// exchange makes all arrive. Of up to four goals all assignments are tried, of more those that exchange two. `faulty`:
-/// sets of goals of each of which at least one has to go to another end-effector. `X_WB_end`: where the base ends.
+/// Message with the assignment that makes all grasp points reachable, if end-effectors were exchanged in the stated
+/// grasps; empty: no exchange helps. For up to four goals all assignments are tried, for more goals all exchanges of
+/// two. `faulty`: sets of goals; from each set at least one goal needs another end-effector. `X_WB_end`: final base
+/// pose.
 std::string exchange_of_grasps(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB_end,
                                const std::vector<std::vector<std::size_t>>& faulty);
 

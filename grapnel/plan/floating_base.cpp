@@ -4,6 +4,7 @@
 
 namespace grapnel {
 
+// Validates the model and maps joints to links of the tree.
 FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), floats_(floats) {
   const auto& links = model.tree().links;
   const std::size_t count = links.size();
@@ -17,7 +18,7 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
     joint_link_.push_back(link);
   }
   if (count == 0 || joint_link_.size() + 1 != count) {
-    throw std::invalid_argument("FloatingBase: every link but the root needs a joint of one degree of freedom");
+    throw std::invalid_argument("FloatingBase: every link except the root needs a joint with one degree of freedom");
   }
   q_.assign(model.coordinates(), 0.0);
   V_.resize(count), h_.resize(count), dh_.resize(joint_link_.size());
@@ -130,14 +131,16 @@ Twistd FloatingBase::frame_twist(int frame) const {
   return shift(V_[link], frame_pose(frame).p);
 }
 
+// Rates of the last move() => derivatives of the frame's twist with respect to joint values, by (2) and (3) along its
+// chain.
 void FloatingBase::frame_twist_per_angle(int frame, Matrix6Xd& D) const {
   const auto& links = model_.tree().links;
   const int link = model_.bodies()[model_.frames()[frame].body].placement.link;
   const Vector3d p = frame_pose(frame).p;
   D.resize(6, joints());
   for (int j = 0; j < joints(); ++j) D.col(j) = column(shift(twist_from(per_angle_.col(j)), p));
-  // What a joint carries turns with its axis: the part of the twist that stems from it and those beyond, and the
-  // frame's origin.
+  // The subtree of a joint rotates with its axis: so do the part of the twist due to this joint and those beyond, and
+  // the frame's origin.
   for (int i = link; i > 0; i = links[i].parent) {
     const Twistd& S = placed_.axis[i];
     const auto turned = cross_motion(S, V_[link] - V_[links[i].parent]);

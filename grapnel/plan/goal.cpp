@@ -10,7 +10,7 @@ namespace {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-// Two unit vectors across d.
+// Two unit vectors perpendicular to d.
 Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
   const Rotationd R = rotation_between({0, 0, 1}, d);
   Eigen::Matrix<double, 2, 3> B;
@@ -19,12 +19,12 @@ Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
   return B;
 }
 
-// Twists of the frame's origin in W: of the joints at a fixed base, and of the base's displacement in B.
+// Jacobians of the frame's origin in W: with respect to joints at a fixed base, and to a base displacement in B.
 void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Matrix6Xd& J_joint,
                      Eigen::Matrix<double, 6, 6>& J_base) {
   base.frame_jacobian(frame, J_joint);
   const Eigen::Matrix3d R = as_matrix(X_WB.R);
-  if (J_joint.cols() > 0) {  // Eigen moves a null pointer to take rows of a matrix without columns
+  if (J_joint.cols() > 0) {  // Eigen offsets a null pointer to take rows of a matrix without columns
     J_joint.topRows(3) = (R * J_joint.topRows(3)).eval();
     J_joint.bottomRows(3) = (R * J_joint.bottomRows(3)).eval();
   }
@@ -32,7 +32,7 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
   for (int k = 0; k < 6; ++k) J_base.col(k) = column(X_WB.R * shift(twist_from(Vector6d::Unit(k)), p));
 }
 
-// The rotation that an orientation asked for is missed by, in W.
+// Orientation error of a goal, as a rotation in W.
 Vector3d missed_turn(const Goal& g, const Rotationd& R_WE) {
   if (g.orientation == Goal::Orientation::axis)
     return rotation_vector(rotation_between(g.direction_W, R_WE * g.axis_E));
@@ -52,6 +52,7 @@ int error_rows(std::span<const Goal> goals) {
   return rows;
 }
 
+// Base pose and placed joints => stacked errors of all goals.
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error) {
   error.resize(error_rows(goals));
   int row = 0;
@@ -67,6 +68,7 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   }
 }
 
+// Base pose and placed joints => errors and their Jacobians with respect to joints and a base displacement.
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
                 Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base) {
   goal_error(base, X_WB, goals, error);
@@ -100,8 +102,8 @@ Eigen::Vector3d across_in_world(const Goal& goal, const Eigen::Vector2d& error) 
 
 namespace {
 
-// How much of a twist [angular; linear] a demand looks at: always the velocity, and of the spin nothing, the component
-// along the goal's direction, the two across it, or all.
+// Number of constrained angular components of a demand (the velocity is always constrained): none, the component along
+// the goal's direction, the two perpendicular to it, or all.
 int spin_rows(const Goal& g, RateDemand demand) {
   if (demand == RateDemand::linear) return 0;
   if (demand != RateDemand::task) return 3;
@@ -125,7 +127,7 @@ void for_each_goal(std::span<const Goal> goals, RateDemand demand, Visit&& visit
   }
 }
 
-// The goal's rows, from `row` on, of twists in W, one per column. Of a robot without joints there is none.
+// Writes the goal's rows, from `row` on, of twists in W, one per column. Without joints there are no columns.
 template <class Twists, class Matrix>
 void put_rows(const Goal& g, int row, int spin, const Twists& V, Matrix& all) {
   if (V.cols() == 0) return;
@@ -136,7 +138,7 @@ void put_rows(const Goal& g, int row, int spin, const Twists& V, Matrix& all) {
   if (spin == 1) rows.bottomRows(1) = column(g.direction_W).transpose() * V.topRows(3);
 }
 
-// [angular; linear] in W with the same product with every twist as the rows' weights have with its rows.
+// Wrench [angular; linear] in W whose product with every twist equals the product of the weights with the twist's rows.
 Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weights) {
   Vector6d F = Vector6d::Zero();
   F.tail<3>() = weights.head<3>();
@@ -146,13 +148,13 @@ Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weigh
   return F;
 }
 
-// Of an angular velocity, what the rows look at.
+// The constrained components of an angular velocity.
 Vector3d looked_at(const Goal& g, int spin, const Vector3d& w) {
   const Vector3d along = dot(w, g.direction_W) * g.direction_W;
   return spin == 0 ? Vector3d::zero() : spin == 1 ? along : spin == 2 ? w - along : w;
 }
 
-// R on both parts.
+// Block-diagonal matrix [R 0; 0 R].
 Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
   Eigen::Matrix<double, 6, 6> X = Eigen::Matrix<double, 6, 6>::Zero();
   X.topLeftCorner<3, 3>() = X.bottomRightCorner<3, 3>() = R;
@@ -161,6 +163,8 @@ Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
 
 }  // namespace
 
+// Base pose and momentum => rows G and b of the demand, with G from the generalized Jacobian (2.5) and b without the
+// momentum part (2.3).
 void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
                  RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b, const Vector3d& w_B) {
   const int rows = demanded_rows(goals, demand);
@@ -184,6 +188,7 @@ GoalGap goal_gap(const Goal& goal, const Posed& X_WE, const Twistd& V_WE) {
           looked_at(goal, spin_rows(goal, RateDemand::task), V.angular)};
 }
 
+// Base pose and momentum => minimum-norm rates G^+ b and the unmet part, refined once.
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                              std::span<const Goal> goals, RateDemand demand, const Vector3d& w_B) {
   Eigen::VectorXd b;
@@ -192,7 +197,8 @@ DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const 
   result.G_inverse = pseudo_inverse(result.G, 1e-10);
   result.rates = result.G_inverse * b;
   result.unmet_part = b - result.G * result.rates;
-  // The pseudo-inverse is accurate to rounding of its own entries; its product with what is left to that of the rates.
+  // One refinement step: the pseudo-inverse is accurate to the rounding error of its entries, its product with the
+  // remainder to that of the rates.
   const Eigen::VectorXd rest = result.G_inverse * result.unmet_part;
   result.rates += rest;
   result.unmet_part -= result.G * rest;
@@ -207,12 +213,12 @@ void add_self_motion(const Eigen::VectorXd& z, DemandedRates& demanded) {
 
 namespace {
 
-// dG^T weights: per joint of the rates (rows) and joint value or component of a small rotation of the base in B
-// (columns).
+// dG^T weights: per joint rate (rows) and joint value or component of a small base rotation in B (columns).
 struct WeightedChange {
   Eigen::MatrixXd per_angle, per_rotation;
 };
 
+// Weights on the rows => derivatives of the weighted rows G with respect to joint values and base rotation.
 WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, RateDemand demand,
                               const Eigen::VectorXd& weights) {
   const int n = base.joints();
@@ -230,7 +236,7 @@ WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<c
   });
   std::vector<double> one(n, 0.0);
   for (int j = 0; j < n; ++j) {
-    if (base.is_held(j)) continue;  // its column stays zero
+    if (base.is_held(j)) continue;  // its column remains zero
     one[j] = 1;
     base.move(one, Momentumd::zero());
     one[j] = 0;
@@ -244,6 +250,7 @@ WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<c
 
 }  // namespace
 
+// Demanded rates => their derivatives with respect to joint values and a base displacement, by (1) of goal.hpp.
 RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                                  std::span<const Goal> goals, RateDemand demand, const DemandedRates& demanded) {
   const int n = base.joints();
@@ -301,7 +308,7 @@ double lost_manipulability(FloatingBase& base, std::span<const Goal> goals, std:
     const bool spin = g.orientation != Goal::Orientation::free;
     const Eigen::MatrixXd rows = spin ? Eigen::MatrixXd(J) : Eigen::MatrixXd(J.bottomRows(3));
     const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(rows).singularValues();
-    // What a planar arm can never do does not count.
+    // Directions that a planar arm never has are excluded.
     for (double s : sigma) {
       if (s > 1e-9 * sigma[0]) sum -= std::log(s);
     }
@@ -309,7 +316,7 @@ double lost_manipulability(FloatingBase& base, std::span<const Goal> goals, std:
   return sum;
 }
 
-// Half the square of a distance of each joint from a place.
+// Half the sum of squared distances of the joints from reference values.
 double half_squares(std::span<const double> position, const std::vector<double>& place, double weight,
                     Objective::Gradient* gradient) {
   double sum = 0;
@@ -321,10 +328,10 @@ double half_squares(std::span<const double> position, const std::vector<double>&
   return sum;
 }
 
-// Integrals over a segment of products of the derivatives of s, e, b and N_k for x, over that of s'^2.
+// Integrals over a segment of products of the x-derivatives of s, e, b and N_k, relative to that of s'^2.
 Eigen::MatrixXd excursion_products(const SegmentStart& start) {
   const JointSpline spline(start.knots);
-  // Simpson's rule on polynomials of order 8, piece by piece, or a cycloid: 1e-9.
+  // Simpson's rule on polynomials of order 8, span by span, or on a cycloid: accuracy 1e-9.
   const int intervals = start.knots == 0 ? 200 : 40 * (start.knots + 1);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(3 + start.knots, 3 + start.knots);
   std::vector<JointPoint> N(static_cast<std::size_t>(start.knots));
@@ -393,6 +400,7 @@ double Objective::excursion(std::span<const double> position, std::span<const do
   return sum;
 }
 
+// K => positive definite approximation of the objective's Hessian, from the quadratic terms and a small regularization.
 Eigen::MatrixXd Objective::curvature(const Eigen::MatrixXd& K) const {
   constexpr double kLittle = 1e-6;
   const Eigen::Index n = K.rows(), knots = K.cols() / std::max<Eigen::Index>(n, 1) - 1;
@@ -406,7 +414,7 @@ Eigen::MatrixXd Objective::curvature(const Eigen::MatrixXd& K) const {
         if (std::isfinite(range) && range > 0) B(j, j) += term.weight / (range * range);
       }
     } else if (term.kind == Kind::excursion) {
-      // Of v = S y as excursion() has it, joint by joint.
+      // Gradient of v = S y as in excursion(), joint by joint.
       const double T = start_.end - start_.begin;
       Eigen::MatrixXd S = Eigen::MatrixXd::Zero(3 + knots, K.cols());
       for (Eigen::Index j = 0; j < n; ++j) {

@@ -9,6 +9,8 @@ JointEfforts::JointEfforts(FloatingBase& base, const Vector3d& gravity)
   forces_.gravity = gravity;
 }
 
+// Motion of the joints => efforts (1): recursive Newton-Euler with zero base acceleration, corrected by the base's
+// reaction wrench.
 void JointEfforts::evaluate(std::span<const double> position, std::span<const double> rate,
                             std::span<const double> acceleration, const Posed& X_WB, const Momentumd& h_B,
                             std::span<double> effort) {
@@ -39,19 +41,21 @@ void JointEfforts::evaluate(std::span<const double> position, std::span<const do
   }
 }
 
+// Motion of the joints and weights => derivatives of the weighted sum of efforts (2), by reverse differentiation (3),
+// (4).
 void JointEfforts::differentiate(std::span<const double> position, std::span<const double> rate,
                                  std::span<const double> acceleration, const Posed& X_WB, const Momentumd& h_B,
                                  std::span<const double> weights, Gradient& gradient) {
   const Model& model = base_.model();
   if (!model.rotors().empty())
-    throw std::invalid_argument("JointEfforts: derivatives of joints whose rotors have axes of their own");
+    throw std::invalid_argument("JointEfforts: derivatives are not available for rotors with stated axes");
   const std::vector<TreeLink<double>>& tree = model.tree().links;
   base_.place(position);
   const PlacedLinks& links = base_.placed();
   base_.move(weights, Momentumd::zero());
   const Vector6d U_0 = base_.base_twist();
   const Matrix6Xd U_per_angle = base_.per_angle();
-  base_.move(rate, h_B);  // whose derivatives are used in the end
+  base_.move(rate, h_B);  // its derivatives are used at the end
 
   sweep_.resize(tree.size());
   for (std::size_t i = 0; i < tree.size(); ++i) {

@@ -18,11 +18,12 @@ JointSpline::JointSpline(int knots) : knots_(knots) {
   for (int i = 0; i <= kSplineDegree; ++i) t_.push_back(1);
 }
 
+// x => values and two derivatives of all N_k, by the de Boor-Cox recursion on the span that contains x.
 void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   std::fill(values.begin(), values.end(), JointPoint{});
   if (knots_ == 0) return;
   const int span = std::min(static_cast<int>(x * (knots_ + 1)), knots_), first = span + kSplineDegree;
-  // B[d][i]: of degree d, those that do not vanish on the span, B_{first - d + i}.
+  // B[d][i]: the B-splines of degree d that do not vanish on the span, B_{first - d + i}.
   std::array<std::array<double, kSplineDegree + 1>, kSplineDegree + 1> B{};
   B[0][0] = 1;
   for (int d = 1; d <= kSplineDegree; ++d) {
@@ -52,11 +53,13 @@ void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   }
 }
 
+// Path and coefficients => pieces of the trajectory, a Chebyshev series per span interpolated at its points.
 std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span<const double> coefficients) {
   const double T = path.duration;
   const int knots = static_cast<int>(coefficients.size());
   if (knots == 0) return {{begin, begin + T, path}};
-  // Quartic and quintic are polynomials of degree 5; a cycloid is resolved to rounding by so many more.
+  // Quartic and quintic profiles are polynomials of degree 5; a cycloid is resolved to rounding error by the higher
+  // degree.
   const int degree = path.profile == JointProfile::cycloidal ? 24 : kSplineDegree;
   const JointSpline spline(knots);
   std::vector<JointPoint> N(coefficients.size());

@@ -18,6 +18,7 @@ const Eigen::VectorXd& NearestBelow::products(Eigen::Index row) {
   return p;
 }
 
+// Relaxation e^2 => solution of (1): adds the most violated row to the active set until none is violated.
 LeastDistance NearestBelow::with(double giving) {
   constexpr double kMet = 1e-10;
   LeastDistance result{c_, 0, Eigen::VectorXd::Zero(count())};
@@ -48,7 +49,7 @@ void NearestBelow::begin_with(std::vector<Eigen::Index> rows) {
   factored_ = 0;
 }
 
-// A row more, and without those that are in its way.
+// Adds a row to the active set and removes rows whose multipliers would become negative.
 void NearestBelow::add(Eigen::Index row) {
   const auto last = static_cast<Eigen::Index>(active_.size());
   active_.push_back(row);
@@ -57,10 +58,10 @@ void NearestBelow::add(Eigen::Index row) {
   settle();
 }
 
-// L L^T = the active rows' products, row by row from where it is not so any more: a row more costs a square, not a
-// cube.
+// Updates L L^T of the active rows' products from the first changed row on. An added row costs a square, not a cube, of
+// the number of rows.
 void NearestBelow::factor() {
-  // Rows that depend on each other do not make it singular.
+  // Regularization for dependent rows.
   constexpr double kRounding = 1e-12;  // of the row's square
   const auto size = static_cast<Eigen::Index>(active_.size());
   if (L_.rows() < size) L_.conservativeResize(2 * size + 8, 2 * size + 8);
@@ -75,19 +76,19 @@ void NearestBelow::factor() {
   }
 }
 
-// The multipliers of the active rows, without the rows that would need negative ones.
+// Multipliers of the active rows; removes rows whose multipliers would be negative.
 void NearestBelow::settle() {
   while (!active_.empty()) {
     factor();
     const auto size = static_cast<Eigen::Index>(active_.size());
     const auto L = L_.topLeftCorner(size, size).triangularView<Eigen::Lower>();
     const Eigen::VectorXd next = L.transpose().solve(L.solve(Eigen::VectorXd(r_(active_))));
-    if (!next.allFinite()) return;  // rows of numbers too large, or of none: they stay as they were
+    if (!next.allFinite()) return;  // overflow or NaN: the multipliers are unchanged
     if (next.minCoeff() > 0) {
       l_ = next;
       return;
     }
-    // As far as all stay positive.
+    // Maximum share of the step for which all remain positive.
     double share = 1;
     for (Eigen::Index i = 0; i < size; ++i) {
       if (next[i] <= 0) share = std::min(share, l_[i] / (l_[i] - next[i]));

@@ -1,35 +1,35 @@
 #pragma once
 
 /// @file
-/// The nearest of the points that keep linear inequalities.
+/// The point closest to a given one that satisfies linear inequalities.
 
 #include <Eigen/Core>
 #include <vector>
 
 namespace grapnel {
 
-/// Of the rows' mean square, what e^2 of (1) is where a row that can be kept is to be kept.
+/// e^2 of (1) relative to the mean square of the rows, for rows to be satisfied whenever possible.
 inline constexpr double kGiving = 1e-9;
 
 struct LeastDistance {
   Eigen::VectorXd x;
-  double left = 0;  // by which all rows have to give way for there to be such a point; 0 where they need not
+  double left = 0;                   // relaxation of all rows required for a feasible point; 0 if none is needed
   Eigen::VectorXd multipliers = {};  // l of (1), per row
 };
 
-/// The x nearest to c with A x <= b + left, left as small as it gets. A program in x and e^-1 left, e small,
+/// Minimizes |x - c| subject to A x <= b + left, with the minimum `left`. A program in x and e^-1 left, with small e,
 ///   min |x - c|^2 / 2 + (left / e)^2 / 2   with   A x - left <= b                                                  (1)
-/// is solved in its multipliers l >= 0, x = c - A^T l and left = e^2 sum l, by active sets [Lawson and Hanson 1974,
-/// chapter 23]. Where the rows can be kept, `left` is of the order of 1e-9 of what they ask for and not of interest.
+/// is solved for its multipliers l >= 0, x = c - A^T l and left = e^2 sum l, by an active-set method [Lawson and Hanson
+/// 1974, chapter 23]. For feasible rows, `left` is of the order of 1e-9 of the rows' right-hand sides and negligible.
 ///
-/// For several e in turn: each begins with the rows that held the one before, and with their products. The less rows
-/// may give way the more of them hold, so it takes least from the largest e down.
+/// Supports several values of e in turn. Each solution starts from the active rows and row products of the previous
+/// one. Smaller e activates more rows, so a descending sequence of e is the cheapest order.
 class NearestBelow {
  public:
   NearestBelow(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, Eigen::VectorXd c);
 
   LeastDistance with(double giving);
-  /// Begins with these rows, of which most may hold the point.
+  /// Sets the initial active rows.
   void begin_with(std::vector<Eigen::Index> rows);
 
  private:
@@ -50,7 +50,7 @@ class NearestBelow {
   std::vector<Eigen::VectorXd> products_;  // A A^T, columns of the rows that were ever active
 };
 
-/// For one of them.
+/// Solves (1) for one e.
 LeastDistance nearest_below(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
                             double giving = kGiving);
 

@@ -1,17 +1,16 @@
 #pragma once
 
 /// @file
-/// The equations (1) to (7) of floating_base.hpp, on any scalar: doubles, for one set of joint values, or packs, with
-/// another instant in every lane. Both give the same bits: lanes are of packs whose products are rounded
-/// (grapnel/pack/rounded.hpp).
+/// Equations (1) to (7) of floating_base.hpp for a generic scalar: doubles for one set of joint values, or packs with
+/// one instant per lane. Both give the same bits, since the packs round every product (grapnel/pack/rounded.hpp).
 
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
 
 namespace grapnel {
 
-/// A servicer as the equations see it: links with parents first, the root the first of them; which link a joint has,
-/// and the other way round.
+/// The servicer in the form of the equations: links in topological order starting with the root, and the maps between
+/// links and joints.
 template <class S>
 struct ServicerTree {
   const TreeLink<S>* links;
@@ -20,7 +19,7 @@ struct ServicerTree {
   int joints;
 };
 
-/// Where the numbers of PlacedLinks are, with arrays per link or joint as there.
+/// Pointers to the arrays of PlacedLinks, per link or joint as there.
 template <class S>
 struct PlacedNumbers {
   Pose<S>* X_BL;
@@ -33,7 +32,7 @@ struct PlacedNumbers {
   Symmetric3<S>* H_inverse;
 };
 
-/// Poses and axes. `q`: as Tree says, the root's do not count.
+/// Computes poses and axes. `q`: coordinates in the order of Tree; those of the root are ignored.
 template <class S>
 void place_poses(const ServicerTree<S>& tree, std::span<const S> q, const PlacedNumbers<S>& at) {
   at.X_BL[0] = Pose<S>::identity();
@@ -56,13 +55,13 @@ void place_poses(const ServicerTree<S>& tree, std::span<const S> q, const Placed
   }
 }
 
-/// Spin momentum, in B, that the rotor of a link's joint has per rate of the joint.
+/// Spin momentum per unit joint rate of the rotor of a link's joint, in B.
 template <class S>
 GRAPNEL_INLINE Vector3<S> rotor_momentum(const TreeLink<S>& link, const PlacedNumbers<S>& at) {
   return at.X_BL[link.parent].R * (S(link.sign) * link.rotor);
 }
 
-/// Inertias, after place_poses(); `floats`: what of (5) depends on them too; `turns`: (7) is not meant.
+/// Computes inertias, after place_poses(); `floats`: also the quantities of (5); `turns`: (7) does not apply.
 template <class S>
 void place_inertias(const ServicerTree<S>& tree, bool floats, bool turns, const PlacedNumbers<S>& at) {
   for (int i = 0; i < tree.link_count; ++i) {
@@ -98,7 +97,7 @@ GRAPNEL_INLINE Vector3<S> momentum_of_rates(int joints, const Vector3<S>* k, con
   return sum;
 }
 
-/// Scratch of what follows, per link; dh per joint.
+/// Scratch of the following functions, per link; dh per joint.
 template <class S>
 struct MotionNumbers {
   Twist<S>* V;
@@ -106,7 +105,7 @@ struct MotionNumbers {
   Momentum<S>* dh;
 };
 
-/// dh/dtheta_j of (2) for a base that moves with V_B, and V and h.
+/// dh/dtheta_j of (2) for a base moving with V_B; also V and h.
 template <class S>
 void momentum_per_angle(const ServicerTree<S>& tree, const PlacedNumbers<S>& at, const S* rates, const Twist<S>& V_B,
                         const MotionNumbers<S>& motion) {
@@ -118,7 +117,7 @@ void momentum_per_angle(const ServicerTree<S>& tree, const PlacedNumbers<S>& at,
     V[i] = V[tree.links[i].parent] + rates[tree.link_joint[i]] * at.axis[i];
     h[i] = at.inertia[i] * V[i];
   }
-  // A rotor turns with the link that carries it, and so does its spin.
+  // A rotor and its spin momentum rotate with the link that carries it.
   for (int i = 1; i < tree.link_count; ++i) {
     const TreeLink<S>& link = tree.links[i];
     if (link.has_rotor) h[link.parent].angular += rates[tree.link_joint[i]] * rotor_momentum(link, at);
@@ -132,8 +131,8 @@ void momentum_per_angle(const ServicerTree<S>& tree, const PlacedNumbers<S>& at,
   }
 }
 
-/// g_j of (6) at the base's angular velocity w_B. The base moves so that the centre of mass stays where it is: then
-/// the way that it moves as a joint turns does not count.
+/// g_j of (6) at the base's angular velocity w_B. The base moves such that the centre of mass is fixed; its translation
+/// due to a joint rotation does not contribute.
 template <class S>
 void angular_momentum_per_angle(const ServicerTree<S>& tree, const PlacedNumbers<S>& at, const S* rates,
                                 const Vector3<S>& w_B, const MotionNumbers<S>& motion, Vector3<S>* g) {

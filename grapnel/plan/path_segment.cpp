@@ -16,11 +16,11 @@ namespace {
 
 constexpr int kStages = kPanelNodes;
 using Vector4 = std::array<double, 4>;
-// The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
-// goes with their square.
+// Maximum of the last Legendre coefficients of w over a panel, times its length [rad]. The collocation error is
+// proportional to their square.
 constexpr double kUnresolved[] = {1e-5, 1e-8};
-// More nodes are not spent on one motion: in a search joints that swing so far are no plan, and all nodes are kept in
-// memory. Some three are needed per radian that joints or the base turn.
+// Maximum number of nodes per segment: joint motion that needs more is not a useful plan, and all nodes are kept in
+// memory. About three nodes are needed per radian of joint or base rotation.
 constexpr std::size_t kMostNodes[] = {4096, 8192};
 
 const GaussLegendre& method() {
@@ -28,7 +28,7 @@ const GaussLegendre& method() {
   return gauss;
 }
 
-// a_ij of the collocation, column by column.
+// a_ij of the collocation, column-major.
 const double* collocation() {
   static const std::vector<double> columns = [] {
     std::vector<double> a;
@@ -55,6 +55,7 @@ NodeLayout layout_of(int links, int joints) {
 
 using MakeNodes = SegmentNodes* (*)(const NodeTables&);
 
+// Instruction set => factory of its nodes; one lane if there is none.
 MakeNodes nodes_of([[maybe_unused]] std::optional<lanes::InstructionSet> set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set.value_or(lanes::InstructionSet::one_lane)) {
@@ -111,7 +112,7 @@ PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion moti
   const ServicerTree<double> tree = base.tree();
   lanes_.reset(nodes_of(set)({tree.links, tree.link_count, base.model().coordinates(), tree.joint_link, tree.link_joint,
                               tree.joints, spline_.knots(), layout_, collocation()}));
-  // A spline's third derivatives jump at its knots: none lies inside of a panel.
+  // A spline's third derivatives jump at its knots: panels must not contain knots.
   for (int& panels : panels_) panels = spline_.knots() + 1;
   least_panels_ = spline_.knots() + 1;
 }
@@ -129,9 +130,10 @@ std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
   return pieces_of(start_.begin, path(j, position, rate), own);
 }
 
+// Number of panels => times, weights and basis functions of all nodes.
 void PathSegment::lay_panels(int panels) {
   if (laid_ == panels) return;
-  laid_ = 0;  // until everything has its place
+  laid_ = 0;  // invalid until the setup is complete
   const std::size_t count = static_cast<std::size_t>(panels) * kStages,
                     knots = static_cast<std::size_t>(spline_.knots());
   nodes_.resize(count), N_.resize(count * knots);
@@ -199,7 +201,7 @@ double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities,
     }
     q = normalized({end[0], end[1], end[2], end[3]});
     worst = std::max(worst, panel.h * std::max(norm(last), norm(last_but_one)));
-    sensitivities = sensitivities && worst <= tolerance;  // there will be more panels otherwise
+    sensitivities = sensitivities && worst <= tolerance;  // otherwise panels are refined
     if (!sensitivities) continue;
     if (keeps_way_) turned_.push_back(summed());
     std::copy_n(phi_.data(), 9, panel.Phi);
@@ -212,7 +214,7 @@ double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities,
   return worst;
 }
 
-// The parts of the sums in an order that is always the same.
+// Adds the partial sums in a fixed order.
 Eigen::Matrix3Xd PathSegment::summed() const {
   Eigen::Matrix3Xd sum(3, unknowns());
   for (Eigen::Index i = 0; i < sum.size(); ++i) {
@@ -222,6 +224,7 @@ Eigen::Matrix3Xd PathSegment::summed() const {
   return sum;
 }
 
+// Sums over the nodes => derivatives of the final base displacement (3) with respect to all unknowns.
 void PathSegment::add_sensitivities(const Quaterniond& q, SegmentEnd& end) {
   const int n = joints();
   const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * phi_;
@@ -243,6 +246,7 @@ void PathSegment::forget_nodes() {
   way_points_ = nodes();
 }
 
+// Node => its link poses, computed on first use.
 const PlacedLinks& PathSegment::links_at(int node) const {
   const auto n = static_cast<std::size_t>(node);
   PlacedLinks& links = placed_[n];
@@ -266,12 +270,13 @@ const PlacedLinks& PathSegment::links_at(int node) const {
 
 void PathSegment::keep_way(int least_panels) {
   keeps_way_ = true;
-  laid_ = 0;  // all nodes need room
+  laid_ = 0;  // storage for all nodes
   const int parts = spline_.knots() + 1;
   least_panels_ = (std::max(least_panels, 1) + parts - 1) / parts * parts;
   for (int& panels : panels_) panels = std::max(panels, least_panels_);
 }
 
+// Node => state of joints and base there.
 PathSegment::WayPoint PathSegment::way_point(int index) const {
   if (index < 0 || index >= way_points_) throw std::out_of_range("PathSegment::way_point: no such node");
   const auto i = static_cast<std::size_t>(index), n = start_.position.size();
@@ -337,6 +342,7 @@ Eigen::Matrix3Xd PathSegment::turn_per_unknown(int index) const {
   return Phi * sum;
 }
 
+// Node => derivatives of the base's angular velocity with respect to all unknowns, by differentiating (1).
 Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
   Eigen::Matrix3Xd D = Eigen::Matrix3Xd::Zero(3, unknowns());
   if (!base_.floats()) return D;
@@ -355,6 +361,8 @@ Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
   return (Eigen::Matrix3d() << H[0], H[3], H[4], H[3], H[1], H[5], H[4], H[5], H[2]).finished() * D;
 }
 
+// Final values, rates and coefficients => final base pose (1) and its sensitivities (3); refines the panels until the
+// nodes resolve the rotation.
 SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
                             SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();
@@ -383,7 +391,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
-  // Whoever looks at nodes has the same for both accuracies, and never fewer than before.
+  // If nodes are stored, both accuracies use the same number of panels, which never decreases.
   int& panels = panels_[keeps_way_ ? 0 : static_cast<int>(accuracy)];
   Quaterniond q;
   for (;; panels *= 2) {
@@ -392,7 +400,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     q = quaternion_from(start_.X_WB.R);
     const double unresolved = turn(panel, tolerance, sensitivities, q);
     if (unresolved <= tolerance) {
-      // A panel of twice the length resolves less by 2^stages: whether that would have done.
+      // Whether panels of twice the length, with a resolution lower by 2^stages, would have been sufficient.
       for (double longer = unresolved; !keeps_way_ && panels > least_panels_; panels /= 2) {
         longer = std::ldexp(longer, kStages + 1);
         if (longer > tolerance) break;

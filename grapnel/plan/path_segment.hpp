@@ -1,30 +1,29 @@
 #pragma once
 
 /// @file
-/// One segment of an approach: the joints follow a profile from where they are to final values and rates, the base
-/// answers by conservation of momentum, and where it ends depends on those values: the integral of (2.3) with its
-/// sensitivities.
+/// One segment of an approach. The joints follow a profile from their initial state to final values and rates, and the
+/// base moves by conservation of momentum. Integrates (2.3) for the final base pose, with sensitivities to the final
+/// values and rates.
 ///
-/// The joints' motion is given, so everything in FloatingBase's (5) and (6) but the base's rotation R = R_WB is a known
-/// function of time, and where the centre of mass is stands fixed. What is left is a differential equation on SO(3),
+/// The joint motion is given. Therefore everything in (5) and (6) of floating_base.hpp except the base's rotation R =
+/// R_WB is a known function of time, and the motion of the centre of mass is known. The remaining differential equation
+/// on SO(3),
 ///   R' = R [w x],   w = H^-1 (R^T L - u),   u = sum_j k_j theta_dot_j                                              (1)
-/// solved for the quaternion by Gauss-Legendre collocation: H and u are worked out once at each node, the rotation at
-/// the nodes follows by fixed-point iteration, which costs no kinematics. The order is twice the number of nodes of a
-/// panel, and panels are halved until the last Legendre coefficients of w say that the nodes resolve it.
+/// is solved for the quaternion by Gauss-Legendre collocation. H and u are computed once per node; fixed-point
+/// iteration gives the rotation at the nodes without further kinematics. The order is twice the number of nodes of a
+/// panel. Panels are halved until the last Legendre coefficients of w show that the nodes resolve it.
 ///
 /// With x = (final values, final rates) the joints move as theta(t) = ... + a(t) final + b(t) final_rate. A small
-/// rotation eta of the base, in W, obeys
+/// rotation eta of the base, in W, satisfies
 ///   d(deta/dx)/dt = N deta/dx - R H^-1 (g_j a + k_j a'),   N = R H^-1 R^T [L x],   deta/dx = 0 at the start        (2)
-/// (b for a where x is a final rate), so that with Phi' = N Phi, Phi = 1 at the start, it is a quadrature at the same
-/// nodes,
+/// (b for a if x is a final rate). With Phi' = N Phi, Phi = 1 at the start, this is a quadrature at the same nodes,
 ///   deta/dx (T) = -Phi(T) integral Phi^-1 R H^-1 (g_j a + k_j a') dt.                                              (3)
-/// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta. Where a
-/// spline gives the joints more freedom (joint_spline.hpp) its coefficients stand beside final values and rates, with
-/// N_k for a. At a node on the way (3) is the sum over the panels before and the collocation's own integral in its
-/// panel.
+/// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta. The
+/// coefficients of joint splines (joint_spline.hpp) are further unknowns, with N_k for a. At an inner node, (3) is the
+/// sum over the previous panels plus the collocation's integral within its panel.
 ///
-/// What nodes need of each other is the rotation alone, so the rest is worked out in SIMD lanes, a node in each
-/// (segment_nodes.hpp), with the same bits on every machine.
+/// Nodes are coupled only through the rotation. Everything else is computed in SIMD lanes, one node per lane
+/// (segment_nodes.hpp), with identical bits on every machine.
 
 #include <memory>
 #include <string>
@@ -37,63 +36,63 @@
 
 namespace grapnel {
 
-/// q over its length.
+/// The unit quaternion q/|q|.
 Quaterniond normalized(const Quaterniond& q);
 
-/// What the servicer's momentum and centre of mass do while nothing but uniform gravity acts from outside.
+/// Momentum and centre of mass of the servicer under uniform gravity alone.
 struct FreeMotion {
-  double time = 0;                      // when the rest was taken [s]
+  double time = 0;                      // time of the other members [s]
   Vector3d p_WCom = Vector3d::zero();   // centre of mass in W [m]
   Momentumd h = Momentumd::zero();      // [about the centre of mass; linear] in W
   double mass = 1;                      // [kg]
   Vector3d gravity = Vector3d::zero();  // in W [m/s^2]
 
-  /// Where the centre of mass is at time t, in W.
+  /// Position of the centre of mass at time t, in W.
   Vector3d com_at(double t) const;
   /// Momentum about B's origin in B, at time t, for a base at X_WB.
   Momentumd in_base(double t, const Posed& X_WB) const;
 };
-/// Of a servicer's state.
+/// Momentum and centre of mass of a servicer's state.
 FreeMotion free_motion(const Model& model, const State& state, double time, const Vector3d& gravity);
 
-/// Where a segment begins.
+/// Initial state of a segment.
 struct SegmentStart {
   double begin = 0, end = 0;  // [s]
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
   Posed X_WB = Posed::identity();
-  int knots = 0;  // inner knots of the joints' splines
+  int knots = 0;  // inner knots of the joint splines
 };
 
-/// Where it ends.
+/// Final state of a segment.
 struct SegmentEnd {
   bool finished = false;
   std::string failure;
   Posed X_WB = Posed::identity();
-  Matrix6Xd per_position;     // displacement of the base, in B, per final joint value; with sensitivities only
+  Matrix6Xd per_position;     // displacement of the base, in B, per final joint value; only with sensitivities
   Matrix6Xd per_rate;         // per final joint rate
   Matrix6Xd per_coefficient;  // per coefficient of the splines
 };
 
-/// How well the base's rotation is integrated: search to some 1e-8 rad, full to rounding.
+/// Accuracy of the base's rotation: search about 1e-8 rad, full to rounding error.
 enum class SegmentAccuracy { search, full };
 
 class PathSegment {
  public:
-  /// `base` is shared scratch and must outlive the segment. `set`: of the lanes, one lane where it is empty; no bit
-  /// depends on it. @throws std::runtime_error where GRAPNEL_LANES names no instruction set that runs here.
+  /// `base` is shared scratch and must outlive the segment. `set`: instruction set; empty: one lane. Results do not
+  /// depend on it. @throws std::runtime_error if GRAPNEL_LANES names an instruction set that this processor lacks.
   PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion,
               std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
 
-  /// Flies it to these final values and rates (one per joint), where it leaves `base` placed, unless it does not
-  /// finish. `coefficients`: c_kj of (1) of joint_spline.hpp, those of N_0 for all joints first; empty: zero.
+  /// Integrates to these final values and rates (one per joint) and leaves `base` placed there, unless the integration
+  /// fails. `coefficients`: c_kj of (1) of joint_spline.hpp, all joints of N_0 first; empty: zero.
   SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
                  SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
 
-  /// The way at the nodes is kept by each flight from now on, sensitivities too where the flight has them; there are at
-  /// least so many panels.
+  /// Each following integration stores the motion at its nodes, including sensitivities if computed. Sets the minimum
+  /// number of panels.
   void keep_way(int least_panels);
-  /// Where the servicer is at a node of the last flight.
+  /// State of the servicer at a node of the last integration.
   struct WayPoint {
     double time = 0, weight = 0;                       // [s]; weights add up to the segment's duration
     std::vector<double> position, rate, acceleration;  // of the joints
@@ -101,21 +100,21 @@ class PathSegment {
     Vector3d w_B = Vector3d::zero();  // of the base, in B
     JointPoint a, b;                  // of (2), per final value and final rate
     std::span<const JointPoint> N;    // per coefficient
-    const PathSegment* of = nullptr;  // whose node it is, unless
+    const PathSegment* of = nullptr;  // segment of the node, unless
     int node = 0;
-    const PlacedLinks* placed = nullptr;  // says where the links are
+    const PlacedLinks* placed = nullptr;  // provides the links' poses
 
-    /// Put together when somebody asks.
+    /// Evaluated on demand.
     const PlacedLinks& links() const { return placed ? *placed : of->links_at(node); }
   };
-  /// Of the last flight; none if it did not come to its end. Other flights may have other numbers of them.
+  /// Number of nodes of the last integration, 0 if it failed. It may differ from one integration to the next.
   int way_points() const { return way_points_; }
   WayPoint way_point(int node) const;
-  /// The links there, until the next flight.
+  /// The links there, valid until the next integration.
   const PlacedLinks& links_at(int node) const;
   /// eta of (3) at a node, 3 x [final values, final rates, coefficients].
   Eigen::Matrix3Xd turn_per_unknown(int node) const;
-  /// How w_B changes with them there, 3 x the same; of a flight with sensitivities.
+  /// Derivatives of w_B, same shape; requires an integration with sensitivities.
   Eigen::Matrix3Xd w_per_unknown(int node);
 
   const SegmentStart& start() const { return start_; }
@@ -125,7 +124,7 @@ class PathSegment {
   JointPath path(int j, double position, double rate) const;
   /// The same with the spline.
   std::vector<JointPiece> pieces(int j, double position, double rate, std::span<const double> coefficients) const;
-  /// Nodes so far, at each of which the links were placed once.
+  /// Number of nodes evaluated so far; each places the links once.
   long rhs_evaluations() const { return evaluations_; }
 
  private:
@@ -143,12 +142,12 @@ class PathSegment {
   void lay_panels(int panels);
   NodePanel panel_of(std::span<const double> position, std::span<const double> rate,
                      std::span<const double> coefficients) const;
-  // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point
-  // iteration does not converge. With `sensitivities` phi_ and sums_ too, where that is no more than `tolerance`.
+  // Rotation at the nodes and at the end => estimated error of the collocation [rad]; infinite if the fixed-point
+  // iteration does not converge. With `sensitivities` also phi_ and sums_, if the error is at most `tolerance`.
   double turn(NodePanel& panel, double tolerance, bool sensitivities, Quaterniond& end);
   void add_sensitivities(const Quaterniond& q, SegmentEnd& end);
   Eigen::Matrix3Xd summed() const;
-  // Numbers of a node, see SegmentNodes::numbers.
+  // Value `index` of a node, see SegmentNodes::numbers.
   double number(int node, int index) const {
     const int lanes = lanes_->lanes;
     return lanes_->numbers[(static_cast<std::ptrdiff_t>(node / lanes) * layout_.size + index) * lanes + node % lanes];
@@ -170,17 +169,17 @@ class PathSegment {
   std::unique_ptr<SegmentNodes> lanes_;
   bool keeps_way_ = false;
   int least_panels_;  // a multiple of the spline's pieces, as are all numbers of panels
-  std::vector<double> position_, rate_, coefficients_;  // of the last flight
+  std::vector<double> position_, rate_, coefficients_;  // of the last integration
   std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
-  int panels_[2];                                       // to begin with, per SegmentAccuracy
+  int panels_[2];                                       // initial number, per SegmentAccuracy
   int laid_ = 0;                                        // panels of nodes_
   int way_points_ = 0;
   std::vector<Node> nodes_;
   std::vector<JointPoint> N_;            // of the spline, per node
-  std::vector<double> basis_, weights_;  // as NodePanel has them
-  Eigen::Matrix3d phi_;                  // of (3), where a panel begins, and in the end at the segment's end
-  std::vector<double> sums_;             // as NodePanel has them
-  // Per node, where somebody has asked since the last flight: its links and the integrand of (3).
+  std::vector<double> basis_, weights_;  // layout as in NodePanel
+  Eigen::Matrix3d phi_;                  // of (3), at the begin of the current panel; finally at the segment's end
+  std::vector<double> sums_;             // layout as in NodePanel
+  // Cache per node since the last integration: its links and the integrand of (3).
   mutable std::vector<PlacedLinks> placed_;
   mutable std::vector<Eigen::Matrix3Xd> turning_;
   mutable std::vector<bool> is_placed_, has_turning_;

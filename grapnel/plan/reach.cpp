@@ -15,9 +15,9 @@
 namespace grapnel {
 namespace {
 
-constexpr double kDamping = 1e-3;     // singular values below are damped [m/rad]
-constexpr double kLongestStep = 0.6;  // of one joint in one iteration [rad or m]
-// Errors from which on the base's motion is worked out fully [m or rad]: for the next shot, and at once.
+constexpr double kDamping = 1e-3;     // smaller singular values are damped [m/rad]
+constexpr double kLongestStep = 0.6;  // maximum change of a joint per iteration [rad or m]
+// Errors below which the base motion is integrated with full accuracy [m or rad]: for the next shot, and immediately.
 constexpr double kNear = 1e-3, kNearSearch = 1e-5;
 
 std::vector<double> moved(const std::vector<double>& x, const Eigen::VectorXd& d, double fraction,
@@ -39,18 +39,20 @@ void check(const FloatingBase& base, const ReachProblem& p) {
   }
 }
 
-// One search: several initial guesses, the best solution, or the closest attempt.
+// One search: tries several initial guesses; gives the best solution or the closest attempt.
 class Search {
  public:
   Search(FloatingBase& base, const ReachProblem& problem)
       : base_(base), problem_(problem), guided_(problem), shooting_(base, problem), closest_() {
-    // What depends on the way is made least from where the joints move least.
+    // Objectives of the path are minimized starting from solutions with minimum joint motion.
     if (!problem.objective.depends_on_end_alone()) {
       guided_.objective =
           Objective(Objective::Kind::excursion, problem.start, problem.guess, problem.lower, problem.upper);
     }
   }
 
+  // Runs the search: Newton's method from the guess, from the arms' solutions and from settled base poses, then the
+  // choice among the solutions.
   ReachSolution run() {
     std::vector<double> guess = problem_.guess;
     for (std::size_t j = 0; j < guess.size(); ++j)
@@ -58,7 +60,7 @@ class Search {
     attempt(guess);
     const bool first_is_enough = problem_.objective.is_empty();
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
-      // The base is kept where the best attempt so far has taken it, unless that led nowhere.
+      // The arms' inverse kinematics uses the final base pose of the best attempt so far, unless that attempt was poor.
       const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
       attempt_from_arms(near ? closest_.X_WB : problem_.start.X_WB, solutions_.empty() ? half() : problem_.starts);
     }
@@ -69,24 +71,25 @@ class Search {
   }
 
  private:
-  // A few different solutions give the objective its choice; more cost time for little.
+  // A few different solutions are sufficient for the objective; more solutions cost time for little gain.
   bool enough() const { return solutions_.size() >= (problem_.objective.is_empty() ? 1u : 4u); }
 
-  // Some initial guesses are kept for a base that ends elsewhere.
+  // Half of the initial guesses are reserved for other final base poses.
   int half() const { return (problem_.starts + 1) / 2; }
 
-  // From the arms' solutions with the base still at X_WB, until there are `most` initial guesses.
+  // Tries the arms' solutions with the base fixed at X_WB, until there are `most` initial guesses.
   void attempt_from_arms(const Posed& X_WB, int most) {
     ArmStarts guesses(base_, problem_, X_WB);
-    // An arm that does not reach its goal with the base still hardly does while the base moves.
+    // An arm that misses its goal with a fixed base rarely reaches it with a moving base.
     constexpr int kHopeless = 3;
     if (!guesses.complete()) most = std::min(most, std::max(kHopeless, result_.starts + 1));
     while (result_.starts < most && !enough()) attempt(guesses.next());
   }
 
-  // The base may end far from where it starts: begin where arms that all reach their goals take it.
+  // The final base pose may differ strongly from the initial one: tries initial guesses at the base pose that results
+  // from motions of all arms to their goals.
   void attempt_with_base_settled() {
-    constexpr double kReached = 1e-2;  // rates, which play no part in it, move the base a little further [m and rad]
+    constexpr double kReached = 1e-2;  // final rates, not considered here, move the base slightly further [m and rad]
     const SettledArms settled = settle_arms(base_, problem_, closest_.valid ? closest_.position : problem_.guess);
     for (const Nearest& n : settled.nearest) {
       if (n.error.size() > 0 && n.error.lpNorm<Eigen::Infinity>() > kReached) return;
@@ -104,14 +107,14 @@ class Search {
     if (end) solutions_.push_back(std::move(*end));
   }
 
-  // Newton's method with steps of least norm, shortened until the error falls: while it is large, with the base's
-  // motion as well as a search needs it, in the end fully. Empty if it comes to rest elsewhere.
+  // Newton's method with minimum-norm steps, shortened until the error decreases. The base motion has search accuracy
+  // while the error is large, and full accuracy at the end. Empty if it does not converge to a solution.
   std::optional<Shot> newton(Shot shot) {
     constexpr int kMost = 60, kPatience = 8;
     double before = std::numeric_limits<double>::infinity();
     for (int i = 0; shot.valid && i < kMost; ++i) {
       if (i % kPatience == kPatience - 1) {
-        if (shot.size() > 0.5 * before) return std::nullopt;  // creeping
+        if (shot.size() > 0.5 * before) return std::nullopt;  // slow progress
         before = shot.size();
       }
       if (shot.accuracy == SegmentAccuracy::search && shot.largest_error() <= kNearSearch) {
@@ -126,7 +129,7 @@ class Search {
       const double longest = step.d.lpNorm<Eigen::Infinity>();
       double fraction = longest > kLongestStep ? kLongestStep / longest : 1.0;
       Shot next;
-      // What the next step leaves is of the order of the error's square.
+      // The error after the next step is of the order of the square of the present error.
       const SegmentAccuracy accuracy = shot.largest_error() < kNear ? SegmentAccuracy::full : SegmentAccuracy::search;
       for (int halvings = 0; halvings < 9; ++halvings, fraction *= 0.5) {
         const std::vector<double> position = moved(shot.position, step.d, fraction, problem_);
@@ -158,7 +161,7 @@ class Search {
     return good != within_rate_limits(b) ? good : objective(a) < objective(b);
   }
 
-  // Whether an attempt that does not arrive leaves no more than each goal accepts.
+  // Whether the errors of an attempt are within the bounds that each goal accepts.
   bool is_acceptable(const Shot& shot) const {
     if (!shot.valid) return false;
     const std::vector<GoalMiss> miss = misses(problem_.goals, shot.error);
@@ -170,7 +173,7 @@ class Search {
     return true;
   }
 
-  // The best of the solutions, each made better within what the goals leave free.
+  // Selects the best of the solutions, each improved within the remaining freedom of the goals.
   void choose() {
     result_.solutions = static_cast<int>(solutions_.size());
     result_.distinct = distinct();
@@ -191,7 +194,7 @@ class Search {
     std::stable_sort(solutions_.begin(), solutions_.end(),
                      [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
-    std::size_t origin = 0;  // of the best one
+    std::size_t origin = 0;  // index of the best solution
     if (!problem_.objective.is_empty() && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
@@ -203,9 +206,8 @@ class Search {
       result_.found = false;
       take(best);
       result_.failure =
-          "the end-effectors come within half their envelopes and no nearer: nothing is kept on the way to such an "
-          "end, "
-          "nor made least; leave out what approach.plan keeps";
+          "the end-effectors reach their goals only to within half their envelopes; path constraints and objectives of "
+          "the path are not supported for such a goal: remove the path constraints from approach.plan";
     } else if (asks_of_way(problem_)) {
       keep(std::move(best), origin);
     } else {
@@ -213,6 +215,7 @@ class Search {
     }
   }
 
+  // Number of solutions that differ by more than 1e-3 in a joint.
   int distinct() const {
     constexpr double kSame = 1e-3;  // [rad or m]
     int count = 0;
@@ -229,13 +232,13 @@ class Search {
     return count;
   }
 
-  static constexpr std::size_t kFew = 3;  // solutions to begin with where a way is hardly to be found
+  static constexpr std::size_t kFew = 3;  // number of initial solutions if feasible trajectories are rare
 
-  // What is asked of the way, from the best solution, then from others, and with a spline that was not asked for where
-  // nothing else does. Of a few that keep it the one with the least objective is taken.
+  // Enforces the path constraints, starting from the best solution, then from others, and with a spline that was not
+  // requested if nothing else succeeds. Selects the feasible trajectory with the minimum objective.
   void keep(Shot best, std::size_t origin) {
-    constexpr std::size_t kFrom = 4;  // solutions
-    constexpr int kRandom = 3;        // further beginnings with random splines
+    constexpr std::size_t kFrom = 4;  // number of solutions to start from
+    constexpr int kRandom = 3;        // further starts with random splines
     std::vector<Shot> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
       if (i != origin) from.push_back(solutions_[i]);
@@ -243,7 +246,7 @@ class Search {
     std::optional<WayEnd> kept, nearest;
     const bool keeps = problem_.way.keeps_something();
     const int most = problem_.way.knots.value_or(keeps ? WaySetup::kKnots : 0);
-    std::optional<WayEnd> possible;  // a motion that keeps what is asked, whatever its objective
+    std::optional<WayEnd> possible;  // a feasible motion, for any objective
     if (keeps) {
       WayEnd found = find_possible(from, most, kRandom);
       if (found.violation <= kTolerated)
@@ -256,7 +259,8 @@ class Search {
     const bool is_possible = !keeps || possible.has_value();
     const auto attempt = [&](const Shot& solution, int knots, int number) {
       WayEnd end;
-      // The search for the best way is long: with fewer splines than there may be only where some way is near.
+      // The search for the optimal trajectory is expensive: with fewer knots than allowed only if a feasible trajectory
+      // is close.
       const bool is_known = !keeps || (possible && knots == most);
       bool is_worth_it = is_known || is_worth_another_try(knots);
       if (!is_known && possible) {
@@ -264,8 +268,8 @@ class Search {
         is_worth_it = end.violation <= kTolerated || (end.obstructed && is_worth_it);
       }
       if (is_worth_it) {
-        constexpr int kFurtherSteps = 40;  // where a way is known
-        // What is kept stays so where there is no more work to be done.
+        constexpr int kFurtherSteps = 40;  // if a feasible trajectory is known
+        // A feasible result is kept if the evaluation limit is reached.
         try {
           end = keep_way(base_, problem_, solution, knots, number, kept && number >= 0 ? kFurtherSteps : kMostSteps);
         } catch (const WorkLimit&) {
@@ -277,7 +281,7 @@ class Search {
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
       if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
-    // What one polynomial can do is where a spline that is asked for may begin too.
+    // A requested spline may also start from the solution without a spline.
     if (problem_.way.knots.value_or(0) > 0) {
       attempt(best, 0, 0);
       const std::optional<WayEnd>& simple = kept ? kept : nearest;
@@ -292,12 +296,12 @@ class Search {
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
       if (kept && !costs_much(*kept, best)) break;
     }
-    // A search that was long on its way back to what is kept may have ended early.
+    // A search that needed many steps to become feasible may have ended early.
     if (kept && (kept->may_improve || costs_much(*kept, best))) attempt(Shot(*kept->shot), kept->knots, kOnwards);
     if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
     if (!kept && possible) attempt(*possible->shot, most, kAsItIs);
     if (!kept) return refuse(best, nearest, most);
-    // The least distance is less between nodes than at them.
+    // The minimum distance between nodes is below that at the nodes.
     if (wants_clearance(problem_)) attempt(Shot(*kept->shot), kept->knots, kAtAllNodes);
     take(*kept->shot);
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
@@ -305,18 +309,17 @@ class Search {
     result_.objective = kept->objective, result_.terms = kept->terms;
   }
 
-  // Steps that make what is violated less do not find the way round an obstacle where those may that follow an
-  // objective too: that is tried as well, for half a second or so. Not where any solution from one beginning is all
-  // that is asked for, as at most times of a window.
+  // Whether to try another search, for about half a second. Restoration steps may fail to avoid an obstacle where steps
+  // with an objective succeed. Not if any solution from a single start is requested, as for most times of a window.
   bool is_worth_another_try(int knots) const {
     constexpr int kMostUnknowns = 105;
-    constexpr double kMostWork = 4e6;  // evaluations times joints
+    constexpr double kMostWork = 4e6;  // maximum work, evaluations times joints
     const bool is_quick_look = problem_.objective.is_empty() && problem_.starts == 1;
     return !is_quick_look && base_.joints() * (1 + knots) <= kMostUnknowns &&
            static_cast<double>(result_.rhs_evaluations) * base_.joints() <= kMostWork;
   }
 
-  // Whether what is kept makes the objective so much more that more freedom is worth looking at.
+  // Whether the path constraints increase the objective so much that additional knots are worth trying.
   bool costs_much(const WayEnd& kept, const Shot& best) {
     constexpr double kMuch = 0.25;
     if (!problem_.objective.depends_on_end_alone()) return false;
@@ -330,8 +333,8 @@ class Search {
     return end;
   }
 
-  // Whether any way may keep what is asked: the first found from these solutions that does at the nodes, or the nearest
-  // to it. Random splines lead where they do not in cases that are near to it only.
+  // Tests feasibility: the first trajectory from these solutions that satisfies the constraints at the nodes, or the
+  // closest one. Random splines help only in nearly feasible cases.
   WayEnd find_possible(const std::vector<Shot>& from, int knots, int random) {
     constexpr double kWorthMore = 0.1;
     WayEnd best;
@@ -346,23 +349,24 @@ class Search {
     return best;
   }
 
+  // Records the failure of the path constraints with the closest attempt.
   void refuse(const Shot& best, const std::optional<WayEnd>& nearest, int knots) {
     const bool known = nearest && nearest->shot;
     result_.found = false;
     take(known ? *nearest->shot : best);
     result_.failure = fmt::format(
-        "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
-        "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
+        "the end-effectors arrive, but no trajectory with up to {} knots was found that satisfies the path constraints "
+        "of approach.plan: in the closest attempt {}; more knots, a longer segment, waypoints or another guess may "
+        "help",
         knots, known ? nearest->trouble : "the motion is not resolved");
-    // take() knows nothing of splines.
+    // take() does not evaluate splines.
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     if (!known || nearest->shot->coefficients.empty()) return;
     result_.objective = kUnknown;
     std::fill(result_.terms.begin(), result_.terms.end(), kUnknown);
   }
 
-  // Where the objective leads away from every way that keeps what is asked: one that does without it, and the objective
-  // from there.
+  // If the objective prevents feasibility: finds a feasible trajectory without the objective, then continues with it.
   template <class Attempt>
   void keep_first(const Shot& best, int knots, Attempt&& attempt) {
     if (problem_.objective.is_empty()) return;
@@ -375,6 +379,7 @@ class Search {
     attempt(*first.shot, knots, 0);
   }
 
+  // Copies a shot to the result, with its errors, objective and singular value.
   void take(const Shot& shot) {
     result_.position = shot.position.empty() ? problem_.guess : shot.position;
     result_.rate = shot.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : shot.rate;
@@ -383,7 +388,7 @@ class Search {
     result_.miss = misses(problem_.goals, shot.error);
     if (!shot.valid) return;
     result_.within_rate_limits = within_rate_limits(shot);
-    // Of what depends on the way nothing is known here.
+    // Terms that depend on the path are unknown here.
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     result_.objective = problem_.objective.depends_on_end_alone() ? objective(shot) : kUnknown;
     for (const Objective::Term& t : problem_.objective.terms()) {
@@ -396,7 +401,7 @@ class Search {
 
   FloatingBase& base_;
   const ReachProblem& problem_;
-  ReachProblem guided_;  // the problem with the objective that the search itself makes least
+  ReachProblem guided_;  // the problem with the objective that the search itself minimizes
   Shooting shooting_;
   std::vector<Shot> solutions_;
   Shot closest_;

@@ -21,7 +21,7 @@ struct StillArm {
   FloatingBase& base;
   const Posed& X_WB;
   const Arm& arm;
-  std::vector<double> theta;  // all joints
+  std::vector<double> theta;  // one value per joint
 
   Nearest at(const std::vector<double>& x) {
     for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
@@ -43,7 +43,7 @@ double half_square(const std::vector<double>& x, std::vector<double>& gradient, 
   return 0.5 * n.error.squaredNorm();
 }
 
-// The best of several initial guesses: where joints are, and random values.
+// The best result of several initial guesses: the present joint values, and random values.
 Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                         std::vector<double>& theta) {
   constexpr int kInitialGuesses = 12;
@@ -67,6 +67,7 @@ Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, c
 
 }  // namespace
 
+// Joint values => least-squares solution of the arm's goals with a fixed base, by SLSQP within the joint limits.
 Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                        std::vector<double>& theta) {
   StillArm still{base, X_WB, arm, theta};
@@ -94,6 +95,8 @@ Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, co
   return n;
 }
 
+// Initial joint values => least-squares solutions of all arms at the base pose after the motion to them, in alternating
+// rounds.
 SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::vector<double> theta) {
   constexpr int kRounds = 4;
   SettledArms s{split_arms(base, problem.goals), {}, std::move(theta), problem.start.X_WB};
@@ -113,7 +116,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
 
 namespace {
 
-constexpr double kFits = 1e-6;  // a smaller gap is none [m and rad]
+constexpr double kFits = 1e-6;  // smaller gaps are zero [m and rad]
 constexpr int kInitialGuesses = 24;
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& w) {
@@ -122,7 +125,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& w) {
   return M;
 }
 
-// d of the rotation vector of R -> angular displacement in the turned frame: the right Jacobian of SO(3) (Chirikjian
+// Right Jacobian of SO(3): derivative of a rotation vector => angular displacement in the rotated frame (Chirikjian
 // 2012, 10.86).
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
   const double angle = w.norm();
@@ -132,7 +135,7 @@ Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
          (angle - std::sin(angle)) / (angle * angle * angle) * W * W;
 }
 
-// What NLopt's callback needs. Variables: joint values, then position and rotation vector of the base from X_WB0.
+// Data of NLopt's callback. Variables: joint values, then position and rotation vector of the base relative to X_WB0.
 struct FreeChain {
   FloatingBase& base;
   std::span<const Goal> goals;
@@ -169,6 +172,7 @@ double gap_square(const std::vector<double>& x, std::vector<double>& gradient, v
   return static_cast<FreeChain*>(data)->half_square(x, gradient);
 }
 
+// Initial point => least-squares solution of the goals over joints and base pose, by SLSQP.
 ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std::vector<double> x) {
   const std::size_t n = static_cast<std::size_t>(chain.base.joints());
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
@@ -196,7 +200,7 @@ ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std
   return result;
 }
 
-// --- Words ----------------------------------------------------------------------------------------------------------
+// --- Messages -------------------------------------------------------------------------------------------------------
 
 // "'a', 'b' and 'c'"
 std::string quoted_list(const std::vector<std::string>& names) {
@@ -210,10 +214,11 @@ std::string quoted_list(const std::vector<std::string>& names) {
 std::string who_and_where(std::span<const Goal> goals) {
   std::vector<std::string> names, points;
   for (const Goal& g : goals) names.push_back(g.name), points.push_back(g.point);
-  return fmt::format("end-effectors {} cannot be at grasp points {} of target '{}' at once", quoted_list(names),
+  return fmt::format("end-effectors {} cannot reach grasp points {} of target '{}' simultaneously", quoted_list(names),
                      quoted_list(points), goals[0].target);
 }
 
+// Error vector => message with the remaining distance and angle per goal.
 std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error) {
   std::string text;
   const std::vector<GoalMiss> miss = misses(goals, error);
@@ -230,23 +235,22 @@ std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error)
   return text;
 }
 
-// Two end-effectors whose distance from each other cannot be that of their points. Where the base is free, the sum of
-// squares is least with the gap shared equally and the rest of the chain in line; so the gap is the difference of the
-// distances.
+// Message for two end-effectors whose possible distances exclude that of their grasp points. With a free base, the sum
+// of squares is minimal with the gap shared equally and the rest of the chain aligned. The gap is therefore the
+// difference of the distances.
 std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals, const ClosestTogether& closest) {
   base.place(closest.theta);
   const double wanted = norm(goals[1].X_WG.p - goals[0].X_WG.p);
   const double given = norm(base.frame_pose(goals[1].frame).p - base.frame_pose(goals[0].frame).p);
   return fmt::format(
-      "{}, wherever the base is: these are {:.4g} m apart, the end-effectors come {} {:.4g} m {}; a gap of {:.4g} m "
-      "remains "
-      "between '{}' and '{}' when '{}' is at '{}'",
+      "{} for any base pose: the grasp points are {:.4g} m apart, the end-effectors come {} {:.4g} m {}; a gap of "
+      "{:.4g} m remains between '{}' and '{}' when '{}' is at '{}'",
       who_and_where(goals), wanted, given < wanted ? "at most" : "no nearer than", given,
       given < wanted ? "apart" : "to each other", (closest.error.segment<3>(3) - closest.error.head<3>()).norm(),
       goals[1].name, goals[1].point, goals[0].name, goals[0].point);
 }
 
-// Nothing if the goals fit together.
+// Empty if the goals are compatible.
 std::string why_not_together(FloatingBase& base, const ReachProblem& problem, const std::vector<Goal>& goals,
                              const std::vector<double>& theta) {
   std::vector<Goal> places = goals;
@@ -254,7 +258,7 @@ std::string why_not_together(FloatingBase& base, const ReachProblem& problem, co
   const ClosestTogether by_distance = closest_together(base, problem, places, theta);
   if (by_distance.error.norm() > kFits) {
     if (goals.size() == 2) return too_far_or_too_near(base, places, by_distance);
-    return fmt::format("{}, wherever the base is, though any two of them can: the closest attempt leaves {}",
+    return fmt::format("{} for any base pose, although each pair of them can: the closest attempt leaves {}",
                        who_and_where(places), remaining(places, by_distance.error));
   }
   const bool oriented =
@@ -263,7 +267,7 @@ std::string why_not_together(FloatingBase& base, const ReachProblem& problem, co
   const ClosestTogether closest = closest_together(base, problem, goals, by_distance.theta);
   if (closest.error.norm() <= kFits) return {};
   return fmt::format(
-      "{} with the orientations asked for, wherever the base is: without these they can, with them the closest attempt "
+      "{} with the demanded orientations for any base pose; without these they can, with them the closest attempt "
       "leaves {}",
       who_and_where(goals), remaining(goals, closest.error));
 }
@@ -276,6 +280,7 @@ std::vector<Goal> pick(std::span<const Goal> goals, const std::vector<std::size_
 
 }  // namespace
 
+// Goals => closest attempt over joints and base pose, from several initial guesses.
 ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
                                  const std::vector<double>& theta) {
   FreeChain chain{base, goals, problem.start.X_WB};
@@ -299,6 +304,7 @@ ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem
   return best;
 }
 
+// Goals => incompatible pairs on one target, then incompatible sets of compatible pairs.
 std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProblem& problem,
                                              const std::vector<double>& theta) {
   std::map<std::string, std::vector<std::size_t>> by_target;
@@ -320,11 +326,12 @@ std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProb
   return found;
 }
 
+// Goal => message by how much it is beyond the length of its arm; empty if it is within.
 std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal) {
   const Model& model = base.model();
   const ArmReach reach = arm_reach(model, goal.frame);
   if (reach.first_body < 0 || !std::isfinite(reach.length)) return {};
-  // The first joint sits still in the base.
+  // The first joint is fixed in the base.
   Posed X_BF = Posed::identity();
   for (int b = reach.first_body; b >= 0 && model.bodies()[b].parent >= 0; b = model.bodies()[b].parent) {
     X_BF = model.bodies()[b].description.X_PF * X_BF;
@@ -332,16 +339,16 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
   const double distance = norm(goal.X_WG.p - X_WB * X_BF.p);
   if (distance <= reach.length * (1 + 1e-12)) return {};
   return fmt::format(
-      "the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long; base and target "
-      "must be {:.4g} m nearer to each other when it closes",
+      "the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long; base and target must be "
+      "{:.4g} m closer to each other at the capture",
       distance, model.bodies()[reach.first_body].description.joint.name, reach.length, distance - reach.length);
 }
 
 namespace {
 
-constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
+constexpr double kBlamed = 1e-5;  // an arm with a smaller error does not cause the failure [m and rad]
 
-// Limits that the joints would have to pass to come nearer: the gradient pushes against them.
+// Active joint limits: the descent direction of the error points beyond them.
 std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Arm& arm,
                       const std::vector<double>& theta, const Eigen::VectorXd& gradient) {
   const Model& model = base.model();
@@ -365,7 +372,7 @@ std::size_t index_of(std::span<const Goal> goals, const Goal& goal) {
   return i;
 }
 
-// "0.2 m and 0.1 rad"; what is left of an iteration is zero.
+// "0.2 m and 0.1 rad"; iteration errors are shown as zero.
 std::string amount(const Goal& goal, const GoalMiss& miss) {
   const auto shown = [](double x) { return x < 1e-7 ? 0.0 : x; };
   std::string text = fmt::format("{:.4g} m", shown(miss.distance));
@@ -373,15 +380,15 @@ std::string amount(const Goal& goal, const GoalMiss& miss) {
   return text;
 }
 
-// " to grasp point 'left' of target 'sat'", where several goals share the target and the end-effector alone does not
-// say it.
+// " to grasp point 'left' of target 'sat'" if several goals share the target; otherwise the end-effector's name is
+// sufficient.
 std::string place_of(std::span<const Goal> goals, const Goal& goal, const char* preposition = "to") {
   const auto on_it = std::count_if(goals.begin(), goals.end(), [&](const Goal& g) { return g.target == goal.target; });
   if (goal.target.empty() || on_it < 2) return {};
   return fmt::format(" {} grasp point '{}' of target '{}'", preposition, goal.point, goal.target);
 }
 
-// Joints that move several goals of an arm, if goal `i` of arm `a` is reached as soon as the others are dropped.
+// Shared joints of an arm, if goal `i` of arm `a` is reachable without the arm's other goals.
 std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
                           std::size_t i) {
   const Arm& arm = settled.arms[a];
@@ -402,22 +409,22 @@ std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const
     shared +=
         fmt::format("{}'{}'", shared.empty() ? "" : ", ", model.bodies()[model.joints()[j]].description.joint.name);
   }
-  return fmt::format("alone it would arrive, but {} would not: they hang on the same joints ({})", others, shared);
+  return fmt::format("it could arrive alone, but then {} could not: they share joints ({})", others, shared);
 }
 
-// What keeps goal `i` of arm `a` from its place.
+// Cause of the error of goal `i` of arm `a`.
 std::string cause(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
                   std::size_t i) {
   const Arm& arm = settled.arms[a];
-  if (arm.joints.empty()) return "no joint moves it against the base";
+  if (arm.joints.empty()) return "no joint moves it relative to the base";
   if (std::string text = beyond_reach(base, settled.X_WB, arm.goals[i]); !text.empty()) return text;
   if (std::string text = in_others_way(base, problem, settled, a, i); !text.empty()) return text;
   const Eigen::VectorXd gradient = settled.nearest[a].J.transpose() * settled.nearest[a].error;
   if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty())
     return text + "; wider limits, another grasp point or other initial joints may help";
-  return "no joint moves it nearer: the arm is stretched out or folded there, or its joints do not give the direction "
-         "or orientation asked for (its Jacobian is singular); another grasp point, another way to come in "
-         "(approach_direction, approach_axis), orientation: free, or a base that is placed otherwise may help";
+  return "no joint moves it closer: the arm is fully extended or folded, or its joints cannot produce the demanded "
+         "direction or orientation (its Jacobian is singular); another grasp point, another approach direction "
+         "(approach_direction, approach_axis), orientation: free, or another base pose may help";
 }
 
 }  // namespace
@@ -435,6 +442,7 @@ std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd&
   return result;
 }
 
+// Closest attempt => message with the cause of the failure, and the smallest errors per goal.
 Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried) {
   const std::vector<double>& from = closest.valid ? closest.position : problem.guess;
   const SettledArms settled = settle_arms(base, problem, from);
@@ -470,8 +478,8 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
   failure.text = fmt::format(
-      "every arm by itself reaches its point, but none of the {} initial guess{} tried led to a motion "
-      "that brings all there with the demanded final motion",
+      "each arm alone reaches its grasp point, but none of the {} initial guess{} tried led to a motion that brings "
+      "all end-effectors there with the demanded final motion",
       tried, tried == 1 ? "" : "es");
   if (closest.valid) {
     failure.miss = misses(problem.goals, closest.error);

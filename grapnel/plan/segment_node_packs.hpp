@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The equations of path_segment.hpp at its nodes, in packs: a node in every lane. Of a panel everything is worked out
-/// before the next one begins, so that its numbers stay in the processor's nearest memory.
+/// The equations of path_segment.hpp at its nodes in SIMD packs, one node per lane. Each panel is completed before the
+/// next one, so that its data stays in the first-level cache.
 
 #include "grapnel/pack/rounded.hpp"
 #include "grapnel/plan/link_placement.hpp"
@@ -28,7 +28,7 @@ class PackedNodes : public SegmentNodes {
   void reserve(int nodes) override {
     if (nodes <= reserved_) return;
     delete[] numbers_;
-    numbers_ = nullptr, numbers = nullptr, reserved_ = 0;  // if there is no memory
+    numbers_ = nullptr, numbers = nullptr, reserved_ = 0;  // valid if the allocation throws
     numbers_ = new S[static_cast<unsigned long>(nodes / kLanes) * static_cast<unsigned long>(tables_.layout.size)];
     reserved_ = nodes;
     numbers = reinterpret_cast<const double*>(numbers_);
@@ -82,7 +82,7 @@ class PackedNodes : public SegmentNodes {
     const S scale = S(1.0) / sqrt(S(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]));
     return {scale * q[0], scale * q[1], scale * q[2], scale * q[3]};
   }
-  // Inverse of a general matrix by its minors, for columns x, y, z: rows of the result.
+  // Inverse of a general matrix by its minors, from columns x, y, z: rows of the result.
   static GRAPNEL_INLINE void invert(const Vector3<S>& x, const Vector3<S>& y, const Vector3<S>& z,
                                     Vector3<S> (&rows)[3]) {
     const Vector3<S> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
@@ -110,7 +110,8 @@ class PackedNodes : public SegmentNodes {
     }
   }
 
-  // begin + h sum_j a_ij rate_j for a pack of nodes i, `rate` times h; `size` numbers, of `N` rows.
+  // begin + h sum_j a_ij rate_j for a pack of nodes i, with `rate` already multiplied by h; `size` numbers, of `N`
+  // rows.
   template <int N>
   GRAPNEL_INLINE void integrate(const double (&rate)[N][kPanelNodes], const double* begin, int c, double scale,
                                 S (&next)[N]) const {
@@ -165,7 +166,7 @@ bool PackedNodes<S>::turn(NodePanel& panel) {
       S(h * r.w).store(panel.q_rate[0] + c * kLanes), S(h * r.x).store(panel.q_rate[1] + c * kLanes);
       S(h * r.y).store(panel.q_rate[2] + c * kLanes), S(h * r.z).store(panel.q_rate[3] + c * kLanes);
     }
-    // Once nothing changes but by rounding.
+    // Converged: changes are rounding errors.
     if (change <= kSettled || (change <= 1e-14 && change >= before)) break;
     if (iteration == kMost) return false;
     before = change;
@@ -227,7 +228,7 @@ void PackedNodes<S>::propagate_phi(NodePanel& panel) {
   }
 }
 
-// What the nodes of a pack add to the integral of (3).
+// Contribution of the nodes of a pack to the integral of (3).
 template <class S>
 void PackedNodes<S>::add(NodePanel& panel, int c, S* at) {
   const NodeLayout& l = tables_.layout;
@@ -252,7 +253,7 @@ void PackedNodes<S>::add(NodePanel& panel, int c, S* at) {
     of_g = {dot(M[0], g[j]), dot(M[1], g[j]), dot(M[2], g[j])};
     of_k = {dot(M[0], k[j]), dot(M[1], k[j]), dot(M[2], k[j])};
   }
-  // Final values with a, final rates with b, coefficients with N; c belongs to the start.
+  // Final values with a, final rates with b, coefficients with N; c belongs to the initial rates.
   for (int b = 0; b < 2 + tables_.knots; ++b) {
     const double* const basis = panel.basis + 2 * (b < 2 ? b : b + 1) * panel.nodes + node;
     const S position = weight * S::load(basis), rate = weight * S::load(basis + panel.nodes);

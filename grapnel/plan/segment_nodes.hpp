@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// The nodes of a path segment, one in every lane: plain data, which files compiled for an instruction set may see, and
-/// what they compute. A panel's nodes fill the lanes of every set. segment_node_packs.hpp has the equations.
+/// The nodes of a path segment, one per SIMD lane: plain data for files compiled with instruction-set flags, and the
+/// computations on it. A panel's nodes fill the lanes of every instruction set. The equations are in
+/// segment_node_packs.hpp.
 
 #include "grapnel/model/tree.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
@@ -10,19 +11,19 @@
 namespace grapnel {
 
 inline constexpr int kPanelNodes = 16;
-/// Sums over nodes are kept in as many parts, of nodes whose numbers leave the same remainder, and added up in the end:
-/// so that their bits do not depend on how many lanes there are.
+/// Number of partial sums over nodes, grouped by node index modulo kSumParts and added at the end. The result is
+/// therefore independent of the number of lanes.
 inline constexpr int kSumParts = 8;
 
-/// Where a node's numbers stand among its own, in the order of PlacedNumbers and those of path_segment.hpp.
+/// Offsets of a node's numbers, in the order of PlacedNumbers and of path_segment.hpp.
 struct NodeLayout {
-  int X_BL, axis, composite, inertia, joint_momentum, k;  // first of all links or joints
+  int X_BL, axis, composite, inertia, joint_momentum, k;  // offset of the first link or joint
   int com, mass, H_inverse;
   int u, R, w_B, Phi;  // R row by row, Phi column by column
   int rate;            // of the joints
   int g;               // (6) of floating_base.hpp, per joint
-  int g_turned;        // what g_j adds to the integrand of (3), per joint, and
-  int k_turned;        // what k_j adds
+  int g_turned;        // contribution of g_j to the integrand of (3), per joint
+  int k_turned;        // contribution of k_j
   int size;
 };
 
@@ -36,33 +37,33 @@ struct NodeTables {
   const double* a;  // a_ij of the collocation at [j kPanelNodes + i]
 };
 
-/// One panel of a flight.
+/// One panel of a segment.
 struct NodePanel {
-  bool floats, turns;  // FloatingBase's
+  bool floats, turns;  // settings of FloatingBase
   bool driven;         // L is not zero
   Vector3d L;          // angular momentum about the centre of mass, in W
   double h;            // length of the panel [s]
-  int first, nodes;    // its first node; of all panels
-  int kept;            // where its numbers stand: node `kept` of SegmentNodes::numbers
-  // Of the joints: theta = start + a (final - start) + b final_rate + c start_rate + sum_k coefficient_k N_k.
+  int first, nodes;    // its first node; number of nodes of all panels
+  int kept;            // storage index of its first node in SegmentNodes::numbers
+  // Joint motion: theta = start + a (final - start) + b final_rate + c start_rate + sum_k coefficient_k N_k.
   const double *start, *start_rate, *final, *final_rate;
   const double* coefficients;
   int coefficient_count;
-  const double* basis;   // a, b, c, N_0...: values of all nodes, then rates of all nodes, of each
+  const double* basis;   // a, b, c, N_0...: for each, values at all nodes, then rates at all nodes
   const double* weight;  // of all nodes
 
-  // turn(): the quaternion where it begins; its rates over the panel and angular velocities, at the nodes.
+  // turn(): the quaternion at the panel's begin; its rates and the angular velocities at the nodes.
   double q[4];
   double q_rate[4][kPanelNodes];  // times h
   double w_B[3][kPanelNodes];
-  // sensitivities(): Phi where it begins, column by column, its rates, and the integral of (3): three sums in kSumParts
-  // parts per unknown.
+  // sensitivities(): Phi at the panel's begin, column-major, its rates, and the integral of (3): three sums in
+  // kSumParts parts per unknown.
   double Phi[9];
   double Phi_rate[9][kPanelNodes];
   double* sums;
 };
 
-/// In the packs of an instruction set. Bits do not depend on the set.
+/// Computation in the packs of one instruction set. Results are bitwise independent of the set.
 class SegmentNodes {
  public:
   SegmentNodes() = default;
@@ -70,22 +71,22 @@ class SegmentNodes {
   SegmentNodes& operator=(const SegmentNodes&) = delete;
   virtual ~SegmentNodes();
 
-  /// Makes room for the numbers of so many nodes, a multiple of kPanelNodes; what was there is lost.
+  /// Allocates storage for this number of nodes, a multiple of kPanelNodes; previous contents are lost.
   virtual void reserve(int nodes) = 0;
-  /// Places the links.
+  /// Places the links at the nodes.
   virtual void place(NodePanel& panel) = 0;
-  /// Then the rotation at the nodes, by fixed-point iteration; false where that does not converge.
+  /// Solves for the rotation at the nodes by fixed-point iteration, after place(); false if it does not converge.
   virtual bool turn(NodePanel& panel) = 0;
-  /// Then Phi and the sums. The latter are only added to.
+  /// Computes Phi and accumulates the sums, after turn().
   virtual void sensitivities(NodePanel& panel) = 0;
 
-  /// Number `index` (NodeLayout) of node n stands at [((n / lanes) size + index) lanes + n % lanes].
+  /// Number `index` (NodeLayout) of node n is at [((n / lanes) size + index) lanes + n % lanes].
   const double* numbers = nullptr;
   int lanes = 1;
 };
 
-/// Once per instruction set; each is defined where it is compiled for its set. `tables` is copied, what it leads to
-/// must outlive what is made, which the caller deletes.
+/// One factory per instruction set, each defined in the file compiled for its set. `tables` is copied; the data that it
+/// points to must outlive the result. The caller deletes the result.
 SegmentNodes* make_segment_nodes_one_lane(const NodeTables& tables);
 SegmentNodes* make_segment_nodes_sse2(const NodeTables& tables);
 SegmentNodes* make_segment_nodes_avx2(const NodeTables& tables);

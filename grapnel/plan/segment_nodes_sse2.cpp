@@ -1,4 +1,4 @@
-// The nodes of a path segment in packs for sse2. Compiled with flags of its own, see CMakeLists.txt.
+// The nodes of a path segment in packs for sse2. Compiled with set-specific flags, see CMakeLists.txt.
 
 #include "grapnel/plan/segment_node_packs.hpp"
 

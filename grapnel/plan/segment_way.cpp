@@ -148,7 +148,8 @@ double SegmentWay::measure_term(const Objective::Term& term, Eigen::VectorXd* gr
 }
 
 double SegmentWay::attitude_term(double weight, Eigen::VectorXd* gradient) {
-  const Vector3d phi = rotation_vector(transpose(setup_.R_WB0) * shot_.X_WB.R);  // in B, or at the start: the same
+  const Vector3d phi =
+      rotation_vector(transpose(setup_.R_WB0) * shot_.X_WB.R);  // in B or in the initial frame, with equal components
   if (gradient) *gradient += weight * shot_.per_unknown.topRows(3).transpose() * column(phi);
   return 0.5 * dot(phi, phi);
 }

@@ -9,24 +9,24 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kSteps = 40;  // at first
+constexpr std::size_t kSteps = 40;  // initial number of steps
 constexpr std::size_t kFinest = 160;
-constexpr std::size_t kBegun = 4;  // nodes from which it goes on by several steps' rates
+constexpr std::size_t kBegun = 4;  // nodes of the one-step method before the multistep method
 
-// Whether plan_straight_in() would damp it.
+// Whether plan_straight_in() damps the rates at this configuration.
 bool is_damped(const Eigen::MatrixXd& G) {
   const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(G).singularValues();
-  constexpr double kNever = 1e-9;  // what a planar arm can never do
+  constexpr double kNever = 1e-9;  // structurally zero singular values, as of a planar arm
   return std::any_of(sigma.begin(), sigma.end(),
                      [&](double s) { return s > kNever * sigma[0] && s < kDampedBelow * sigma[0]; });
 }
 
-// What predictor and corrector say of the error, (1) of Milne's device.
+// Error estimate from predictor and corrector, by Milne's device.
 class Estimate {
  public:
   explicit Estimate(int joints) : position_(static_cast<std::size_t>(joints), 0.0) {}
 
-  // Of a step: what both add to the joint values, each times h.
+  // Adds a step: the increments of the joint values by both formulas, each times h.
   void add(const std::vector<double>& corrector, const std::vector<double>& predictor, double h) {
     constexpr double kMilne = 19.0 / 270;
     for (std::size_t j = 0; j < position_.size(); ++j) {
@@ -36,8 +36,9 @@ class Estimate {
     }
   }
 
-  // Rates are those at the predicted states: a state that is off by so much changes them as a step does that goes so
-  // far. In the end, with the largest rate and its largest change on a step of this length.
+  // Error of the integration. Rates are evaluated at the predicted states; a deviation of a predicted state changes
+  // them as a step of that size does. The largest rate and its largest change per step convert the deviation to an
+  // error.
   double error(double rate, double change, double step) const {
     double position = 0;
     for (const double e : position_) position = std::isfinite(e) ? std::max(position, e) : e;
@@ -47,7 +48,7 @@ class Estimate {
 
  private:
   std::vector<double> position_;  // sum over the steps
-  double predicted_ = 0;          // the farthest that a predicted state is off
+  double predicted_ = 0;          // maximum deviation of a predicted state
 };
 
 }  // namespace
@@ -83,6 +84,7 @@ double SelfMotions::begins_elsewhere_by(const Eigen::VectorXd& v) const {
   return start_scale() * (freedom_->position * v.head(start_unknowns())).lpNorm<Eigen::Infinity>();
 }
 
+// Unknowns v => initial state of the approach and its derivatives.
 SelfMotions::State SelfMotions::begin(const Eigen::VectorXd& v) {
   const int columns = derivatives_ ? unknowns() : 0;
   State s;
@@ -103,12 +105,14 @@ SelfMotions::State SelfMotions::begin(const Eigen::VectorXd& v) {
   return s;
 }
 
+// Unknowns v => states at the ends of all steps, with derivatives on request: three Runge-Kutta steps, then
+// Adams-Bashforth-Moulton.
 std::vector<SelfMotions::Node> SelfMotions::integrate(const Eigen::VectorXd& v, Derivatives derivatives) {
   derivatives_ = derivatives == Derivatives::all;
   std::vector<Node> nodes;
   State s = begin(v);
   Estimate estimate(n_);
-  std::vector<Change> f;  // at the nodes, those after the fourth at the predicted states
+  std::vector<Change> f;  // at the nodes; from the fifth on at the predicted states
   for (std::size_t i = 0;; ++i) {
     const int at = 2 * static_cast<int>(i);
     if (i < kBegun) f.push_back(change(s, at, v));
@@ -149,7 +153,7 @@ std::vector<SelfMotions::Node> SelfMotions::integrate(const Eigen::VectorXd& v, 
   return nodes;
 }
 
-// The base's place follows from its attitude.
+// Computes the base's position from its attitude.
 void SelfMotions::settle(State& s, double time) {
   if (!base_.floats()) return;
   s.X_WB.R = rotation_matrix(s.q_WB);
@@ -201,7 +205,7 @@ SelfMotions::Change SelfMotions::change(const State& s, int at, const Eigen::Vec
     if (base_.is_held(j)) free.col(j).setZero(), free.row(j).setZero();
   }
   self_motions_ = std::max(self_motions_, static_cast<int>(std::lround(free.trace())));
-  constexpr double kRounding = 1e-12;  // is no freedom, and no program is to move joints by it
+  constexpr double kRounding = 1e-12;  // smaller freedoms are zero; the optimizer must not use them
   free = (free.array().abs() < kRounding).select(0.0, free);
   for (int k = 0; k < kTerms; ++k) c.per_position.middleCols(start_unknowns() + k * n_, n_) += phi[k] * free;
   c.per_displacement = base_.displacement_rate(h_B) * s.per_displacement + base_.per_angle() * s.per_position +
@@ -209,7 +213,7 @@ SelfMotions::Change SelfMotions::change(const State& s, int at, const Eigen::Vec
   return c;
 }
 
-// (1), by normal equations where no singularity is near.
+// (1); by normal equations away from singularities.
 Eigen::VectorXd SelfMotions::rates_nearest_to(const Eigen::VectorXd& z, const Posed& X_WB, const Momentumd& h_B,
                                               const std::vector<Goal>& goals) {
   demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
@@ -221,6 +225,7 @@ Eigen::VectorXd SelfMotions::rates_nearest_to(const Eigen::VectorXd& z, const Po
   return demanded.rates;
 }
 
+// Weighted sum of changes.
 SelfMotions::Change SelfMotions::sum(std::initializer_list<std::pair<double, const Change&>> terms) {
   Change sum = terms.begin()->second;
   const double first = terms.begin()->first;
@@ -237,7 +242,7 @@ SelfMotions::Change SelfMotions::sum(std::initializer_list<std::pair<double, con
   return sum;
 }
 
-// By differences of order 4 of the rates at five nodes.
+// Accelerations by finite differences of order 4 of the rates at five nodes.
 void SelfMotions::add_accelerations(std::vector<Node>& nodes) const {
   constexpr double kWeights[5][5] = {
       {-25, 48, -36, 16, -3}, {-3, -10, 18, -6, 1}, {1, -8, 0, 8, -1}, {-1, 6, -18, 10, 3}, {3, -16, 36, -48, 25}};

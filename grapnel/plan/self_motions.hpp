@@ -1,12 +1,13 @@
 #pragma once
 
 /// @file
-/// The piece straight in with a self-motion, roughly and with derivatives: what a search goes by (straight_way.hpp).
+/// Fast integration of the final straight approach with a self-motion and its derivatives, for the search of
+/// straight_way.hpp.
 ///
-/// (1) to (3) of straight_way.hpp in steps that stay the same, of order 4: the classical method for the first three,
-/// then that of Adams, Bashforth and Moulton, which takes one evaluation per step: rates are those at the predicted
-/// states. Predictor and corrector together tell how far the integration may be off: by Milne's device 19/270 of their
-/// difference per step (Hairer, Norsett, Wanner 1993, III.1).
+/// Integrates (1) to (3) of straight_way.hpp with fixed steps of order 4: the classical Runge-Kutta method for the
+/// first three steps, then the Adams-Bashforth-Moulton method with one evaluation per step, at the predicted states.
+/// The difference of predictor and corrector estimates the error: 19/270 of it per step by Milne's device (Hairer,
+/// Norsett, Wanner 1993, III.1).
 
 #include <initializer_list>
 #include <utility>
@@ -19,7 +20,7 @@ class SelfMotions {
  public:
   static constexpr int kTerms = 8;  // of the self-motion
 
-  /// The motion at the ends of steps, with its derivatives by the unknowns: [where it begins, c].
+  /// The motion at the ends of steps, with derivatives with respect to the unknowns: [initial state, c].
   struct Node {
     double time = 0;
     std::vector<double> position, rate, acceleration;
@@ -29,12 +30,12 @@ class SelfMotions {
     Matrix6Xd per_displacement;                                // of the base, in B
   };
 
-  /// All must outlive the object. `freedom` may be null.
+  /// All arguments must outlive the object. `freedom` may be null.
   SelfMotions(FloatingBase& base, const StraightInProblem& problem, const StartFreedom* freedom);
 
   int start_unknowns() const { return freedom_ ? static_cast<int>(freedom_->position.cols()) : 0; }
   int unknowns() const { return start_unknowns() + n_ * kTerms; }
-  // Joint values at the begin count as rates that would bring them about in the piece's duration.
+  // Initial joint values are scaled as rates that produce them within the segment's duration.
   double start_scale() const { return problem_.end - problem_.begin; }
   bool complete() const { return targets_.size() == times_.size(); }
   int self_motions() const { return self_motions_; }
@@ -43,31 +44,31 @@ class SelfMotions {
 
   std::vector<double> start(const Eigen::VectorXd& v) const;
 
-  // The farthest that a joint is then from where it was to begin [rad or m].
+  // Largest change of an initial joint value [rad or m].
   double begins_elsewhere_by(const Eigen::VectorXd& v) const;
 
-  // Without derivatives it takes a fraction of the time.
+  // Integration without derivatives costs a fraction of the time.
   enum class Derivatives { none, all };
   std::vector<Node> integrate(const Eigen::VectorXd& v, Derivatives derivatives);
 
-  /// How far the last integration may be off: joint values and the base's turn at the end [rad or m], joint rates as a
-  /// share of the largest.
+  /// Error estimate of the last integration: final joint values and base rotation [rad or m], joint rates as a share of
+  /// the largest.
   double error() const { return error_; }
 
-  /// Twice as many steps from now on, if there may be more.
+  /// Doubles the number of steps for following integrations; false at the maximum.
   bool refine();
 
  private:
   struct State {
     std::vector<double> position;
     Quaterniond q_WB;
-    Posed X_WB;  // where q_WB has it
+    Posed X_WB;  // base pose that corresponds to q_WB
     Eigen::MatrixXd per_position;
     Matrix6Xd per_displacement;
   };
   struct Change {
     std::vector<double> rate;
-    Quaterniond turn;  // of the base's quaternion
+    Quaterniond turn;  // rotation of the base, as a quaternion
     Eigen::MatrixXd per_position;
     Matrix6Xd per_displacement;
   };
@@ -88,7 +89,7 @@ class SelfMotions {
   const StartFreedom* freedom_;
   int n_;
   std::size_t steps_;
-  std::vector<double> times_;  // of steps' ends and middles
+  std::vector<double> times_;  // ends and midpoints of the steps
   std::vector<std::vector<FreeBody>> targets_;
   PlacedLinks links_;
   Eigen::MatrixXd G_;

@@ -13,18 +13,18 @@
 namespace grapnel {
 namespace {
 
-// What (2) says.
+// Solution of (2).
 struct Step {
   Eigen::VectorXd d;
   Eigen::VectorXd of_goals, of_rows;  // multipliers of e and the g_i
-  double left = 0;                    // by which rows give way
+  double left = 0;                    // relaxation of the rows
   bool valid = false;
 };
 
-// (2) for one B and the rows of one iterate, for other values of e and g_i in turn.
+// (2) for one B and the rows of one iterate, for several values of e and g_i.
 class QuadraticProgram {
  public:
-  // The Hessian is B and `more` times the identity.
+  // The Hessian is B plus `more` times the identity.
   QuadraticProgram(const Eigen::MatrixXd& B, double more, const Linearized& at)
       : L_(B + more * Eigen::MatrixXd::Identity(B.rows(), B.cols())) {
     if (L_.info() != Eigen::Success) return;
@@ -42,7 +42,7 @@ class QuadraticProgram {
       Q_.resize(size, 0);
     }
     free_ = A_ - (A_ * Q_) * Q_.transpose();
-    // What the goals leave no freedom for is rounding.
+    // Smaller values are rounding errors in directions that the goals determine.
     constexpr double kRounding = 1e-12;
     for (Eigen::Index i = 0; i < A_.rows(); ++i) {
       if (free_.row(i).norm() < kRounding * A_.row(i).norm()) free_.row(i).setZero();
@@ -50,7 +50,7 @@ class QuadraticProgram {
     valid_ = c_.allFinite() && A_.allFinite();
   }
 
-  // Begins with the rows that held the last step.
+  // Starts with the active rows of the last step.
   Step solve(const Eigen::VectorXd& error, const Eigen::VectorXd& violated, std::vector<Eigen::Index> active) const {
     Step step;
     if (!valid_) return step;
@@ -89,8 +89,8 @@ class QuadraticProgram {
   bool valid_ = false;
 };
 
-// Whether steps lead nowhere: each leaves most of what is violated, as (2) foresees it within the radius, and what is
-// violated has become hardly less.
+// Detects stagnation: each step leaves most of the predicted violation within the radius, and the violation decreases
+// only slightly.
 class Patience {
  public:
   void note(double violated, double foreseen) {
@@ -116,6 +116,7 @@ class Minimization {
                std::vector<double>& y, Eigen::MatrixXd& B)
       : program_(program), free_(free), search_(search), y_(y), B_(B) {}
 
+  // Main loop: takes steps until the step limit, convergence of the objective, or stagnation => number of steps.
   int run() {
     at_ = linearized();
     value_ = program_.value(), violation_ = std::max(0.0, program_.violation());
@@ -123,7 +124,7 @@ class Minimization {
     radius_ = search_.farthest;
     int steps = 0;
     patience_ = {};
-    std::deque<double> values;  // of the last few steps that violate nothing
+    std::deque<double> values;  // objective values of the last few feasible steps
     for (; steps < search_.most && !patience_.is_over(); ++steps) {
       if (violation_ > search_.violated)
         values.clear();
@@ -136,7 +137,7 @@ class Minimization {
       const Eigen::VectorXd from = here();
       const Step step = advance();
       if (!step.valid) {
-        // What was learned elsewhere may lead nowhere here.
+        // The Hessian estimate from other points may be misleading here.
         if (learned_ == 0 || is_there_ || is_lost_) break;
         begin_anew();
         radius_ = search_.farthest, damping_ = 0;
@@ -151,8 +152,8 @@ class Minimization {
 
  private:
   static constexpr std::size_t kFew = 3;
-  static constexpr double kSlightly = 1.2;     // longer than the radius
-  static constexpr double kShorterThan = 0.9;  // of a step before
+  static constexpr double kSlightly = 1.2;     // tolerance of the step length relative to the radius
+  static constexpr double kShorterThan = 0.9;  // relative to the previous step
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
   bool has_level() const { return at_.slope.size() > size(); }
@@ -174,7 +175,7 @@ class Minimization {
     learned_ = 0;
   }
 
-  // f is linear in z; with this curvature it goes a metre at most.
+  // f is linear in z; this curvature limits its change to one metre.
   Eigen::MatrixXd with_level() const {
     if (!has_level()) return B_;
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(size() + 1, size() + 1);
@@ -183,8 +184,8 @@ class Minimization {
     return B;
   }
 
-  // mu of (3): no less than what the multipliers add up to, as at the solution, and so large that a step which adds so
-  // much to f and takes so much off what is violated leads down.
+  // Sets mu of (3): at least the sum of the multipliers, as at the solution. It is large enough that a step with these
+  // changes of f and of the violation decreases (3).
   void weigh(const Step& step, double added, double taken_off) {
     constexpr double kOfIt = 0.5, kRounding = 1e-10;
     double needed = taken_off > kRounding ? std::max(0.0, added) / (kOfIt * taken_off) : 0;
@@ -194,7 +195,7 @@ class Minimization {
 
   static double weight_of(const Step& step) { return step.of_rows.sum() + step.of_goals.lpNorm<1>(); }
 
-  // Whether multipliers do: those of rows that cannot be kept, or that all but depend on each other, do not.
+  // Whether the multipliers are meaningful: not for infeasible or nearly dependent rows.
   bool says_something(const Step& step) const {
     constexpr double kGivenWay = 1e-6, kMost = 1e6;
     return step.left <= kGivenWay &&
@@ -203,7 +204,7 @@ class Minimization {
 
   double merit() const { return value_ + mu_ * violation_; }
 
-  // To y + d, if (3) is no more than that there.
+  // Moves to y + d if (3) is at most `most` there.
   bool step_to(const Eigen::VectorXd& d, double most) {
     std::vector<double> next = y_;
     for (std::size_t i = 0; i < free_.size(); ++i)
@@ -216,15 +217,14 @@ class Minimization {
     return true;
   }
 
-  // A step that makes (3) enough less, no longer than the radius within which (2) foresees by how much; not valid where
-  // there is none.
+  // A step that decreases (3) sufficiently, within the radius of validity of (2); invalid if there is none.
   Step advance() {
     constexpr double kEnough = 1e-4, kPoor = 0.25, kWell = 0.4, kShorter = 0.35, kLittle = 1e-6, kRounding = 1e-12;
     constexpr int kMostLooks = 3, kMostDamped = 3;
     const Eigen::MatrixXd B = with_level();
     QuadraticProgram quadratic(B, damping_, at_);
     is_there_ = false;
-    // Steps so short take off nothing of what is violated.
+    // Steps this short do not decrease the violation.
     constexpr double kTooShort = 1e-4;
     const double shortest = violation_ > kTooShort ? kTooShort : search_.nothing;
     bool is_noted = false;
@@ -235,15 +235,15 @@ class Minimization {
       double farthest = farthest_of(step.d);
       is_there_ = farthest <= search_.nothing;
       if (is_there_ && damping_ == 0) break;
-      // A step may be short since it is damped.
+      // A step may be short because of damping.
       if (is_there_) {
         is_there_ = false;
         damping_ = 0;
         quadratic = QuadraticProgram(B, damping_, at_);
         continue;
       }
-      // What the objective asks for is damped until it is within the radius, what rows and goals ask for is done in
-      // part: damping makes it no shorter.
+      // The objective's part is damped to the radius; the part of rows and goals is scaled, since damping does not
+      // shorten it.
       if (farthest > kSlightly * radius_ && damped < kMostDamped) {
         const double bend = step.d.dot(B * step.d) / step.d.squaredNorm() + damping_;
         const double more = (farthest / radius_ - 1) * bend;
@@ -278,7 +278,7 @@ class Minimization {
         return step;
       }
       damped = 0;
-      // With what was in its way, which (2) knew nothing of, the step may go as far elsewhere.
+      // Adds newly found constraints to (2); the step may then be as long in another direction.
       if (program_.has_more() && looks++ < kMostLooks) {
         if (!come_back()) return {};
         at_ = linearized();
@@ -291,7 +291,7 @@ class Minimization {
     return {};
   }
 
-  // To y, where more may be known of what is violated by now.
+  // Returns to y, where more constraints may be known by now.
   bool come_back() {
     is_lost_ = !program_.go_to(y_);
     if (is_lost_) return false;
@@ -299,7 +299,7 @@ class Minimization {
     return true;
   }
 
-  // The rows that held the last step, of those at the present iterate.
+  // The active rows of the last step, among those at the present iterate.
   std::vector<Eigen::Index> active() const {
     std::vector<Eigen::Index> rows;
     for (std::size_t i = 0; i < at_.rows.size(); ++i) {
@@ -317,18 +317,18 @@ class Minimization {
 
   double farthest_of(const Eigen::VectorXd& d) const { return d.head(size()).lpNorm<Eigen::Infinity>(); }
 
-  // The step for what e and the g_i are where it led, less what is linear of it.
+  // Second-order correction: the step for e and the g_i at the trial point, minus their linear parts.
   Eigen::VectorXd corrected(const QuadraticProgram& quadratic, const Step& step) {
     Eigen::VectorXd error, violated;
     program_.look(at_.rows, error, violated);
     const Step other =
         quadratic.solve(error - at_.J * step.d, violated - at_.A.leftCols(size()) * step.d.head(size()), active());
-    constexpr double kSimilar = 0.5;  // else it is none of the step
+    constexpr double kSimilar = 0.5;  // otherwise the correction is rejected
     const bool is_one = other.valid && (other.d - step.d).norm() <= kSimilar * step.d.norm();
     return is_one ? other.d : Eigen::VectorXd(0.5 * step.d);
   }
 
-  // BFGS's formula for a step s and the change of the Lagrangian's gradient, damped where it would not stay positive.
+  // BFGS update for a step s and the change of the Lagrangian's gradient, damped to remain positive definite.
   void learn(const Eigen::VectorXd& s, const Linearized& next, const Step& step) {
     constexpr double kDamped = 0.2;
     if (!says_something(step)) return;
@@ -364,10 +364,10 @@ class Minimization {
   double radius_ = 0, damping_ = 0;
   Patience patience_;
   std::set<long> active_;
-  int learned_ = 1;        // steps, since it began anew
-  bool can_look_ = false;  // where the program went last
-  bool is_there_ = false;  // (2) led nowhere else
-  bool is_lost_ = false;   // nothing could be said of y when the program came back to it
+  int learned_ = 1;        // number of updates since the last reset
+  bool can_look_ = false;  // whether the last point could be evaluated
+  bool is_there_ = false;  // converged: (2) gives no further step
+  bool is_lost_ = false;   // y could not be evaluated when the program returned to it
 };
 
 }  // namespace

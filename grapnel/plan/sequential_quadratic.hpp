@@ -3,22 +3,20 @@
 /// @file
 /// Sequential quadratic programming for plans:
 ///   min f(y)   with   e(y) = 0   and   g_i(y) <= 0 for every i of a set that may be infinite                       (1)
-/// e may have dependent components. At an iterate the g_i that are nearly violated are made linear, and a step d solves
+/// e may have dependent components. At an iterate the nearly violated g_i are linearized, and a step d solves
 ///   min d^T B d / 2 + d^T grad f   with   e + J d = 0,   g_i + a_i^T d <= 0                                        (2)
-/// B being an estimate of the Hessian of the Lagrangian, positive definite, learned from step to step (BFGS's formula,
-/// damped [Powell 1978; Nocedal and Wright 2006, 18.3]). With B + nu 1 = L L^T and x = L^T d this is the point nearest
-/// to -L^-1 grad f that keeps linear equations and inequalities, a least-distance program (least_distance.hpp) in the
-/// null space of J L^-T. Its rows give way, all alike, where they cannot all be kept.
+/// B is a positive definite estimate of the Hessian of the Lagrangian, updated at each step by the damped BFGS formula
+/// [Powell 1978; Nocedal and Wright 2006, 18.3]. With B + nu 1 = L L^T and x = L^T d, (2) asks for the point closest to
+/// -L^-1 grad f that satisfies linear equations and inequalities: a least-distance program (least_distance.hpp) in the
+/// null space of J L^-T. If its rows are infeasible together, all are relaxed equally.
 ///
-/// Steps are no longer than a radius, within which (2) has been seen to foresee what happens: nu damps what the
-/// objective asks for until d is no longer, and what e and the g_i ask for beyond that is done in part. A step is taken
-/// where
+/// A trust radius bounds the steps: nu damps the objective's part of d to the radius, and the part due to e and the g_i
+/// is shortened to it. A step is accepted if it decreases the merit function
 ///   f + mu max(0, g_i over all i, |e_k|)                                                                           (3)
-/// becomes less by it, so that what (2) knows nothing of counts too. Where a whole step does not do, it is corrected
-/// for the curvature of the g_i and e [Nocedal and Wright 2006, 18.11]; where something was in its way that (2) knew
-/// nothing of, (2) is solved with that as well; then the radius becomes less. A step costs the unknowns' number cubed
-/// over three, for L, and its square for each row that is active; programs begin with the rows that held the step
-/// before.
+/// which also contains constraints missing from (2). A rejected step is first corrected for the curvature of the g_i
+/// and e [Nocedal and Wright 2006, 18.11]. If constraints missing from (2) caused the rejection, (2) is solved again
+/// with them; then the radius is reduced. With n unknowns a step costs n^3/3 for L and n^2 per active row. Each program
+/// starts with the active rows of the previous step.
 
 #include <Eigen/Core>
 #include <span>
@@ -26,48 +24,48 @@
 
 namespace grapnel {
 
-/// What is linear at an iterate. Where f holds -w min_i d_i, w > 0, there is one unknown more, the last one, z with
-/// -w z in its place and rows z - d_i <= 0, z beginning as the least d_i.
+/// Linearization at an iterate. If f contains -w min_i d_i, w > 0, there is one more unknown, the last one, z, with -w
+/// z in its place and rows z - d_i <= 0. The initial value of z is the minimum of d_i.
 struct Linearized {
   Eigen::VectorXd slope;     // grad f; -w for z
   Eigen::VectorXd error;     // e
-  Eigen::MatrixXd J;         // its derivatives, with zeros for z
-  std::vector<long> rows;    // which g_i follow: the same number for the same i at every iterate
+  Eigen::MatrixXd J;         // Jacobian of e, with zeros for z
+  std::vector<long> rows;    // identifiers of the following g_i, constant over the iterates
   Eigen::VectorXd violated;  // g_i
   Eigen::MatrixXd A;         // a_i^T, 1 for z in its rows
-  double out_of_reach = 0;   // the most of the g_i that were left out since no step makes them less
+  double out_of_reach = 0;   // largest of the g_i omitted because no step decreases them
 };
 
-/// (1), as one who solves it looks at it from place to place.
+/// Interface of (1) to the solver: evaluation at successive points.
 class NonlinearProgram {
  public:
   virtual ~NonlinearProgram() = default;
-  /// Goes to y. False where nothing can be said there.
+  /// Moves to y. False if it cannot be evaluated.
   virtual bool go_to(const std::vector<double>& y) = 0;
-  /// f, there.
+  /// f at the present point.
   virtual double value() = 0;
-  /// The most of all g_i and |e_k| there; z's rows are none of them.
+  /// The largest of all g_i and |e_k| at the present point, excluding the rows of z.
   virtual double violation() = 0;
   virtual Linearized linearized() = 0;
-  /// Whether there is more to be made linear than there was at the last linearized(), seen since.
+  /// Whether constraints that were not part of the last linearized() have been found since.
   virtual bool has_more() = 0;
-  /// e and some of the g_i there. z is what it was at the last linearized().
+  /// e and the given g_i at the present point. z has its value at the last linearized().
   virtual void look(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) = 0;
-  /// What B is to begin with, without z.
+  /// Initial value of B, without z.
   virtual Eigen::MatrixXd curvature() = 0;
 };
 
 struct QuadraticSearch {
-  double farthest = 0.5;   // that an unknown moves in a step
-  double nothing = 1e-7;   // a step that moves none farther ends the search
-  double settled = 1e-9;   // steps that make f less by no more than this share of it end it too
-  double violated = 5e-7;  // no more than this is violated in the end
-  int most = 150;          // steps
+  double farthest = 0.5;   // maximum change of an unknown in a step
+  double nothing = 1e-7;   // the search ends at steps that change no unknown by more
+  double settled = 1e-9;   // the search ends at steps that decrease f by at most this share of it
+  double violated = 5e-7;  // maximum violation of the result
+  int most = 150;          // maximum number of steps
 };
 
-/// From y, where the program is, to a minimum of (1) near there: the program stays at the best iterate, and y is that.
-/// Unknowns that are not `free` stay. `B` is what was learned: of no size, it begins with the program's curvature.
-/// Returns how many steps it took.
+/// Minimizes (1) locally from y, the present point of the program. On return the program is at the best iterate, and y
+/// is that point. Unknowns that are not `free` are fixed. `B`: in and out, the estimate of the Hessian; empty: the
+/// program's curvature. Returns the number of steps.
 int minimize(NonlinearProgram& program, const std::vector<int>& free, const QuadraticSearch& search,
              std::vector<double>& y, Eigen::MatrixXd& B);
 

@@ -12,11 +12,12 @@ namespace grapnel {
 
 namespace {
 
-// Faster rates at the end, that would turn a joint this far within the segment, are no plan and cost endless steps.
+// Larger final rates, which would move a joint this far within the segment, are rejected: they are not useful plans and
+// require excessively many steps.
 constexpr double kFast = 1;       // [rad/s or m/s]
 constexpr double kWildest = 200;  // [rad or m]
-// How much of the final rates may be left to the linear prediction of settled ones, of the rates' scale; and how far
-// the iteration has to come in any case.
+// Maximum part of the final rates left to the linear prediction, relative to the scale of the rates; and the required
+// accuracy of the iteration in any case.
 constexpr double kPredicted[] = {1e-7, 1e-9};
 constexpr int kMostSettlings = 25;
 
@@ -32,6 +33,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
+// Other unknowns => final rates predicted by K; the present rates if the predicted change is large.
 std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<const double> others) const {
   std::vector<double> result = rate;
   if (K.size() == 0) return result;
@@ -40,7 +42,7 @@ std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<co
   for (std::size_t i = 0; i < others.size(); ++i) {
     change += (others[i] - coefficients[i]) * K.col(n + static_cast<Eigen::Index>(i));
   }
-  // A far place is no matter of derivatives.
+  // Derivatives are not valid over large distances.
   constexpr double kFar = 0.1;  // [rad/s or m/s]
   const double largest = change.lpNorm<Eigen::Infinity>();
   if (!(largest <= std::max(kFar, as_vector(rate).lpNorm<Eigen::Infinity>()))) return result;
@@ -48,6 +50,8 @@ std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<co
   return result;
 }
 
+// Final joint values => consistent final rates by Newton's method in the base coordinates, base pose, errors and total
+// derivatives (2) of reach.hpp.
 Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy,
                      std::span<const double> coefficients) {
   const int n = base_.joints(), unknowns = n * (1 + problem_.start.knots);
@@ -82,7 +86,7 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     const Eigen::VectorXd step = lu_solution(A, gap);
     if (!step.allFinite()) return shot;
     const double size = step.lpNorm<Eigen::Infinity>();
-    if (i > 4 && size > 2 * last) return shot;  // settles nowhere
+    if (i > 4 && size > 2 * last) return shot;  // does not converge
     last = size;
     for (int j = 0; j < n; ++j) shot.rate[j] += step[j];
     if (size > kPredicted[static_cast<int>(accuracy)] * std::max(1.0, fastest)) continue;
@@ -109,18 +113,18 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
 
 namespace {
 
-// Polishing moves a solution a little.
+// Margin for the small change of a solution by refinement.
 constexpr double kRateMargin = 0.9999;
 
-// What NLopt's callbacks share.
+// Data shared by NLopt's callbacks.
 struct Problem {
   FloatingBase& base;
   const ReachProblem& reach;
   Shooting& shooting;
   Eigen::MatrixXd rows;  // independent combinations of the error's components, orthonormal
-  Shot shot;             // at the latest point
+  Shot shot;             // at the last point
 
-  // Evaluates unless it is the point known.
+  // Evaluates, unless x is the last point.
   const Shot& at(const std::vector<double>& x) {
     if (x != shot.position) shot = shooting.shoot(x, shot.rate_at(x), SegmentAccuracy::search);
     return shot;
@@ -142,7 +146,7 @@ double objective(const std::vector<double>& x, std::vector<double>& gradient, vo
   return value;
 }
 
-// Rates within their limits: rate - limit <= 0 and -rate - limit <= 0, over the limit, for each joint that has one.
+// Rate limits: rate - limit <= 0 and -rate - limit <= 0, divided by the limit, for each joint with a limit.
 void rate_limits(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
   const Shot& shot = p.at(std::vector<double>(x, x + n));
@@ -170,7 +174,7 @@ void constraints(unsigned m, double* result, unsigned n, const double* x, double
   }
 }
 
-// One run of the optimizer from x; false where it ended early: x is as far as it came.
+// One run of the optimizer from x; false if it ended early, with x the last point.
 bool improve(Problem& data, const std::vector<double>& lower, const std::vector<double>& upper,
              std::vector<double>& x) {
   nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
@@ -181,7 +185,7 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
   const auto limited = 2 * std::count_if(data.reach.rate_limit.begin(), data.reach.rate_limit.end(),
                                          [](double limit) { return std::isfinite(limit); });
   if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
-  // Near the optimum the objective goes with the square of the distance.
+  // Near the optimum the objective error is proportional to the square of the distance.
   optimizer.set_xtol_abs(1e-8);
   optimizer.set_ftol_rel(1e-13);
   optimizer.set_maxeval(120);
@@ -189,7 +193,7 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
   try {
     optimizer.optimize(x, least);
   } catch (const std::exception&) {
-    // Roundoff or a point that cannot be evaluated: what was reached so far is in x, and may be good enough.
+    // Rounding errors or an invalid point: x is the last point, and may be sufficient.
     return false;
   }
   return true;
@@ -197,15 +201,16 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
 
 }  // namespace
 
+// Solution => locally optimal shot: rounds of SLSQP with independent combinations of the goal errors as constraints.
 Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
-  if (solution.J.size() == 0) return solution;  // no joints: nothing to choose, and no SVD
+  if (solution.J.size() == 0) return solution;  // no joints: no freedom, and no SVD
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;
   const int n = base.joints();
-  if (rank == 0 || rank >= n) return solution;  // nothing is left free
+  if (rank == 0 || rank >= n) return solution;  // no freedom remains
   Problem data{base, problem, shooting, svd.matrixU().leftCols(rank).transpose(), solution};
-  // Quadratic models hold near where they are made: each round goes no farther than this, and the next begins there.
+  // Quadratic models are local: each round is limited to this distance, and the next one starts from its result.
   constexpr double kFarthest = 1;  // [rad or m]
   constexpr int kRounds = 4;
   std::vector<double> x = solution.position;
@@ -231,19 +236,19 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
 
 namespace {
 
-constexpr double kStructural = 1e-9;  // of the largest singular value: this direction does not exist
+constexpr double kStructural = 1e-9;  // of the largest singular value; smaller ones are structural zeros
 
-// What is filtered out of a step, by singular values s of J: s / (s^2 + lack^2) in place of 1 / s.
+// Numerical filtering by singular values s of J: s / (s^2 + lack^2) instead of 1 / s.
 double lack_of(double s, double damping, NewtonStep& step) {
   const double lack = std::max(0.0, damping - s);
   if (lack > 0) step.filtered = true;
   return lack;
 }
 
-// By the eigenvalues s^2 of J J^T, a quarter of the work of singular values: those above the edge are as good as the
-// step needs, what is below it is damped.
+// Computed from the eigenvalues s^2 of J J^T at a quarter of the cost of singular values. Values above the edge are
+// accurate enough for the step; those below are damped.
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
-  constexpr double kNoDirection = 1e-15;  // of the largest square: rounding leaves no more than this
+  constexpr double kNoDirection = 1e-15;  // of the largest square: rounding error
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(J * J.transpose());
   const Eigen::VectorXd& squares = of.eigenvalues();  // increasing
   Eigen::VectorXd y = of.eigenvectors().transpose() * -e;
@@ -259,6 +264,8 @@ Eigen::VectorXd damped_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, 
   return J.transpose() * (of.eigenvectors() * y);
 }
 
+// J and e => minimum-norm step. With damping: exact if all singular values exceed the threshold, otherwise damped;
+// without: by the singular value decomposition.
 Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
   step.filtered = false;
   if (damping > 0) {
@@ -290,6 +297,7 @@ double smallest_singular_value(const Eigen::MatrixXd& J) {
   return smallest;
 }
 
+// J, e, bounds => minimum-norm step within the bounds, by fixing the most violated variable and solving again.
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
                            const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
   const int n = static_cast<int>(x.size());
@@ -298,9 +306,9 @@ NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, c
   if (n == 0 || e.size() == 0) return step;
   std::vector<int> free;
   for (int j = 0; j < n; ++j) {
-    if (lower[j] < upper[j] || x[j] != lower[j]) free.push_back(j);  // the others stay
+    if (lower[j] < upper[j] || x[j] != lower[j]) free.push_back(j);  // the others are fixed
   }
-  Eigen::VectorXd rest = e;  // what the fixed variables leave
+  Eigen::VectorXd rest = e;  // error remaining after the fixed variables
   while (!free.empty()) {
     const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, step);
     std::size_t worst = free.size();

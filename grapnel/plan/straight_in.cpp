@@ -14,8 +14,8 @@
 namespace grapnel {
 namespace {
 
-constexpr double kGain = 5;              // k of (1) [1/s]: pulls in what damping or rounding left
-constexpr double kNoDirection = 1e-9;    // singular values below, relative to the largest: directions there are not
+constexpr double kGain = 5;              // k of (1) [1/s]: reduces errors due to damping or rounding
+constexpr double kNoDirection = 1e-9;    // smaller singular values, relative to the largest, are structural zeros
 constexpr int kDegree = 16;              // of the series, per piece
 constexpr double kFitTolerance = 1e-12;  // [rad or m]
 
@@ -28,7 +28,7 @@ Vector3d solve(const Symmetric3d& I, const Vector3d& b) {
                                       c2 * b[0] + c4 * b[1] + c5 * b[2]};
 }
 
-// The targets' free motion as a differential equation. y: per target quaternion and angular velocity in T, from
+// Free motion of the targets as a differential equation. y: per target quaternion and angular velocity in T, from index
 // `offset` on.
 class Tumbling {
  public:
@@ -60,7 +60,7 @@ class Tumbling {
     }
   }
 
-  // At time t: orientation from y, the centre of mass on its parabola.
+  // States at time t: orientation from y, centre of mass on its parabola.
   std::vector<FreeBody> bodies(double t, std::span<const double> y) const {
     if (problem_.surroundings && problem_.surroundings->targets) return problem_.surroundings->targets(t);
     std::vector<FreeBody> bodies = problem_.targets;
@@ -137,7 +137,7 @@ class Motion {
     targets_(t, y, dydt);
   }
 
-  // Joint rates at a state; notes damping and what is unmet.
+  // Joint rates at a state; records damping and unmet demands.
   const std::vector<double>& rates(double t, std::span<const double> y) {
     const Posed X_WB = base_pose(y);
     record_ = true;
@@ -146,7 +146,7 @@ class Motion {
     return theta_dot_;
   }
 
-  // What is missed at a state.
+  // Errors at a state.
   std::vector<GoalGap> gaps(double t, std::span<const double> y) {
     const std::vector<double> theta_dot = rates(t, y);
     const Posed X_WB = base_pose(y);
@@ -166,7 +166,7 @@ class Motion {
   }
 
  private:
-  // Of the base, about the centre of mass; after place().
+  // Residual twist of the base about the centre of mass; after place().
   Twistd turn_beside(double t) const {
     if (!problem_.surroundings) return Twistd::zero();
     const Vector3d w_B = problem_.surroundings->w_B(t);
@@ -186,7 +186,7 @@ class Motion {
                 problem_.surroundings ? problem_.surroundings->w_B(t) : Vector3d::zero());
     pull_in(goals);
     take_out_self_motion(t);
-    // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
+    // No damping if all singular values are above the edge, tested with an upper bound of the largest.
     const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().colwise().sum().maxCoeff());
     if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
       for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
@@ -217,7 +217,7 @@ class Motion {
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
   }
 
-  // The smallest singular value of G_ where all are above a share of the largest or structurally zero.
+  // The smallest singular value of G_ if all are above a share of the largest or structurally zero.
   double smallest_above(double share) const {
     if (G_.size() == 0) return 0;
     const Eigen::VectorXd squares =
@@ -229,7 +229,7 @@ class Motion {
     return first == squares.end() ? 0 : std::sqrt(*first);
   }
 
-  // The rates nearest to z that meet (1) are z and those of least norm that give what z leaves.
+  // The rates closest to z that satisfy (1) are z plus the minimum-norm rates for the remainder.
   void take_out_self_motion(double t) {
     if (phi_.empty()) return;
     self_motion_basis((t - problem_.begin) / (problem_.end - problem_.begin), phi_);
@@ -246,8 +246,8 @@ class Motion {
     for (std::size_t j = 0; j < besides_.size(); ++j) theta_dot_[j] += left * besides_[j];
   }
 
-  // - k e of (1). Rows of task and error agree but for a roll, which is one row or makes two rows across the direction
-  // three in W.
+  // - k e of (1). Rows of task and error agree, except that a roll is one row, or makes three rows in W of the two
+  // across the direction.
   void pull_in(std::span<const Goal> goals) {
     Eigen::Index row = 0, at = 0;
     for (const Goal& g : goals) {
@@ -281,14 +281,14 @@ class Motion {
   Eigen::MatrixXd G_;
 };
 
-// The integral of a series of rates over its piece, from a value at the begin: sum_k c_k T_k integrates to
-// b_k = half (c_{k-1} - c_{k+1}) / (2 k), with 2 c_0 for k = 1 (Trefethen 2013, chapter 19).
+// Integral of a series of rates over its piece, from an initial value: sum_k c_k T_k integrates to b_k = half (c_{k-1}
+// - c_{k+1}) / (2 k), with 2 c_0 for k = 1 (Trefethen 2013, chapter 19).
 ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin_value) {
   const std::vector<double>& c = rates.coefficients;
   const std::size_t n = c.size();
   ChebyshevPiece position{std::vector<double>(n + 1, 0.0)};
   std::vector<double>& b = position.coefficients;
-  double at_begin = 0;  // of the sum without b_0: T_k(-1) = (-1)^k
+  double at_begin = 0;  // value of the sum without b_0: T_k(-1) = (-1)^k
   for (std::size_t k = 1; k <= n; ++k) {
     const double below = k == 1 ? 2 * c[0] : c[k - 1], above = k + 1 < n ? c[k + 1] : 0.0;
     b[k] = half * (below - above) / (2 * static_cast<double>(k));
@@ -298,7 +298,8 @@ ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin
   return position;
 }
 
-// Ends of the pieces and the series' points on them, increasing: of piece i those from i kDegree to (i + 1) kDegree.
+// Ends of the pieces and the sample points of the series on them, increasing: piece i has those from i kDegree to (i +
+// 1) kDegree.
 std::vector<double> piece_times(const StraightInProblem& problem, int pieces) {
   std::vector<double> times;
   const double h = (problem.end - problem.begin) / pieces;
@@ -309,7 +310,7 @@ std::vector<double> piece_times(const StraightInProblem& problem, int pieces) {
   return times;
 }
 
-// The motion at the points of several numbers of pieces, from one integration.
+// The motion at the sample points of several numbers of pieces, from one integration.
 struct Flown {
   IntegrationResult result;
   std::vector<double> times;  // increasing
@@ -324,6 +325,7 @@ DormandPrince853<double> make_stepper(const Manifold& manifold, const StraightIn
   return {manifold, tolerances, control};
 }
 
+// Problem => motion at the sample points of all numbers of pieces, by one adaptive integration of (1).
 Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
   Motion motion(base, problem, path);
   DormandPrince853<double> stepper = make_stepper(motion.manifold(), problem);
@@ -340,9 +342,9 @@ Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const 
   return flown;
 }
 
-// Fits the rates at the series' points; positions are the series' integrals. So rates do not jump from piece to piece,
-// however well the series fits: a jump would be an impulse that no ledger knows. The largest last coefficient tells how
-// well it does.
+// Fits the rates at the sample points; positions are the integrals of the series. Rates are therefore continuous
+// between pieces for any quality of the fit: a jump would be an impulse missing in the conservation checks. The largest
+// last coefficient measures the quality of the fit.
 void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flown, int pieces, StraightInPath& path) {
   const int n = base.joints();
   Motion motion(base, problem, path);
@@ -384,10 +386,11 @@ Rotationd turned_by(const Vector3d& v) {
 
 }  // namespace
 
+// Targets at a time => goals of all end-effectors on their approach lines, with the demanded twists.
 std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double time) {
   const double duration = problem.end - problem.begin, t = time - problem.begin;
   const JointPath to_the_point{JointProfile::quintic, duration, problem.stand_off, 0, 0, -problem.final_speed};
-  // What is to have a rate of one in the end and to be nothing there and at the begin.
+  // The part with unit final rate that vanishes at the begin and end.
   const JointPath rate_alone{JointProfile::quintic, duration, 0, 0, 0, 1};
   const JointPoint d = evaluate(to_the_point, t), e = evaluate(rate_alone, t);
   std::vector<Goal> goals;
@@ -425,12 +428,13 @@ std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& p
   return result;
 }
 
+// x => phi_0(x), phi_1(x), ..., by the three-term recursion of the Gegenbauer polynomials.
 void self_motion_basis(double x, std::span<double> phi) {
-  constexpr double kOrder = 4.5;  // of Gegenbauer's polynomials: their weight on [-1, 1] is (1 - u^2)^4
+  constexpr double kOrder = 4.5;  // of the Gegenbauer polynomials: their weight on [-1, 1] is (1 - u^2)^4
   const double u = 2 * x - 1, bump = 1 - u * u;
   double before = 0, now = 1;
   for (std::size_t k = 0; k < phi.size(); ++k) {
-    // NIST Digital Library of Mathematical Functions, table 18.3.1, over [-1, 1]; over [0, 1] it is half of that.
+    // NIST Digital Library of Mathematical Functions, table 18.3.1, over [-1, 1]; half of that over [0, 1].
     const double n = static_cast<double>(k);
     const double square = std::numbers::pi * std::pow(2.0, 1 - 2 * kOrder) * std::tgamma(n + 2 * kOrder) /
                           ((n + kOrder) * std::pow(std::tgamma(kOrder), 2) * std::tgamma(n + 1));
@@ -440,8 +444,10 @@ void self_motion_basis(double x, std::span<double> phi) {
   }
 }
 
+// Problem => joint trajectories as Chebyshev series: integrates (1) and increases the number of pieces until the fit is
+// within tolerance.
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {
-  // What is integrated once serves these numbers of pieces; most motions need no more.
+  // One integration serves these numbers of pieces; most motions need no more.
   constexpr int kNumbers[2][3] = {{2, 4, 8}, {16, 32, 64}};
   StraightInPath path;
   long evaluations = 0;
@@ -454,7 +460,7 @@ StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& pro
       path.finished = flown.result.finished();
       if (!path.finished) {
         path.failure = flown.result.explanation();
-        return path;  // no use in trying again
+        return path;  // a further attempt would fail as well
       }
       fit(base, problem, flown, pieces, path);
       if (path.fit_error <= kFitTolerance) return path;

@@ -13,8 +13,8 @@ namespace grapnel {
 namespace {
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
-constexpr double kNearViolation = 0.2;  // instants this near to a violation are kept as well
-constexpr double kFarthestMove = 0.5;   // that a joint moves from iterate to iterate [rad or m]
+constexpr double kNearViolation = 0.2;  // instants with a smaller margin are also constrained
+constexpr double kFarthestMove = 0.5;   // maximum joint change between iterates [rad or m]
 
 using Node = SelfMotions::Node;
 
@@ -28,23 +28,26 @@ PathSegment::WayPoint way_point(double time, const std::vector<double>& position
   return w;
 }
 
-// The c of (4) for one beginning of the piece.
+// Search for c of (4) for one initial state.
 class StraightSearch {
  public:
   StraightSearch(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& kept,
                  const StartFreedom* freedom)
       : base_(base), problem_(problem), look_(base, kept), motions_(base, problem, freedom) {}
 
+  // Runs the search: checks the minimum-norm rates, then the exchange method with self-motion, and refines the margin
+  // between nodes.
   StraightWay run() {
     Eigen::VectorXd v = Eigen::VectorXd::Zero(motions_.unknowns());
     StraightWay best;
     if (!motions_.complete()) return closed(best = exact(v));
     if (motions_.start_unknowns() > 0) {
-      constexpr double kFirstOrder = 1e-3;  // it is looked for exactly from there
+      constexpr double kFirstOrder = 1e-3;  // the exact search starts below it
       if (exchange(v, kFirstOrder) <= kHopeless) best.start = motions_.start(v), best.self_motion = self_motion_of(v);
       return closed(best);
     }
-    // A look by the nodes costs a tenth of an exact one, which there is near a singularity or where it says enough.
+    // An evaluation at the nodes costs a tenth of an exact one, which is used near a singularity or for the final
+    // check.
     do {
       best = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
     } while (best.violation > kNearly && !is_reliable(best.violation) && motions_.refine());
@@ -63,7 +66,7 @@ class StraightSearch {
         if (!is_reliable(end.violation)) end = exact(v);
         if (end.kept) best = std::move(end);
         if (best.kept) break;
-        // A piece that keeps its limits and is refused for what it passes by is not given up for one that does not.
+        // A segment within its limits that is rejected for a singularity is preferred to one beyond its limits.
         const bool keeps_limits = best.path.finished && best.trouble.empty();
         if (!keeps_limits && !end.trouble.empty() && end.violation < best.violation) best = std::move(end);
         break;
@@ -71,7 +74,7 @@ class StraightSearch {
       StraightWay end = exact(v);
       const double left = end.violation;
       if (end.kept || left < best.violation) best = std::move(end);
-      // Between the nodes it is worse by that.
+      // The violation between the nodes exceeds that at the nodes by this amount.
       if (best.kept || !arrived || !(left < 1e-2)) break;
       margin_ += 2 * left;
     }
@@ -81,8 +84,8 @@ class StraightSearch {
  private:
   static constexpr double kHopeless = 0.3, kNearly = 0.02;
 
-  // Whether the last integration is good enough to say that so much is violated: its estimated error is small against
-  // it. What is not finite is so near a singularity, with however many steps.
+  // Whether the last integration is accurate enough to detect this violation: its estimated error is small relative to
+  // it. Results that are not finite are close to a singularity for any number of steps.
   bool is_reliable(double violation) const {
     constexpr double kSmall = 0.5;
     return !std::isfinite(violation) || motions_.error() <= kSmall * std::max(kNearly, violation);
@@ -97,17 +100,19 @@ class StraightSearch {
   struct Iterate {
     Eigen::VectorXd v;
     std::vector<Node> nodes;
-    double worst = 0;             // at the nodes
-    bool has_derivatives = true;  // the nodes
+    double worst = 0;             // maximum at the nodes
+    bool has_derivatives = true;  // whether the nodes have derivatives
   };
 
-  // To the v nearest to `share` of it that keeps what is linear at v, or comes as near to that as joints do that move
-  // no farther than a radius.
+  // Step to the v closest to `share` of the present one that satisfies the linearization, or to the closest possible
+  // one within the radius of joint motion.
   struct Step {
     Eigen::VectorXd v;
-    double farthest = 0;  // that a joint moves [rad or m]
-    double foreseen = 0;  // what is violated then, as far as that is linear
+    double farthest = 0;  // maximum joint motion [rad or m]
+    double foreseen = 0;  // predicted violation after the step
   };
+  // Iterate => step to the nearest v that satisfies the linearized constraints, with the least relaxation that keeps
+  // joint motion within the radius.
   Step step_within(double radius, Iterate& at, double share) {
     if (!at.has_derivatives) at.nodes = motions_.integrate(at.v, SelfMotions::Derivatives::all);
     at.has_derivatives = true;
@@ -123,7 +128,7 @@ class StraightSearch {
         step.farthest = std::max(step.farthest, (node.per_position * change).lpNorm<Eigen::Infinity>());
       return step;
     };
-    // Rows that give way as little as joints that stay within the radius allow: less and less.
+    // Relaxation of the rows, reduced step by step to the minimum for which joint motion is within the radius.
     constexpr double kMost = 2.187e10 * kGiving, kLess = 1.0 / 30, kOfRadius = 0.7;
     double giving = kMost, less = 0;
     Step step = with(giving);
@@ -148,22 +153,22 @@ class StraightSearch {
     return step;
   }
 
-  // From v to one at which no more than `enough` is violated at the nodes; if nothing is to be, to the least such one
-  // near there. What is left at the nodes.
+  // Iterates from v until no violation at the nodes exceeds `enough`; for zero, to the local minimum of the
+  // self-motion. Returns the remaining violation at the nodes.
   double exchange(Eigen::VectorXd& v, double enough) {
     Iterate at;
     at.v = v;
     do {
-      if (!at.nodes.empty()) instants_.clear();  // at the nodes of before
+      if (!at.nodes.empty()) instants_.clear();  // those of the previous nodes
       at.nodes = motions_.integrate(v, SelfMotions::Derivatives::all);
       at.worst = add_instants(at.nodes);
     } while (!is_reliable(at.worst) && motions_.refine());
-    constexpr double kSwing = 0.03;  // by which steps to less self-motion may miss what is kept
+    constexpr double kSwing = 0.03;  // maximum violation caused by steps that reduce the self-motion
     const double kept = -margin_ + kAimed;
     restore(at, std::max(enough, kept));
     if (enough == kNothing && at.worst <= kept) {
       constexpr int kRounds = 6;
-      constexpr double kSettled = 2e-3;  // joints move no farther any more [rad or m]
+      constexpr double kSettled = 2e-3;  // convergence: maximum joint motion per step [rad or m]
       Iterate best = at;
       for (double keep = 0; keep < std::pow(4.0, kRounds); keep = std::max(1.0, 4 * keep)) {
         const Step step = step_within(kFarthestMove, at, keep / (1 + keep));
@@ -180,7 +185,7 @@ class StraightSearch {
     return at.worst;
   }
 
-  // With the step done, unless it comes to more than `most`; then what is violated there is kept from now on.
+  // Takes the step, unless its violation exceeds `most`; then the violated constraints are added.
   bool take(Iterate& at, const Step& step, double most) {
     std::vector<Node> nodes = motions_.integrate(step.v, SelfMotions::Derivatives::none);
     const double now = add_instants(nodes);
@@ -189,8 +194,8 @@ class StraightSearch {
     return true;
   }
 
-  // By the shortest steps that keep what is linear of the instants known, then the new ones, until no more than
-  // `enough` is violated, or no step helps.
+  // Minimum-norm steps that satisfy the linearization at the known instants, then at new ones, until no violation
+  // exceeds `enough` or no step helps.
   void restore(Iterate& at, double enough) {
     constexpr int kMost = 25, kPatience = 5;
     constexpr int kNowhere = 2;
@@ -200,7 +205,7 @@ class StraightSearch {
       const Step step = step_within(radius, at, 1);
       if (!(step.farthest > 0) || radius < kShortest) break;
       if (radius >= kFarthestMove) {
-        // What is linear of it says, more than once, that it leads nowhere.
+        // The linearization predicts no progress repeatedly.
         const bool leads =
             step.foreseen <= kFar || (step.foreseen <= kLittle * at.worst &&
                                       (step.foreseen <= kHopeless || step.foreseen <= kLittle * foreseen));
@@ -213,7 +218,7 @@ class StraightSearch {
         continue;
       }
       radius = std::min(kFarthestMove, std::max(radius, 2 * step.farthest));
-      if (motions_.begins_elsewhere_by(at.v) > kFarthestMove) break;  // farther on it is not what it was at first order
+      if (motions_.begins_elsewhere_by(at.v) > kFarthestMove) break;  // the first-order model is not valid beyond
       stuck = at.worst < 0.7 * least ? 0 : stuck + 1;
       least = std::min(least, at.worst);
     }
@@ -226,12 +231,12 @@ class StraightSearch {
     };
   }
 
-  // What is violated most at the nodes, if anything is.
+  // The largest violation at the nodes, if any.
   StraightWay at_nodes(const std::vector<Node>& nodes) {
     StraightWay way;
     if (!is_finite(nodes)) {
       way.violation = -kNothing;
-      way.trouble = "joints move beyond all bounds near a singularity";
+      way.trouble = "joint motion diverges near a singularity";
       return way;
     }
     way.violation = kNothing;
@@ -251,7 +256,7 @@ class StraightSearch {
     return worst;
   }
 
-  // What self-motion may change: at the begin only another begin does.
+  // Violations that the self-motion can change: at the begin only another initial state can.
   std::vector<WayLook::Found> found_at(const std::vector<Node>& nodes) {
     std::vector<WayLook::Found> found =
         look_.scan(static_cast<int>(nodes.size()), points(nodes), kNearViolation + margin_, kNothing, nullptr);
@@ -259,7 +264,7 @@ class StraightSearch {
     return found;
   }
 
-  // Past a singularity it may not be.
+  // States beyond a singularity may not be finite.
   static bool is_finite(const std::vector<Node>& nodes) {
     const std::vector<double>& q = nodes.back().position;
     return std::all_of(q.begin(), q.end(), [](double x) { return std::isfinite(x); });
@@ -277,11 +282,12 @@ class StraightSearch {
     return worst;
   }
 
-  // What at an instant stays linear of it: A v <= b.
+  // Linearized constraints at an instant: A v <= b.
   struct Rows {
     Eigen::MatrixXd A;
     Eigen::VectorXd b;
   };
+  // States at the nodes => linearized constraints A v <= b at the selected instants.
   Rows linear_at(const std::vector<Node>& nodes, const Eigen::VectorXd& v) {
     const int n = base_.joints();
     const auto count = static_cast<Eigen::Index>(instants_.size());
@@ -309,12 +315,12 @@ class StraightSearch {
     return z;
   }
 
-  // The piece with this self-motion, integrated exactly, and what it violates.
+  // The exactly integrated segment with this self-motion, and its violations.
   StraightWay exact(const Eigen::VectorXd& v) {
     StraightWay way;
     StraightInProblem problem = problem_;
     problem.self_motion = way.self_motion = self_motion_of(v);
-    constexpr long kMostSteps = 10'000;  // more take pieces that pass a singularity
+    constexpr long kMostSteps = 10'000;  // segments through a singularity take more
     problem.most_steps = std::min<long>(problem.most_steps, kMostSteps);
     way.path = plan_straight_in(base_, problem);
     evaluations_ += way.path.rhs_evaluations;
@@ -340,7 +346,7 @@ class StraightSearch {
       way.violation = f.value;
       if (f.value > kTolerated) way.trouble = look_.describe(f, point(f.at.node));
     }
-    // A piece whose hands do not go where they are to go keeps nothing.
+    // A segment whose end-effectors deviate from their paths is infeasible.
     constexpr double kUnmet = 1e-9;  // [m/s or rad/s]
     const bool is_sound = !way.path.damped && way.path.unmet <= kUnmet;
     way.kept = way.trouble.empty() && is_sound;
@@ -359,6 +365,8 @@ class StraightSearch {
 
 }  // namespace
 
+// Solution at the stand-off => basis of joint and base displacements that keep the end-effectors in place: the null
+// space of the goals' Jacobian.
 StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const ReachSolution& solution) {
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;

@@ -1,24 +1,25 @@
 #pragma once
 
 /// @file
-/// The piece straight in, kept within limits by self-motion.
+/// Final straight approach with limits enforced by self-motion.
 ///
-/// The hands' way is given, and with it the joints' but for what moves no hand: more joints than rows, or a turn about
-/// the approach direction that is left free. A self-motion z(t), (2) of straight_in.hpp, makes the joints' rates
+/// The end-effector trajectories are given. The joint trajectories are determined except for self-motions, which exist
+/// if there are more joints than rows, or if the roll about the approach direction is free. A self-motion z(t), (2) of
+/// straight_in.hpp, gives the joint rates
 ///   theta_dot = z + G^+ (b - G z)                                                                                  (1)
-/// with G theta_dot = b the rows that the goals ask for. With y = (theta, xi), xi a displacement of the base in B,
-/// derivatives with the coefficients c of z and with where the piece begins follow
+/// with G theta_dot = b the rows of the goals. With y = (theta, xi), xi a displacement of the base in B, derivatives
+/// with respect to the coefficients c of z and to the initial state follow
 ///   dtheta' = rho_theta dtheta + rho_xi xi + (1 - G^+ G) phi_k dc_k                                                (2)
 ///   xi' = A xi + V_theta dtheta + V_rate dtheta'                                                                   (3)
-/// with rho's derivatives by (1) of goal.hpp, A and the base's twist V by (3) of floating_base.hpp. Wanted is
+/// with rho's derivatives from (1) of goal.hpp, A and the base's twist V from (3) of floating_base.hpp. The problem is
 ///   min |c|^2   with   g_i(c; t) <= 0 for all t                                                                    (4)
-/// |c|^2 being the mean square of z, since the phi_k are orthonormal, and the g_i what WayLook looks at. It is solved
-/// by sequential quadratic programming: the g_i, at the instants at which an iterate comes near to violating them, made
-/// linear by (2) and (3); the nearest c that keeps these, a least-distance program; and so on. The Hessian of (4) is
-/// the identity, so that nothing has to be learned about it. Steps are no longer than joints move by half a radian:
-/// rows give way for that, all alike, and what is linear of them foresees what is left. First anything is looked for
-/// that keeps all, then the least near there. What comes out is integrated exactly and looked at between the nodes;
-/// where more than a tolerance is missing there, that much more is asked for.
+/// |c|^2 is the mean square of z, since the phi_k are orthonormal; the g_i are the constraints of WayLook. It is solved
+/// by sequential quadratic programming. The g_i are linearized by (2) and (3) at the instants at which an iterate
+/// nearly violates them; the nearest c that satisfies the linearization is a least-distance program. The Hessian of (4)
+/// is the identity and needs no estimate. A step moves each joint by at most half a radian; the bounds of all rows are
+/// relaxed equally by the amount that this requires, and the linearization predicts the remaining violation. The search
+/// first finds any feasible c, then the minimum near it. The result is integrated exactly and checked between the
+/// nodes. If a violation there exceeds the tolerance, the constraints are tightened by that amount.
 
 #include <optional>
 
@@ -27,8 +28,8 @@
 
 namespace grapnel {
 
-/// Where else the piece may begin: joint values and the base's displacement that go with each other and leave the hands
-/// where they are, to first order.
+/// Alternative initial states of the final straight approach: consistent joint values and base displacements that leave
+/// the end-effectors in place, to first order.
 struct StartFreedom {
   Eigen::MatrixXd position;  // joints x k
   Matrix6Xd displacement;    // 6 x k, of the base in B
@@ -38,19 +39,20 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
 
 struct StraightWay {
   bool kept = false;
-  StraightInPath path;     // exact, with the self-motion; empty where only the nodes were looked at (not kept)
-  SelfMotion self_motion;  // empty where the rates of least norm do
-  std::string trouble;     // if not kept: what is violated most, by how much and when
+  StraightInPath path;     // exact, with the self-motion; empty if only the nodes were evaluated (not kept)
+  SelfMotion self_motion;  // empty if the minimum-norm rates suffice
+  std::string trouble;     // if not kept: the largest violation, its value and time
   double violation = 0;
   WayFigures figures;
-  int self_motions = 0;       // how many independent ones there are, where there are most
-  std::vector<double> start;  // joint values to begin with instead, if there is freedom to
+  int self_motions = 0;       // maximum number of independent self-motions along the approach
+  std::vector<double> start;  // other initial joint values to use, if there is freedom to choose them
   long rhs_evaluations = 0;
 };
 
-/// The piece with the least self-motion found that keeps what `kept` asks of its way (its limits, motion and way are
-/// read), or the nearest to it. With `freedom` the piece may begin elsewhere, and StraightWay::start is all that is
-/// said: where it would keep that, to first order in the freedom.
+/// Finds the final straight approach with the minimum self-motion that satisfies the path constraints of `kept` (its
+/// limits, motion and constraints are read), or the one closest to satisfying them. With `freedom` the approach may
+/// begin elsewhere; then only StraightWay::start is set: the initial joint values that satisfy the constraints to first
+/// order in the freedom.
 StraightWay keep_straight_in(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& kept,
                              const StartFreedom* freedom = nullptr);
 

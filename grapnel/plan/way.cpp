@@ -14,13 +14,13 @@ namespace grapnel {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr int kWayPanels[] = {8, 2};  // at least; of 16 nodes
+constexpr int kWayPanels[] = {8, 2};  // minimum number of panels of 16 nodes
 
 using Kept = WayLook::Kept;
 using Instant = WayLook::Instant;
 using Found = WayLook::Found;
 
-// The exchange, for one start: what is violated at the nodes is the program's, from where an iterate comes near to it.
+// The exchange method for one start: nearly violated constraints at the nodes are constraints of the program.
 class Exchange : private NonlinearProgram {
  public:
   Exchange(SegmentWay& way, SegmentWay& finer, int steps)
@@ -37,6 +37,8 @@ class Exchange : private NonlinearProgram {
     }
   }
 
+  // Solution and coefficients => feasible local minimum (1): sequential quadratic programming at the nodes, then a
+  // check between them with an increased margin if necessary.
   WayEnd run(const Shot& solution, std::vector<double> coefficients, bool improves) {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
@@ -64,23 +66,23 @@ class Exchange : private NonlinearProgram {
       end = finish(y);
       end.may_improve = may_improve;
       if (end.kept || i == kFiner || !(end.violation < 1e-2)) break;
-      // Between the nodes it is worse by that.
+      // The violation between the nodes exceeds that at the nodes by this amount.
       margin_ += 2 * end.violation;
       if (!go_to(y)) break;
     }
     return end;
   }
 
-  // Whether nothing was violated at the nodes in the end.
+  // Whether the constraints were finally satisfied at the nodes.
   bool settled() const { return settled_; }
 
  private:
-  // Instants this near to a violation become known, and what is known is looked at that near to one [rad, m or 1].
+  // Margins below which instants are added to the program, and below which its instants are linearized [rad, m or 1].
   static constexpr double kBand = 0.05, kNear = 0.2;
-  static constexpr double kSettledDistance = 1e-4;  // decrease of an objective with the least distance over a few steps
-  static constexpr double kFar = 5;                 // steps that are longer lead nowhere [rad or m]
-  static constexpr double kMostBent = 20;           // coefficients of splines [rad or m]
-  static constexpr double kOfLimit = 0.9999;        // of final rates: polishing moves a solution a little
+  static constexpr double kSettledDistance = 1e-4;  // minimum decrease of an objective with clearance over a few steps
+  static constexpr double kFar = 5;                 // longer steps are not useful [rad or m]
+  static constexpr double kMostBent = 20;           // maximum spline coefficient [rad or m]
+  static constexpr double kOfLimit = 0.9999;        // of final rate limits: margin for refinement
 
   bool wants_clearance() const { return clearance_weight_ > 0; }
   bool is_held(int unknown) const {
@@ -89,12 +91,12 @@ class Exchange : private NonlinearProgram {
     return unknown < n_ ? p.lower[j] == p.upper[j] : way_.is_held(unknown % n_);
   }
 
-  // Without splines the search has made what depends on the end alone as small as it gets.
+  // Without splines the search has already minimized objectives that depend on the end alone.
   bool is_best_as_it_is() const {
     return !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
   }
 
-  // --- As a program
+  // --- Interface of the nonlinear program
 
   bool go_to(const std::vector<double>& y) override {
     is_scanned_ = false;
@@ -126,10 +128,10 @@ class Exchange : private NonlinearProgram {
     return most;
   }
 
-  // Nothing is near to anything where all that might be may touch.
+  // No distance is known if all close pairs may touch.
   double known_least() const { return std::isfinite(least_) ? least_ : 0; }
 
-  // What the latest shot violates most. Instants at which it is near to that are the program's from now on.
+  // Largest violation of the last shot. Instants with nearly violated constraints are added to the program.
   void scan() {
     if (is_scanned_) return;
     is_scanned_ = true;
@@ -146,7 +148,7 @@ class Exchange : private NonlinearProgram {
       for (Found& f : found) f.value -= f.at.kept == Kept::clearance ? asked : 0;
       return found;
     };
-    // The least distance is hardly less than it was, or else what is near to it is looked for again.
+    // The minimum distance has barely changed; otherwise close pairs are searched for again.
     double wanted = -kInfinite;
     if (wants_clearance()) wanted = std::isfinite(least_) ? least_ + kBand : 0;
     std::vector<Found> found = look(wanted);
@@ -160,13 +162,13 @@ class Exchange : private NonlinearProgram {
 
   double limit(int joint) const { return kOfLimit * way_.problem().rate_limit[static_cast<std::size_t>(joint)]; }
 
-  // Rows of the program, by numbers: instants, each with one for the least distance beside; limits of unknowns and of
+  // Numbering of the program's rows: instants, each also with a row for the minimum distance; limits of unknowns and of
   // final rates.
   enum class Of { instant, level, upper, lower, rate, rate_back };
   static constexpr long kKinds = 6;
   static long number(Of of, long i) { return i * kKinds + static_cast<long>(of); }
 
-  // The value of one, and its gradient unless null. Without a value where a hand may touch its target meanwhile.
+  // Value of a row, and its gradient unless null. Empty if an end-effector may touch its target at that instant.
   std::optional<double> row(long number, Eigen::VectorXd* gradient) {
     const long i = number / kKinds;
     const auto of = static_cast<Of>(number % kKinds);
@@ -193,6 +195,7 @@ class Exchange : private NonlinearProgram {
 
   bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_ || first_ != known_first_; }
 
+  // Present point => gradients of the objective, the goals' errors and the nearly violated constraints.
   Linearized linearized() override {
     scan();
     level_ = known_least();
@@ -214,7 +217,7 @@ class Exchange : private NonlinearProgram {
       const std::optional<double> now = row(number(of, i), nullptr);
       if (!now || !(*now > -near)) return;
       row(number(of, i), &g);
-      // Bodies that pass over each other, say, with nothing that moves them apart: no step would help.
+      // No step decreases this row, for example for bodies that cross without a separating motion.
       if (*now > kFar * g.lpNorm<1>()) {
         at.out_of_reach = std::max(at.out_of_reach, *now);
         return;
@@ -251,14 +254,14 @@ class Exchange : private NonlinearProgram {
     const Objective& objective = way_.problem().objective;
     Eigen::MatrixXd B = objective.curvature(way_.shot().K);
     if (objective.depends_on_end_alone()) return B;
-    // Of the others it is the objective's own size: steps of a radian change it by as much.
+    // The scale of other objectives is their own value: a step of one radian changes them by that amount.
     constexpr double kLeast = 1e-9;
     const double nearest = wants_clearance() && std::isfinite(least_) ? clearance_weight_ * std::abs(least_) : 0;
     B.diagonal().array() += std::max(kLeast, std::abs(way_.objective(nullptr)) + nearest);
     return B;
   }
 
-  // Newton's method on the goals alone, and a close look at the way there.
+  // Refines the goals by Newton's method, and checks the path densely.
   WayEnd finish(const std::vector<double>& found) {
     WayEnd end;
     std::vector<double> y = found, lower = way_.problem().lower, upper = way_.problem().upper;
@@ -318,19 +321,19 @@ class Exchange : private NonlinearProgram {
   const WaySetup& setup_;
   int n_, steps_;
   double clearance_weight_ = 0;
-  std::vector<int> limited_, free_;  // joints with limits of their final rates; unknowns
+  std::vector<int> limited_, free_;  // joints with limits of their final rates; free unknowns
   double margin_ = 0;
   bool settled_ = false;
   Eigen::MatrixXd B_;
   Shot last_valid_;
-  // As scan() found it at the latest shot.
+  // Results of scan() at the last shot.
   bool is_scanned_ = false;
   double worst_ = -kInfinite, least_ = kInfinite;
   double level_ = kInfinite;  // least_ at the last linearized()
   std::vector<Instant> instants_;
-  long first_ = 0;                    // number of the first of them
-  long known_ = 0, known_first_ = 0;  // both ends of them at the last linearized()
-  int nodes_ = 0;                     // that they are counted by
+  long first_ = 0;                    // number of the first instant
+  long known_ = 0, known_first_ = 0;  // range of the instants at the last linearized()
+  int nodes_ = 0;                     // number of nodes that defines the numbering
 };
 
 }  // namespace
@@ -351,7 +354,7 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
   std::vector<double> coefficients(static_cast<std::size_t>(base.joints() * knots), 0.0);
   if (attempt > 0) {
     std::mt19937_64 generator(problem.seed + static_cast<std::uint64_t>(attempt));
-    // Not the library's distributions, whose numbers differ from one standard library to the next.
+    // The distributions of the standard library differ between implementations.
     for (std::size_t i = 0; i < coefficients.size(); ++i) {
       const double c = std::ldexp(static_cast<double>(generator() >> 11), -53) * 2 - 1;
       if (!base.is_held(static_cast<int>(i) % base.joints())) coefficients[i] = c;
@@ -361,6 +364,8 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
   return coefficients;
 }
 
+// Problem and solution => result of the exchange method; repeats it with all nodes if the path between the nodes is
+// infeasible.
 WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
                 int steps) {
   constexpr int kFiner = 4;
@@ -370,7 +375,7 @@ WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& sol
   std::vector<double> coefficients = coefficients_to_begin_with(base, problem, solution, knots, attempt);
   Exchange exchange(attempt == kAtAllNodes ? finer : way, finer, steps);
   WayEnd end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
-  // More may be missing between the nodes than they show: where a hand comes near its grasp point, say.
+  // Violations between the nodes may exceed those at the nodes, for example near a grasp point.
   if (!end.kept && end.shot && exchange.settled()) {
     WayEnd closer = Exchange(finer, finer, steps).run(*end.shot, end.coefficients, true);
     if (closer.kept) end = std::move(closer);

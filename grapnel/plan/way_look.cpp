@@ -12,13 +12,14 @@ namespace grapnel {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kDifference = 1e-6;  // of what efforts depend on
+constexpr double kDifference = 1e-6;  // increment of finite differences of efforts
 
 }  // namespace
 
 WayLook::WayLook(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), setup_(problem.way), efforts_(base, problem.motion.gravity), n_(base.joints()) {}
 
+// States at the nodes => local maxima of all violations above -band, and the figures of the path.
 std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, double band, double wanted,
                                           WayFigures* figures) {
   std::vector<Found> found;
@@ -77,12 +78,13 @@ std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, do
   return found;
 }
 
+// Violation => message with the constraint, its value, limit and time.
 std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) const {
   const auto joint = [&] { return base_.model().bodies()[base_.model().joints()[f.at.index]].description.joint.name; };
   const auto j = static_cast<std::size_t>(f.at.index);
   switch (f.at.kept) {
     case Kept::position:
-      return fmt::format("joint '{}' goes {:.3g} (rad or m) beyond its {} limit of {:.4g} at t = {:.4g} s", joint(),
+      return fmt::format("joint '{}' moves {:.3g} (rad or m) beyond its {} limit of {:.4g} at t = {:.4g} s", joint(),
                          f.value, f.at.sign > 0 ? "upper" : "lower",
                          f.at.sign > 0 ? problem_.upper[j] : problem_.lower[j], w.time);
     case Kept::rate:
@@ -92,10 +94,10 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
       return fmt::format("joint '{}' exceeds its effort limit of {:.4g} by {:.3g} % at t = {:.4g} s", joint(),
                          setup_.effort_limit[j], 100 * f.value, w.time);
     case Kept::base_turn:
-      return fmt::format("the base turns {:.4g} rad from its initial attitude at t = {:.4g} s, {:.4g} is allowed",
+      return fmt::format("the base rotates {:.4g} rad from its initial attitude at t = {:.4g} s, the limit is {:.4g}",
                          setup_.base_turn + f.value, w.time, setup_.base_turn);
     case Kept::wheel:
-      return fmt::format("wheel '{}' holds {:.4g} of the momentum that it can hold at t = {:.4g} s, {:.4g} is allowed",
+      return fmt::format("wheel '{}' holds {:.4g} of its momentum capacity at t = {:.4g} s, the limit is {:.4g}",
                          setup_.wheels->wheels[static_cast<std::size_t>(f.at.index)].name, setup_.wheel_share + f.value,
                          w.time, setup_.wheel_share);
     case Kept::clearance:
@@ -103,7 +105,7 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
   }
   const ClearancePair& pair = setup_.bodies->model.pairs()[static_cast<std::size_t>(f.at.index)];
   const double d = *setup_.clearance - f.value;
-  return fmt::format("'{}' and '{}' {} at t = {:.4g} s, {:.4g} m is to be kept", setup_.bodies->names[pair.body_a],
+  return fmt::format("'{}' and '{}' {} at t = {:.4g} s, the minimum is {:.4g} m", setup_.bodies->names[pair.body_a],
                      setup_.bodies->names[pair.body_b],
                      d < 0 ? fmt::format("overlap by {:.4g} m", -d) : fmt::format("come within {:.4g} m", d), w.time,
                      *setup_.clearance);
@@ -117,7 +119,7 @@ bool WayLook::looks_at_efforts() const {
 void WayLook::evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
                                const std::vector<double>& acceleration, const Posed& X_WB, double time,
                                std::span<double> effort) {
-  // The base is where momentum and the centre of mass have it: only its attitude is its own.
+  // Momentum and the centre of mass determine the base's position; its attitude is independent.
   base_.place(position);
   const Posed X{X_WB.R, base_.floats() ? problem_.motion.com_at(time) - X_WB.R * base_.com() : X_WB.p};
   efforts_.evaluate(position, rate, acceleration, X, problem_.motion.in_base(time, X), effort);
@@ -182,10 +184,12 @@ double WayLook::effort_violation(const Instant& at, const PathSegment::WayPoint&
   return scale * effort[static_cast<std::size_t>(at.index)] - 1;
 }
 
+// Weights on efforts => derivatives with respect to the motion at a node, by reverse differentiation or, for rotors
+// with stated axes, by finite differences.
 void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                                 const Eigen::VectorXd& weights, PerMotion& d) {
   if (base_.model().rotors().empty()) {
-    // Linear momentum moves all alike, which takes no effort; without it h_B does not change with the joints.
+    // Linear momentum requires no effort; without it h_B is independent of the joints.
     const Momentumd h_B{transposed_times(w.X_WB.R, problem_.motion.h.angular), Vector3d::zero()};
     efforts_.differentiate(w.position, w.rate, w.acceleration, w.X_WB, h_B,
                            {weights.data(), static_cast<std::size_t>(n_)}, effort_change_);
@@ -194,7 +198,7 @@ void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vecto
     d.turn += Eigen::Vector3d(g.turn[0], g.turn[1], g.turn[2]);
     return;
   }
-  // Rotors with axes of their own: by differences.
+  // Rotors with stated axes: finite differences.
   std::vector<double> other(static_cast<std::size_t>(n_));
   const auto change = [&](const std::vector<double>& position, const std::vector<double>& rate,
                           const std::vector<double>& acceleration, const Posed& X) {
@@ -235,6 +239,7 @@ void WayLook::add_wheel_change(const PathSegment::WayPoint& w, std::span<const d
   }
 }
 
+// State at a node => poses of all bodies of the clearance model.
 void WayLook::place(const PathSegment::WayPoint& w, Kinematics& at) {
   const WayBodies& bodies = *setup_.bodies;
   at.X_WB.resize(bodies.link.size());
@@ -268,6 +273,7 @@ bool WayLook::may_touch(const Instant& at, const PathSegment::WayPoint& w) {
   return may_touch(at.index, w, kinematics);
 }
 
+// State at a node => distances of all pairs that lower bounds do not exclude.
 template <class Note>
 void WayLook::look_at_distances(int node, const PathSegment::WayPoint& w, const Kinematics& at, double band,
                                 double wanted, WayFigures* figures, Note&& note) {
@@ -298,6 +304,7 @@ double WayLook::distance(int pair, const PathSegment::WayPoint& w, PerMotion* d)
   return found.distance;
 }
 
+// Point of a body => its displacement along n per joint value and base rotation, (2) of way.hpp.
 void WayLook::add_point(int body, const Vector3d& p_W, const Vector3d& n, const PathSegment::WayPoint& w,
                         PerMotion& d) {
   const int link = setup_.bodies->link[static_cast<std::size_t>(body)];

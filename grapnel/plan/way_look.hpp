@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What is violated on a way, and where, and how that changes with the motion there: limits of joints, distances of
-/// bodies, the base's turn, wheels' momenta, as WaySetup asks for them. What the motion is made of is another's matter:
-/// SegmentWay's final values and splines, StraightWay's self-motion.
+/// Evaluates the path constraints of a WaySetup: joint limits, distances of bodies, rotation of the base, wheel
+/// momenta. Reports violations, their instants and their derivatives with respect to the motion there. The parameters
+/// of the motion are the caller's: final values and splines in SegmentWay, a self-motion in StraightWay.
 
 #include <functional>
 #include <map>
@@ -15,13 +15,14 @@ namespace grapnel {
 
 class WayLook {
  public:
-  /// What may be violated. Positive where it is: positions [rad or m], rates and efforts as a share of their limits
-  /// less one, distances [m], the base's turn [rad], wheels' momenta as a share of the most that they can hold.
+  /// Kinds of path constraints. Values are positive if violated: positions [rad or m], rates and efforts as a share of
+  /// their limits minus one, distances [m], rotation of the base [rad], wheel momenta as a share of the wheel's
+  /// capacity.
   enum class Kept { position, rate, effort, clearance, base_turn, wheel };
   struct Instant {
     Kept kept = Kept::position;
     int index = 0;    // joint, pair or wheel
-    double sign = 1;  // of the limit
+    double sign = 1;  // +1: upper limit, -1: lower limit
     int node = 0;
     bool operator==(const Instant&) const = default;
   };
@@ -29,34 +30,36 @@ class WayLook {
     Instant at;
     double value = 0;
   };
-  /// Where the servicer is at a node; what the motion is made of is not read.
+  /// State of the servicer at a node; the parameters of the motion are not read.
   using PointAt = std::function<PathSegment::WayPoint(int node)>;
 
-  /// Derivatives with what a node's motion is made of.
+  /// Derivatives with respect to the motion at a node.
   struct PerMotion {
     Eigen::VectorXd position, rate, acceleration;    // of the joints
-    Eigen::Vector3d turn = Eigen::Vector3d::Zero();  // of the base, a small rotation in W
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();  // rotation of the base, a small rotation in W
 
     explicit PerMotion(int n)
         : position(Eigen::VectorXd::Zero(n)), rate(Eigen::VectorXd::Zero(n)), acceleration(Eigen::VectorXd::Zero(n)) {}
   };
 
-  /// `base` is shared scratch; both must outlive the object. Of the problem its limits, motion and way are read.
+  /// `base` is shared scratch; both arguments must outlive the object. Reads the limits, the motion and the path
+  /// constraints of the problem.
   WayLook(FloatingBase& base, const ReachProblem& problem);
   WayLook(const WayLook&) = delete;
   WayLook& operator=(const WayLook&) = delete;
 
-  /// All instants at which something is violated by more than -`band`: the local maxima over the nodes. `wanted`: a
-  /// distance below which pairs count whatever is asked, as violated by wanted - band - distance where that is more.
+  /// All instants with a violation above -`band`: local maxima over the nodes. Pairs closer than `wanted` are included
+  /// even without a distance constraint; their violation is wanted - band - distance if that is larger.
   std::vector<Found> scan(int nodes, const PointAt& point_at, double band, double wanted, WayFigures* figures);
 
-  /// By how much something is violated there; adds the derivatives to `d` unless null.
+  /// Violation at an instant; adds its derivatives to `d` unless null.
   double violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d);
 
-  /// In words, for users.
+  /// Message for the user.
   std::string describe(const Found& f, const PathSegment::WayPoint& w) const;
 
-  /// Whether it is the distance of a hand from its target near the grasp point, of which nothing is asked.
+  /// Whether the instant concerns the distance of an end-effector from its target near the grasp point, which is
+  /// unconstrained.
   bool may_touch(const Instant& at, const PathSegment::WayPoint& w);
 
   /// Distance of a pair, and its derivatives.
@@ -65,19 +68,19 @@ class WayLook {
   void evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
                         const std::vector<double>& acceleration, const Posed& X_WB, double time,
                         std::span<double> effort);
-  /// Derivatives of a weighted sum of efforts; by differences where rotors have axes of their own.
+  /// Derivatives of a weighted sum of efforts; by finite differences if rotors have stated axes.
   void add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                          const Eigen::VectorXd& weights, PerMotion& d);
 
   double wheel_share(int wheel, const PathSegment::WayPoint& w) const;
-  /// Derivatives of a weighted sum of shares, (3) of wheel_momentum.hpp.
+  /// Derivatives of a weighted sum of wheel shares, (3) of wheel_momentum.hpp.
   void add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d);
 
  private:
   bool looks_at_efforts() const;
   double effort_violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d);
 
-  // Calls at(kept, sign, violation) for both sides of a joint's position and rate.
+  // Calls at(kept, sign, violation) for both limits of a joint's position and rate.
   template <class At>
   void look_at_joint(int joint, const PathSegment::WayPoint& w, WayFigures* figures, At&& at);
 
@@ -95,7 +98,8 @@ class WayLook {
   JointEfforts efforts_;
   JointEfforts::Gradient effort_change_;
   int n_;
-  std::map<double, std::vector<Posed>> others_;  // at the nodes' times, where the servicer does not carry them
+  std::map<double, std::vector<Posed>>
+      others_;  // at the times of the nodes: poses of bodies not carried by the servicer
 };
 
 }  // namespace grapnel

@@ -20,14 +20,14 @@ class Restoration {
     }
   }
 
-  // From y, until no more than `enough` is violated, or no step helps any more.
+  // Iterates from y until no violation exceeds `enough`, or no step helps.
   WayEnd run(std::vector<double> y, const Shot& like, double enough) {
-    constexpr int kMost = 60, kPatience = 6;  // steps, and those that make it hardly less
-    constexpr double kLess = 0.93;            // of what was violated: less than hardly less
-    constexpr double kSame = 0.97;            // of it, foreseen: nothing is to be gained here
-    constexpr double kSwing = 0.02;           // by which a step may make it worse
-    constexpr double kShortest = 1e-4;        // of a radius
-    constexpr double kArriving = 0.02;        // error of the goals from which what is foreseen counts
+    constexpr int kMost = 60, kPatience = 6;  // maximum number of steps, and of slow steps
+    constexpr double kLess = 0.93;            // relative decrease below which a step is slow
+    constexpr double kSame = 0.97;            // predicted decrease below which the search ends
+    constexpr double kSwing = 0.02;           // maximum increase by a step
+    constexpr double kShortest = 1e-4;        // minimum step, relative to the radius
+    constexpr double kArriving = 0.02;        // error of the goals below which predictions are used
     WayEnd end;
     if (!way_.shoot(y, like, SegmentAccuracy::search).valid) {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
@@ -64,10 +64,10 @@ class Restoration {
 
  private:
   static constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  static constexpr double kNear = 0.2;      // instants this near to a violation are kept as well
-  static constexpr double kFarthest = 0.5;  // that an unknown moves in a step [rad or m]
+  static constexpr double kNear = 0.2;      // instants with a smaller margin are also constrained
+  static constexpr double kFarthest = 0.5;  // maximum change of an unknown per step [rad or m]
 
-  // What the latest shot violates most; `best` becomes it where it is better. Instants are kept from now on.
+  // Largest violation of the last shot; updates `best` if it is smaller. Adds the instants to the constraints.
   double look(WayEnd& best) {
     if (way_.nodes() != nodes_) instants_.clear(), nodes_ = way_.nodes();
     std::erase_if(instants_, [&](const WayLook::Instant& i) { return way_.may_touch(i); });
@@ -80,7 +80,7 @@ class Restoration {
       if (f.value > known->second.value) known->second = f;
       end.violation = std::max(end.violation, f.value);
     }
-    // Of what stands in each other's way all is said.
+    // All pairs of bodies with a comparable violation are reported.
     constexpr double kAsMuch = 0.5;
     for (const auto& [kept, f] : worst) {
       if (f.value <= std::max(kTolerated, kAsMuch * end.violation)) continue;
@@ -96,7 +96,7 @@ class Restoration {
     }
     violated_ = end.violation;
     const double missed = shot.largest_error();
-    constexpr double kNearGoals = 1e-3;  // Newton's method does the rest
+    constexpr double kNearGoals = 1e-3;  // remaining errors are left to Newton's method
     if (missed > std::max(end.violation, kNearGoals))
       end.violation = missed, end.trouble = "the end-effectors do not arrive";
     if (!best.shot || end.violation < best.violation) {
@@ -126,10 +126,11 @@ class Restoration {
     double farthest = 0, foreseen = 0;
   };
 
+  // Present point => minimum-norm step (1) with the least relaxation of the rows for which it is within the radius.
   Step step_within(double radius, const std::vector<double>& y) {
     const Shot& shot = way_.shot();
     const int size = way_.unknowns();
-    // d = d0 + P w: d0 of least norm with e + J d0 = 0, P the projection on the null space of J.
+    // d = d0 + P w: d0 the minimum-norm solution of e + J d0 = 0, P the projection onto the null space of J.
     Eigen::MatrixXd J = shot.J;
     leave_out_held(J);
     Eigen::VectorXd d0 = Eigen::VectorXd::Zero(size);
@@ -175,7 +176,7 @@ class Restoration {
     leave_out_held(A);
     const Eigen::VectorXd rest = as_vector(b) - A * d0;
     Eigen::MatrixXd AP = A - (A * Q) * Q.transpose();
-    // What the goals leave no freedom for is rounding.
+    // Smaller values are rounding errors in directions that the goals determine.
     constexpr double kRounding = 1e-12;
     for (Eigen::Index i = 0; i < count; ++i) {
       if (AP.row(i).norm() < kRounding * A.row(i).norm()) AP.row(i).setZero();
@@ -187,10 +188,10 @@ class Restoration {
       step.farthest = step.d.lpNorm<Eigen::Infinity>();
       return step;
     };
-    // Rows give way as little as steps within the radius allow, from what the last step took on.
+    // Minimum relaxation of the rows for which the step is within the radius, starting from that of the last step.
     constexpr double kMore = 30, kMost = 1, kOfRadius = 0.5;
     Step step = with(giving_);
-    double too_little = 0;  // steps are too long with it
+    double too_little = 0;  // a relaxation with too long steps
     while (step.farthest > radius && giving_ < kMost) too_little = giving_, giving_ *= kMore, step = with(giving_);
     while (step.farthest < kOfRadius * radius && giving_ > kGiving) {
       const double less = std::max(kGiving, too_little > 0 ? std::sqrt(too_little * giving_) : giving_ / kMore);
@@ -210,9 +211,9 @@ class Restoration {
   int n_;
   std::vector<int> limited_;  // joints with limits of their final rates
   std::vector<WayLook::Instant> instants_;
-  int nodes_ = 0;            // that they are counted by
-  double violated_ = 0;      // in the latest shot, but for the goals' errors
-  double giving_ = kGiving;  // of the latest step
+  int nodes_ = 0;            // number of nodes that defines the numbering
+  double violated_ = 0;      // in the last shot, without the goals' errors
+  double giving_ = kGiving;  // of the last step
 };
 
 }  // namespace

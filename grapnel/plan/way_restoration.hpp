@@ -1,24 +1,25 @@
 #pragma once
 
 /// @file
-/// From a motion that violates what is asked of its way towards one that does not, whatever its objective.
+/// Feasibility restoration: moves from a motion that violates path constraints towards one that satisfies them, without
+/// regard to the objective.
 ///
-/// With y = (theta_f, c) the unknowns of (1) of way.hpp, e the goals' errors and g_i what is violated, or nearly, at
-/// instants on the way, a step d is the shortest that keeps what is linear of both:
-///   min |d|^2   with   e + J d = 0,   g_i + (dg_i/dy) d <= left,   `left` as small as it gets                      (1)
-/// a least-distance program (least_distance.hpp) in the null space of J. No unknown moves farther than a radius in a
-/// step: the rows give way, all alike, as much as that takes. It ends where nothing is violated, where what is linear
-/// says that no step makes it less, or where several steps have made it hardly less: what is left then is the least
-/// near there, distances of bodies aside. A step takes one evaluation, where an optimizer with an objective takes
-/// hundreds, so that demands that nothing meets are refused at once.
+/// With y = (theta_f, c) the unknowns of (1) of way.hpp, e the goals' errors and g_i the violated or nearly violated
+/// constraints, a step d is the minimum-norm solution of the linearization,
+///   min |d|^2   with   e + J d = 0,   g_i + (dg_i/dy) d <= left,   with `left` minimal                             (1)
+/// a least-distance program (least_distance.hpp) in the null space of J. A step radius bounds the change of every
+/// unknown; the bounds of all rows are relaxed equally by the amount that this requires. The iteration ends if no
+/// constraint is violated, if the linearization predicts no decrease, or if several steps decrease the violation only
+/// slightly. The remaining violation is then a local minimum, except for distances of bodies. A step needs one
+/// evaluation, an optimizer with an objective hundreds. Infeasible demands are therefore refused quickly.
 
 #include "grapnel/plan/way.hpp"
 
 namespace grapnel {
 
-/// The motion near `solution` that violates least; `knots` and `attempt` as in keep_way(). It ends once no more than
-/// `enough` is violated at the nodes. Of the result `violation`, `trouble`, `shot` (null if nothing could be evaluated)
-/// and the motion are set; the objective is not looked at.
+/// The motion with the smallest violation near `solution`; `knots` and `attempt` as in keep_way(). Stops if no
+/// violation at the nodes exceeds `enough`. Sets `violation`, `trouble`, `shot` (null if nothing could be evaluated)
+/// and the motion of the result; the objective is not evaluated.
 WayEnd nearest_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
                    double enough);
 

@@ -16,7 +16,7 @@ namespace {
 using VariableType = PlantVariable::Type;
 using Causality = PlantVariable::Causality;
 
-// In an attribute, whose parser would take a break of lines for a space.
+// Escapes text for an attribute, in which a parser converts line breaks to spaces.
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : escaped_markup(text)) c == '\n' ? out += "&#10;" : out += c;
@@ -59,7 +59,7 @@ std::string unit_definitions(const PlantVariables& variables) {
   return out + "  </UnitDefinitions>\n";
 }
 
-// Attributes that both versions have in common. Outputs are calculated, and neither have a start.
+// Attributes common to both versions. Outputs are calculated; inputs have a start value.
 std::string attributes(const PlantVariable& v, std::size_t position) {
   const char* const causality = v.causality == Causality::parameter ? "parameter"
                                 : v.causality == Causality::input   ? "input"
@@ -109,7 +109,7 @@ std::string variables_3(const PlantVariables& variables) {
   return out;
 }
 
-// No output follows from inputs of the same instant; at the start they follow from the parameters.
+// Outputs do not depend on inputs of the same instant; at the start they depend on the parameters.
 std::string structure(const PlantVariables& variables, int version) {
   std::string of_parameters;
   for (std::size_t i = 0; i < variables.parameters; ++i) of_parameters += fmt::format("{}{}", i > 0 ? " " : "", i + 1);

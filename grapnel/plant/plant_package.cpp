@@ -25,10 +25,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
-// As --set would state it, where the scenario has no control.
+// Setting, in the notation of --set, that is added if the scenario has no control.
 constexpr const char* kUsualPeriod = "control.period=10 ms";
 
-// As --set asks for them. @throws InputError.
+// Converts settings in the notation of --set. @throws InputError.
 std::vector<Change> changes_of(const std::vector<std::string>& settings) {
   std::vector<Change> changes;
   FaultList faults;
@@ -57,7 +57,7 @@ std::string si_name(const Unit& unit) {
   return name;
 }
 
-// A number, in SI units, and the SI unit of what it was written with.
+// A number in SI units, and the SI unit of its written unit.
 struct WrittenNumber {
   double value = 0;
   std::string unit;
@@ -75,7 +75,7 @@ std::optional<WrittenNumber> number_at(const Node& node) {
   return WrittenNumber{*plain, ""};
 }
 
-// A number as a plain one, whatever unit it is written with.
+// Converts a number with any unit to a plain number.
 Node in_si_units(Node node) {
   if (const auto number = number_at(node)) node.text = fmt::format("{:.17g}", number->value);
   return node;
@@ -89,7 +89,7 @@ void list_numbers(const Node& node, const std::string& path, std::vector<std::st
   for (const NodeEntry& entry : node.entries) list_numbers(entry.value, path + "." + entry.key, paths);
 }
 
-// Those that campaigns could vary in place: they change no structure and no name.
+// Default parameters: numbers that campaigns can vary in place, which change neither structure nor names.
 std::vector<std::string> default_parameters(const Node& scenario, const CaptureProblem& problem) {
   std::vector<std::string> all, varied;
   for (const char* section : {"initial", "targets", "contact", "impact", "loads"}) {
@@ -107,13 +107,13 @@ std::vector<std::string> default_parameters(const Node& scenario, const CaptureP
 
 PlantParameter parameter_at(const Node& scenario, const std::string& path) {
   const std::optional<Node> node = value_at(scenario, path);
-  if (!node) throw PlantError(fmt::format("--parameter {}: the scenario says no such value; say one with --set", path));
+  if (!node) throw PlantError(fmt::format("--parameter {}: the scenario has no such value; set one with --set", path));
   const auto number = number_at(*node);
-  if (!number) throw PlantError(fmt::format("--parameter {}: it is no number", path));
+  if (!number) throw PlantError(fmt::format("--parameter {}: not a number", path));
   return {path, number->value, number->unit};
 }
 
-// The scenario's tree with what was set, but for what belongs to the robot's own file.
+// The scenario's tree with the settings, except those of the robot's own file.
 Node tree_with(std::vector<Change> changes, const fs::path& scenario, const ScenarioFiles& files) {
   Node tree = files.find(scenario)->tree;
   std::erase_if(changes, [](const Change& change) {
@@ -128,7 +128,7 @@ Node tree_with(std::vector<Change> changes, const fs::path& scenario, const Scen
 
 // ---- Files ----
 
-// Where files lie below the nearest folder that holds all of them.
+// Locations of the files below their nearest common folder.
 std::vector<GatheredPlant::File> placed(const std::vector<fs::path>& files) {
   fs::path common;
   std::vector<fs::path> whole;
@@ -148,13 +148,12 @@ std::vector<GatheredPlant::File> placed(const std::vector<fs::path>& files) {
   return list;
 }
 
-// Whether a tree names a file by an absolute path: on another machine it would not be there.
+// Rejects trees that name a file by an absolute path, which would not exist on another machine.
 void refuse_absolute(const Node& node) {
   if (node.is_scalar() && node.text.size() > 1 && node.text.front() == '/' && fs::exists(node.text))
-    throw PlantError(
-        fmt::format("{} is named by an absolute path, which is not there where the FMU goes; name it "
-                    "relative to the scenario",
-                    in_quotes(node.text)));
+    throw PlantError(fmt::format(
+        "{} is named by an absolute path, which does not exist on other machines; name it relative to the scenario",
+        in_quotes(node.text)));
   for (const Node& item : node.items) refuse_absolute(item);
   for (const NodeEntry& entry : node.entries) refuse_absolute(entry.value);
 }
@@ -183,8 +182,7 @@ PlantPackage read_plant(const fs::path& folder) {
   try {
     const Json json = Json::parse(in);
     if (json.at("format") != kFormat)
-      throw PlantError(
-          fmt::format("{} has format {}, expected is {}", file.string(), json.at("format").dump(), kFormat));
+      throw PlantError(fmt::format("{} has format {}, expected {}", file.string(), json.at("format").dump(), kFormat));
     PlantPackage package;
     package.scenario = json.at("scenario");
     package.settings = json.at("set").get<std::vector<std::string>>();
@@ -201,7 +199,7 @@ PlantPackage read_plant(const fs::path& folder) {
 CaptureProblem load_plant(const PlantPackage& package, const fs::path& folder, const std::vector<double>& values) {
   std::vector<Override> overrides;
   for (const std::string& setting : package.settings) overrides.push_back(parse_override(setting));
-  // What is as it was stays as it is written.
+  // Unchanged values keep their written form.
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i] != package.parameters.at(i).start)
       overrides.push_back(parse_override(setting_of(package.parameters[i], values[i])));

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What an exported plant carries: the scenario with all files that it names, what was set beside it, and which of its
-/// numbers may be changed. It stands in a folder, in which plant.json says where what is.
+/// Contents of an exported plant: the scenario with all files that it names, its settings, and its variable parameters.
+/// The package is a folder whose plant.json lists the contents.
 
 #include <filesystem>
 #include <string>
@@ -20,22 +20,22 @@ struct PlantPackage {
   std::vector<std::string> settings;  // path=value, as of --set
   bool base_torque = false;           // see plant_of()
   std::vector<PlantParameter> parameters;
-  std::string token;  // says which variables belong to it
+  std::string token;  // identifies the list of variables
 };
 
 inline constexpr const char* kPlantFile = "plant.json";
 
 std::string plant_json(const PlantPackage& package);
-/// Of a folder. @throws PlantError.
+/// Reads a package from a folder. @throws PlantError.
 PlantPackage read_plant(const std::filesystem::path& folder);
-/// The plant of a package in a folder, with the parameters' values. @throws PlantError, InputError.
+/// The plant of a package in a folder, with the given parameter values. @throws PlantError, InputError.
 CaptureProblem load_plant(const PlantPackage& package, const std::filesystem::path& folder,
                           const std::vector<double>& values);
 
-/// A package to be, with the files that belong to it, as they lie on this machine.
+/// A package to be exported, with the local paths of its files.
 struct GatheredPlant {
   PlantPackage package;  // without a token
-  std::string assumed;   // a setting, path=value, that the scenario lacked; empty: none
+  std::string assumed;   // a setting, path=value, added because the scenario lacks it; empty: none
   CaptureProblem plant;
   struct File {
     std::filesystem::path from;
@@ -44,10 +44,10 @@ struct GatheredPlant {
   std::vector<File> files;
 };
 
-/// Reads a scenario, and finds what it consists of. Files keep their places relative to each other. `parameters`: paths
-/// of numbers that may be changed; of "default" all those of the scenario's file at initial, targets, contact, impact
-/// and loads. A scenario without control is sampled every 10 ms. @throws InputError, or PlantError where it cannot be a
-/// plant or a file is named by an absolute path.
+/// Reads a scenario and collects its files, which keep their relative locations. `parameters`: paths of numbers that
+/// may be changed; "default": all numbers of the scenario's file in initial, targets, contact, impact and loads. A
+/// scenario without control is sampled every 10 ms. @throws InputError, or PlantError if the scenario cannot be a plant
+/// or a file is named by an absolute path.
 GatheredPlant gather_plant(const std::filesystem::path& scenario, const std::vector<std::string>& settings,
                            const std::vector<std::string>& parameters, bool base_torque, std::vector<Fault>* warnings);
 

@@ -1,5 +1,7 @@
 #include "grapnel/plant/plant_problem.hpp"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace grapnel {
@@ -24,13 +26,26 @@ void take_out_laws(PostImpactSetup& post) {
   if (!any_left) post.until.reset();
 }
 
+bool has_actuators(const RobotSetup& robot) {
+  return !robot.wheels.empty() || !robot.gyros.empty() || !robot.thrusters.empty();
+}
+
+// Whether the scenario controls the base by external torques.
+bool turns_from_outside(const CaptureProblem& problem) {
+  const auto is_outside = [](const std::optional<BaseControlSetup>& control) {
+    return control && control->actuators == BaseControlSetup::Actuators::outside;
+  };
+  return (problem.approach && is_outside(problem.approach->base_control)) ||
+         std::ranges::any_of(problem.post_impact, is_outside, &PostImpactSetup::base_control);
+}
+
 }  // namespace
 
 CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
   if (!problem.control)
     throw PlantError(
-        "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
-        "--set 'control.period=10 ms'");
+        "the scenario has no control.period, the sample time of commands and outputs; add it, or use --set "
+        "'control.period=10 ms'");
   ControlSetup& control = *problem.control;
   const std::string other = control.log               ? "control.torques"
                             : !control.plugin.empty() ? "control.plugin"
@@ -38,19 +53,22 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
                                                       : "";
   if (!other.empty())
     throw PlantError("the scenario's " + other +
-                     " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
-                     "parameters, or say --set 'control={period: 10 ms, external: true}'");
+                     " conflicts with the external control of an exported plant; remove it, with its inputs, outputs "
+                     "and parameters, or use --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
     throw PlantError("the scenario has neither an approach nor a post_impact nor a motion, so nothing in it moves");
+  const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
+  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque rotates it");
+  if (is_fixed && problem.joint_position.empty())
+    throw PlantError("the robot's base is fixed and it has no driven joints, so there is nothing to command");
+  const bool turns_by_actuators = !is_fixed && has_actuators(problem.robot);
+  const bool turns_by_torque =
+      !is_fixed && !turns_by_actuators && (problem.joint_position.empty() || turns_from_outside(problem));
   if (problem.approach) take_out_laws(*problem.approach);
   for (PostImpactSetup& phase : problem.post_impact) take_out_laws(phase);
-  const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
-  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
   control.external = true;
-  control.base_torque = control.base_torque || base_torque;
-  control.base_actuators =
-      !is_fixed && !control.base_torque &&
-      !(problem.robot.wheels.empty() && problem.robot.gyros.empty() && problem.robot.thrusters.empty());
+  control.base_torque = control.base_torque || base_torque || turns_by_torque;
+  control.base_actuators = turns_by_actuators && !control.base_torque;
   return problem;
 }
 

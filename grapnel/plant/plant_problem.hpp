@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A capture as a plant: what a scenario describes, with every actuator of the servicer told from outside.
+/// A capture as a plant: a scenario in which all actuators of the servicer are commanded externally.
 
 #include <stdexcept>
 #include <string>
@@ -10,17 +10,18 @@
 
 namespace grapnel {
 
-/// A scenario that cannot be a plant, or a plant that cannot go on; what() is a sentence.
+/// Thrown for a scenario that cannot be a plant, or a plant that cannot continue; what() is a sentence.
 struct PlantError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The problem with its laws taken out: joints are under JointControl::controller in the approach and after the impact,
-/// attitude control is gone, and the base is turned by what the controller says: a torque on it where `base_torque` or
-/// the scenario's control.base_torque say so, else every wheel's motor and every thruster's valve, where the robot has
-/// any. What is planned stays planned, and is what the joints are to follow. ControlSetup::source is the caller's to
-/// set. @throws PlantError if there is no sampled control, the controller is another's, nothing of the robot moves, or
-/// there is no torque on a base that is fixed.
+/// The problem without its control laws. Joints are under JointControl::controller during the approach and after the
+/// impact; attitude control is removed. The external controller commands a torque on the base if `base_torque` or the
+/// scenario's control.base_torque is set; otherwise all wheel motors and thruster valves of the robot. A base without
+/// actuators also receives torques if the scenario controls it by external torques, or if the robot has no driven
+/// joints. Planned trajectories are unchanged and remain the joints' references. The caller sets ControlSetup::source.
+/// @throws PlantError if there is no sampled control, another controller is configured, no motion is simulated, a
+/// torque is requested on a fixed base, or a fixed robot has no driven joints.
 CaptureProblem plant_of(CaptureProblem problem, bool base_torque);
 
 }  // namespace grapnel

@@ -15,7 +15,7 @@
 namespace grapnel {
 namespace {
 
-// Times that differ by less than this part of a period are one.
+// Times that differ by less than this part of a period are equal.
 constexpr double kSame = 1e-6;
 
 PlantOutputs::Motion motion_of(const Posed& X_WB, const Twistd& V_WB, const Vector3d& place, const Vector3d& velocity) {
@@ -35,7 +35,7 @@ double row_of(const Ledger& ledger, const std::string& name) {
 
 }  // namespace
 
-// The controller of the run: shows what it sees, and says what it is told.
+// The controller of the run: passes its inputs to the caller and applies the caller's commands.
 class PlantRun::Told final : public Controller {
  public:
   Told(PlantRun& run, ControlledRobot robot) : run_(run), robot_(std::move(robot)) {}
@@ -139,8 +139,8 @@ PlantRun::~PlantRun() {
 double PlantRun::period() const { return plant_.control->timing.period; }
 
 void PlantRun::work() {
-  // As a program has it, whatever the thread that made this one has set: rounding to nearest, no exception unmasked,
-  // denormal numbers kept.
+  // The default floating-point environment, independent of the creating thread: rounding to nearest, no unmasked
+  // exceptions, denormal numbers kept.
   std::fesetenv(FE_DFL_ENV);
   const CaptureProgress progress = [this](const std::string&, double, double) {
     const std::lock_guard lock(mutex_);
@@ -156,7 +156,7 @@ void PlantRun::work() {
     if (result.status == CaptureStatus::completed) {
       conclude(result);
     } else {
-      failure = result.failure.empty() ? "the run did not come to its end" : result.failure;
+      failure = result.failure.empty() ? "the run did not complete" : result.failure;
     }
   } catch (const Cancelled&) {
     failure = "the run was cancelled";
@@ -171,7 +171,7 @@ void PlantRun::work() {
   changed_.notify_all();
 }
 
-// A sample has come: waits until it is known what is commanded there.
+// At a sample: waits for the commands of the caller.
 void PlantRun::arrive(const PlantOutputs& outputs, double time, std::vector<double>& inputs) {
   std::unique_lock lock(mutex_);
   event_outputs_ = outputs, event_time_ = time;
@@ -182,7 +182,7 @@ void PlantRun::arrive(const PlantOutputs& outputs, double time, std::vector<doub
   inputs = inputs_;
 }
 
-// What is known at the end. The joints' references are those of the last sample.
+// Collects the final results. The joints' references are those of the last sample.
 void PlantRun::conclude(const CaptureResult& result) {
   const std::lock_guard lock(mutex_);
   PlantOutputs& out = event_outputs_;
@@ -220,7 +220,7 @@ void PlantRun::conclude(const CaptureResult& result) {
     out.end.impact_energy_lost = result.impact->kinetic_energy_before - result.impact->kinetic_energy_after;
 }
 
-// --- Who steps it ---
+// --- The caller's thread ---
 
 void PlantRun::await() {
   std::unique_lock lock(mutex_);
@@ -236,11 +236,11 @@ void PlantRun::begin() {
   take_events(0);
 }
 
-// What has happened until then is known from now on.
+// Takes over the events up to this time.
 void PlantRun::take_events(double until) {
   const std::lock_guard lock(mutex_);
   if (at_ == At::end && !failure_.empty()) throw PlantError(failure_);
-  // Before the first sample, as in an impact in time at t = 0, it is the first that is shown.
+  // Before the first sample, as in a compliant impact at t = 0, the first sample is shown.
   if (outputs_.joints.empty() || event_time_ <= until + kSame * period()) outputs_ = event_outputs_;
 }
 

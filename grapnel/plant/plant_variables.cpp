@@ -47,7 +47,7 @@ void list_inputs(const CaptureProblem& plant, const std::vector<const JointDescr
   for (const JointDescription* joint : joints) {
     const bool slides = joint->type == JointType::prismatic;
     list.add(Causality::input, VariableType::real, "joint." + joint->name + ".effort", slides ? "N" : "N.m",
-             "Effort that the joint's motor is told; cut at its limit");
+             "Commanded effort of the joint's motor; clipped at its limit");
   }
   variables.joints = joints.size();
   variables.base_torque = plant.control->base_torque;
@@ -59,28 +59,28 @@ void list_inputs(const CaptureProblem& plant, const std::vector<const JointDescr
   if (!plant.control->base_actuators) return;
   for (const WheelSetup& wheel : plant.robot.wheels)
     list.add(Causality::input, VariableType::real, "wheel." + wheel.name + ".torque", "N.m",
-             "Torque of the motor on the wheel, about its axis; cut at its limit");
+             "Torque of the motor on the wheel, about its axis; clipped at its limit");
   for (const MomentGyroSetup& gyro : plant.robot.gyros)
     list.add(Causality::input, VariableType::real, "gyro." + gyro.name + ".gimbal_rate", "rad/s",
-             "Rate that the gimbal is told, relative to the base; cut at its limit");
+             "Commanded rate of the gimbal, relative to the base; clipped at its limit");
   for (const ThrusterSetup& thruster : plant.robot.thrusters)
     list.add(Causality::input, VariableType::boolean, "thruster." + thruster.name + ".on", "",
-             "Whether the valve is open; it stays open for its least time");
+             "Whether the valve is open; it stays open for its minimum time");
   variables.wheels = plant.robot.wheels.size(), variables.gyros = plant.robot.gyros.size();
   variables.thrusters = plant.robot.thrusters.size();
 }
 
 void list_motion(const CaptureProblem& plant, const std::vector<const JointDescription*>& joints, Lister& list) {
   list.out_whole("phase", "0: approach; 1: after the impact; 2: the run has ended");
-  list.out_whole("piece", "Pieces of motion so far, less one: grows when grasps close or open");
+  list.out_whole("piece", "Number of motion segments so far minus one: increases when grasps close or open");
   for (const JointDescription* joint : joints) {
     const bool slides = joint->type == JointType::prismatic;
     const std::string name = "joint." + joint->name, unit = slides ? "m" : "rad";
-    list.out(name + ".position", unit, "As its sensor reads it");
-    list.out(name + ".rate", unit + "/s", "As its sensor reads it");
-    list.out(name + ".desired_position", unit, "What it is to follow");
-    list.out(name + ".desired_rate", unit + "/s", "What it is to follow");
-    list.out(name + ".desired_acceleration", unit + "/s2", "What it is to follow");
+    list.out(name + ".position", unit, "Sensor reading");
+    list.out(name + ".rate", unit + "/s", "Sensor reading");
+    list.out(name + ".desired_position", unit, "Reference value");
+    list.out(name + ".desired_rate", unit + "/s", "Reference value");
+    list.out(name + ".desired_acceleration", unit + "/s2", "Reference value");
   }
   list.out_motion("base", "the base");
   for (const WheelSetup& wheel : plant.robot.wheels)
@@ -96,11 +96,12 @@ void list_motion(const CaptureProblem& plant, const std::vector<const JointDescr
 }
 
 void list_end(const CaptureProblem& plant, Lister& list) {
-  list.out_flag("end.ended", "Whether the run has ended; what follows is known then, and zero or false before");
-  list.out_flag("end.completed", "Whether it came to its end");
+  list.out_flag("end.ended",
+                "Whether the run has ended; the following outputs are valid then, and zero or false before");
+  list.out_flag("end.completed", "Whether the run completed");
   list.out_flag("end.conserved", "Whether all conservation checks passed");
-  list.out_flag("end.feasible", "Whether joint limits and clearances were looked at, and kept");
-  list.out("end.capture_time", "s", "When the grasps were to close");
+  list.out_flag("end.feasible", "Whether joint limits and clearances were checked and satisfied");
+  list.out("end.capture_time", "s", "Planned closing time of the grasps");
   list.out("end.linear_momentum_drift", "1", "Row of the ledger");
   list.out("end.angular_momentum_drift", "1", "Row of the ledger");
   list.out("end.work_energy_residual", "1", "Row of the ledger");

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The variables of a plant: what it is told, what it says, and which numbers of the scenario may be changed. One list,
-/// from which the model description is written and by which values are found.
+/// The variables of a plant: inputs, outputs and parameters. One list serves the model description and the access to
+/// values.
 
 #include <cstddef>
 #include <string>
@@ -18,28 +18,28 @@ struct PlantVariable {
   enum class Type { real, whole, boolean };
   enum class Causality { parameter, input, output };
   std::string name;
-  std::string unit;   // as FMI writes units, "N.m"; "1" or empty: none
-  std::string words;  // what it is
+  std::string unit;   // in the notation of FMI, "N.m"; "1" or empty: none
+  std::string words;  // description
   Type type = Type::real;
   Causality causality = Causality::output;
-  double start = 0;  // not of outputs
+  double start = 0;  // initial value; not for outputs
 };
 
-/// A number of the scenario that may be changed before the run begins.
+/// A parameter: a number of the scenario that may be changed before the run begins.
 struct PlantParameter {
-  std::string path;  // as --set names it
+  std::string path;  // in the notation of --set
   double start = 0;  // in SI units
-  std::string unit;  // that the file names; empty: none
+  std::string unit;  // stated in the file; empty: none
 };
 
-/// A variable's reference is its position + 1: 0 is time, which FMI 3.0 wants among the variables.
+/// A variable's reference is its position + 1; 0 is time, which FMI 3.0 requires as a variable.
 constexpr unsigned kTimeReference = 0;
 
 struct PlantVariables {
   std::vector<PlantVariable> all;  // parameters, then inputs, then outputs
   std::size_t parameters = 0, inputs = 0, outputs = 0;
-  // Inputs begin with the efforts of the joints, in the robot's order; then come the base's torque (3), or the torques
-  // of the wheels, the gyros' gimbals and the valves of the thrusters.
+  // Inputs begin with the efforts of the joints, in the robot's order. The base's torque (3) follows, or the torques of
+  // the wheels, the gyros' gimbals and the valves of the thrusters.
   std::size_t joints = 0, wheels = 0, gyros = 0, thrusters = 0;
   bool base_torque = false;
 
@@ -47,14 +47,14 @@ struct PlantVariables {
   std::size_t first_output() const { return parameters + inputs; }
 };
 
-/// `plant`: as plant_of() returns it.
+/// `plant`: result of plant_of().
 PlantVariables plant_variables(const CaptureProblem& plant, const std::vector<PlantParameter>& parameters);
 
-/// Outputs in the order in which plant_variables() lists them.
+/// Outputs in the order of plant_variables().
 struct PlantOutputs {
   static constexpr int kApproach = 0, kAfterImpact = 1, kEnded = 2;
   int phase = kApproach;
-  int piece = 0;  // grows when grasps close or open
+  int piece = 0;  // increases when grasps close or open
   struct Joint {
     double position = 0, rate = 0;  // [rad, rad/s; m, m/s]
     double desired_position = 0, desired_rate = 0, desired_acceleration = 0;
@@ -74,7 +74,7 @@ struct PlantOutputs {
   std::vector<Gimbal> gimbals;  // of control moment gyros
   std::vector<Motion> targets;
   std::vector<char> held;  // per target
-  /// What is known at the end; zero before it.
+  /// Results available at the end; zero before.
   struct End {
     bool ended = false, completed = false, conserved = false, feasible = false;
     double capture_time = 0;                                       // [s]

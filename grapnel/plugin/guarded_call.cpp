@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-// The working directory as it was before a call of this thread, kept open from one call to the next.
+// The working directory before a call of this thread, kept open between calls.
 struct OpenDirectory {
   int descriptor = -1;
   dev_t device = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Calls into code that is not Grapnel's.
+/// Calls into external code.
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 
 namespace grapnel {
 
-/// Rounding and flags are the caller's: a library may change them when it is loaded or called, and the bits of
-/// everything that this thread computes afterwards.
+/// Restores the floating-point environment (rounding mode and flags). A library may change it when it is loaded or
+/// called, which would change later results of this thread.
 struct KeepsFloatingPoint {
   std::fenv_t environment;
   KeepsFloatingPoint() { std::fegetenv(&environment); }
@@ -23,7 +23,7 @@ struct KeepsFloatingPoint {
   ~KeepsFloatingPoint() { std::fesetenv(&environment); }
 };
 
-/// The working directory is the caller's: results go to paths that are relative to it. Costs two calls of stat().
+/// Restores the working directory: result paths are relative to it. Costs two calls of stat().
 class KeepsDirectory {
  public:
   KeepsDirectory();
@@ -32,8 +32,8 @@ class KeepsDirectory {
   KeepsDirectory& operator=(const KeepsDirectory&) = delete;
 };
 
-/// Calls a function of a controller that is called so, "the plugin 'mine.so'": with whom to blame for a crash (see
-/// PluginCall). It is C, but one in C++ may forget that. @throws ControllerError where it threw an exception.
+/// Calls a function of a controller, named e.g. "the plugin 'mine.so'", and records it for crash reports (see
+/// PluginCall). The interface is C, but a plugin in C++ may throw. @throws ControllerError if it threw an exception.
 template <class Call>
 auto guarded(const std::string& named, const char* function, double time, const Call& call) {
   const PluginCall blame(named.c_str(), function, time);

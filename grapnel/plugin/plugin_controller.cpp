@@ -60,7 +60,7 @@ Json robot_json(const ControlledRobot& robot, const Model& model) {
           {"end_effectors", robot.end_effectors}};
 }
 
-// --- What a plugin may ask ---
+// --- Queries available to a plugin ---
 
 struct Asked {
   const Model& model;
@@ -68,11 +68,11 @@ struct Asked {
   const ControlledRobot& robot;
   int base;
   const std::vector<int>& velocities;
-  int base_velocities;  // 6, or 0 of a base fixed to the world
+  int base_velocities;  // 6, or 0 for a base fixed to the world
 };
 const Asked& asked(const void* context) { return *static_cast<const Asked*>(context); }
 
-// No exception may leave these: C is on the other side.
+// No exception may leave these functions: the caller is C code.
 template <class Answer>
 int answered(const Answer& answer) noexcept {
   try {
@@ -121,7 +121,7 @@ int give_jacobian(const void* context, const char* frame, double* J) {
   return answered([&] {
     const Asked& a = asked(context);
     const Eigen::MatrixXd all = generalized_jacobian(a.model, a.state, a.base, a.model.frame_index(frame));
-    const std::vector<int> order = joint_velocities(a.model, a.base);  // of its columns
+    const std::vector<int> order = joint_velocities(a.model, a.base);  // of the Jacobian's columns
     for (Eigen::Index row = 0; row < 6; ++row) {
       for (auto v = a.velocities.begin() + a.base_velocities; v != a.velocities.end(); ++v)
         *J++ = all(row, std::find(order.begin(), order.end(), *v) - order.begin());
@@ -157,10 +157,10 @@ ControllerPlugin::ControllerPlugin(const std::string& file, const std::string& s
   }
   void* const symbol = ::dlsym(library_, "grapnel_controller");
   if (symbol == nullptr)
-    refuse(
-        fmt::format("'{}' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h "
-                    "declares (in C++ as extern \"C\")",
-                    shown));
+    refuse(fmt::format(
+        "'{}' is not a plugin: it does not export the function grapnel_controller(), which grapnel_controller.h "
+        "declares (in C++ as extern \"C\")",
+        shown));
   try {
     functions_ = reinterpret_cast<const grapnel_controller_plugin* (*)()>(symbol)();
   } catch (...) {
@@ -233,7 +233,7 @@ PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugi
   });
   error.back() = 0;
   if (failed != 0)
-    throw ControllerError(fmt::format("{} made no controller: {}", plugin_->named(),
+    throw ControllerError(fmt::format("{} created no controller: {}", plugin_->named(),
                                       error[0] != 0 ? error.data() : fmt::format("create() returned {}", failed)));
 }
 
@@ -248,7 +248,7 @@ void PluginController::fail(const char* what, double time) const {
   if (has(plugin_->functions(), &grapnel_controller_plugin::last_error))
     said = guarded(plugin_->named(), "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
   throw ControllerError(fmt::format("at t = {:.9g} s {}() of {} failed: {}", time, what, plugin_->named(),
-                                    said != nullptr && said[0] != 0 ? said : "it does not say why"));
+                                    said != nullptr && said[0] != 0 ? said : "it states no reason"));
 }
 
 void PluginController::begin_piece(const Model& model, double time) {
@@ -285,7 +285,7 @@ void PluginController::gather(const ControlInput& input) {
   std::fill(effort_.begin(), effort_.end(), 0.0);
 }
 
-// What sensors read beside the state.
+// Sensor readings beyond the state.
 void PluginController::gather_readings(const ControlInput& input) {
   wheel_rate_.clear(), target_pose_.clear(), target_motion_.clear();
   wrench_.assign(6 * robot_.end_effectors.size(), std::numeric_limits<double>::quiet_NaN());
@@ -342,7 +342,7 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
   if (failed != 0) fail("update", input.time);
   const auto refuse = [&](const std::string& what) {
     throw ControllerError(
-        fmt::format("at t = {:.9g} s {} says {}, which is no finite number", input.time, plugin_->named(), what));
+        fmt::format("at t = {:.9g} s {} returns {}, which is not finite", input.time, plugin_->named(), what));
   };
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));

@@ -2,7 +2,7 @@
 
 /// @file
 /// Controllers from shared libraries, by the C interface of grapnel_controller.h. A plugin runs in this process with
-/// all rights of it: a scenario that names one is to be trusted as a program is.
+/// all its rights: treat a scenario that names a plugin like a program.
 
 #include <memory>
 #include <string>
@@ -14,14 +14,14 @@
 
 namespace grapnel {
 
-/// A library that has been loaded and checked: it exports grapnel_controller(), of this version, with all functions
-/// that must be there. Thread safety: any number of threads.
+/// A loaded and checked library: it exports grapnel_controller(), in this version, with all mandatory functions. Thread
+/// safety: any number of threads.
 class ControllerPlugin {
  public:
-  /// `shown`: what messages call it. @throws ControllerError.
+  /// `shown`: the name in messages. @throws ControllerError.
   ControllerPlugin(const std::string& file, const std::string& shown);
-  /// Of functions in this process, which must outlive it; `named`: what messages call it, "the plugin 'mine.so'".
-  /// @throws ControllerError.
+  /// For functions in this process, which must outlive the object; `named`: the name in messages, e.g. "the plugin
+  /// 'mine.so'". @throws ControllerError.
   ControllerPlugin(const grapnel_controller_plugin& functions, std::string named);
   ~ControllerPlugin();
   ControllerPlugin(const ControllerPlugin&) = delete;
@@ -31,7 +31,7 @@ class ControllerPlugin {
   const grapnel_controller_plugin& functions() const { return *functions_; }
 
  private:
-  std::string fault() const;  // why its functions are no controller; empty: they are
+  std::string fault() const;  // why its functions are not a controller; empty: valid
 
   std::string named_;
   void* library_ = nullptr;
@@ -40,14 +40,15 @@ class ControllerPlugin {
 
 /// @throws ControllerError.
 std::shared_ptr<const ControllerPlugin> open_plugin(const std::string& file, const std::string& shown);
-/// Why a file is no plugin, in one sentence; empty: it is one. Its own code runs when it is loaded.
+/// Why a file is not a plugin, in one sentence; empty: it is one. The library's initialization code runs when it is
+/// loaded.
 std::string plugin_fault(const std::string& file, const std::string& shown);
 
-/// An instance of a plugin. A call that fails throws ControllerError with the plugin's name, the time and what the
-/// plugin says; one that crashes ends the process (plugin_crash.hpp).
+/// An instance of a plugin. A call that fails throws ControllerError with the plugin's name, the time and the plugin's
+/// message; a crash ends the process (plugin_crash.hpp).
 class PluginController final : public Controller {
  public:
-  /// `parameters`: JSON. `model` has the robot's bodies; later ones may have more. @throws ControllerError.
+  /// `parameters`: JSON. `model` contains the robot's bodies; later models may have more. @throws ControllerError.
   PluginController(std::shared_ptr<const ControllerPlugin> plugin, const ControlTiming& timing,
                    const std::string& parameters, ControlledRobot robot, const Model& model);
   ~PluginController() override;
@@ -55,7 +56,7 @@ class PluginController final : public Controller {
   void begin_piece(const Model& model, double time) override;
   void update(const ControlInput& input, ControlCommand& command) override;
 
-  /// What the instance remembers, and takes back. @throws ControllerError, also if the plugin does not know how.
+  /// Saves and restores the state of the instance. @throws ControllerError, also if the plugin does not support it.
   std::vector<unsigned char> save();
   void restore(const std::vector<unsigned char>& bytes);
 
@@ -71,9 +72,9 @@ class PluginController final : public Controller {
   double time_ = 0;
   int base_ = -1;                // body
   std::vector<int> joints_;      // positions in Model::joints()
-  std::vector<int> velocities_;  // positions in State::v, in the order in which plugins see them
+  std::vector<int> velocities_;  // indices in State::v, in the order in which plugins see them
   std::vector<double> position_, rate_, desired_position_, desired_rate_, desired_acceleration_, effort_;
-  std::vector<int> wheels_;  // velocities in State::v
+  std::vector<int> wheels_;  // indices in State::v
   std::vector<double> wrench_, wheel_rate_, target_pose_, target_motion_;
 };
 

@@ -20,7 +20,7 @@ namespace {
 
 thread_local const PluginCall* t_call = nullptr;
 
-// A stack for the handler of a thread whose own is full; as long as the thread lives.
+// An alternate signal stack for threads whose stack overflowed; lives as long as the thread.
 class HandlerStack {
  public:
   std::uintptr_t low = 0;  // the thread's own stack begins here; 0: unknown
@@ -30,7 +30,7 @@ class HandlerStack {
     is_ready_ = true;
     find_low();
     stack_t now{};
-    // Someone else's, a sanitizer's say, serves as well.
+    // An existing one, for example of a sanitizer, is kept.
     if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
     memory_ = std::make_unique<char[]>(kSize);
     stack_t mine{};
@@ -67,12 +67,12 @@ struct Watched {
 };
 constexpr std::array<Watched, 5> kWatched = {{{SIGSEGV, " (segmentation fault)"},
                                               {SIGBUS, " (bus error)"},
-                                              {SIGFPE, " (arithmetic fault)"},
+                                              {SIGFPE, " (arithmetic exception)"},
                                               {SIGILL, " (illegal instruction)"},
                                               {SIGABRT, " (abort)"}}};
 std::array<struct sigaction, kWatched.size()> previous;
 
-// Nothing here may allocate or lock.
+// A line of text without allocation or locks, for signal handlers.
 class Line {
  public:
   void add(const char* text) {
@@ -80,7 +80,7 @@ class Line {
     std::memcpy(text_.data() + size_, text, more);
     size_ += more;
   }
-  // With six digits behind the point.
+  // With six decimal places.
   void add(double number) {
     if (!(std::abs(number) < 1e12)) return add("?");
     if (number < 0) add("-");
@@ -112,7 +112,7 @@ PluginBlame own_blame{};
 std::atomic<PluginBlame*> shared_blame{&own_blame};
 void (*before_first_call)() = nullptr;
 
-// "grapnel: the plugin 'mine.so' crashed (abort) in update() at t = 0.5 s. ..."; and the end.
+// Prints "grapnel: the plugin 'mine.so' crashed (abort) in update() at t = 0.5 s. ..." and ends the process.
 [[noreturn]] void end_process(const char* what, const char* detail, const char* end) {
   Line line;
   for (const char* text : {"grapnel: ", t_call->plugin, what, detail, " in ", t_call->function, "() at t = "})
@@ -124,7 +124,7 @@ void (*before_first_call)() = nullptr;
   ::_exit(1);
 }
 
-// Whether the address of a fault is just below this thread's stack.
+// Whether the fault address is just below this thread's stack.
 bool is_stack_overflow(int number, const siginfo_t& info) {
   if (number != SIGSEGV && number != SIGBUS) return false;
   const auto address = reinterpret_cast<std::uintptr_t>(info.si_addr);
@@ -135,17 +135,18 @@ bool is_stack_overflow(int number, const siginfo_t& info) {
 void on_crash(int number, siginfo_t* info, void*) {
   std::size_t which = 0;
   while (which + 1 < kWatched.size() && kWatched[which].number != number) ++which;
-  if (t_call == nullptr) {  // not a plugin's: what was there before gets it, as the instruction is tried again
+  // not in a plugin: the previous handler receives the signal when the instruction is repeated
+  if (t_call == nullptr) {
     ::sigaction(number, &previous[which], nullptr);
     if (number == SIGABRT) ::raise(number);
     return;
   }
   end_process(" crashed", is_stack_overflow(number, *info) ? " (stack overflow)" : kWatched[which].name,
-              " s. This ends the program, since the memory of the process cannot be trusted any more; files written so "
+              " s. This ends the program, since its memory may be corrupted; files written so "
               "far are kept.\n");
 }
 
-// Of exit() and quick_exit(), by the thread that calls them.
+// Handler for exit() and quick_exit(), on the thread that calls them.
 void on_exit() {
   if (t_call != nullptr)
     end_process(" called exit()", "", " s, which ends the program; files written so far are kept.\n");

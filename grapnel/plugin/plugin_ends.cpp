@@ -18,7 +18,7 @@ void run_end(const std::function<void()>& end) {
     end();
   } catch (const std::exception& error) {
     const std::lock_guard lock(faults_mutex);
-    // A campaign has the same fault in every case.
+    // In a campaign every case has the same error; keep one.
     if (std::find(faults.begin(), faults.end(), error.what()) == faults.end()) faults.emplace_back(error.what());
   }
 }

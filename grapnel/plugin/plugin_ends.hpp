@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The end of a plugin's instances: when destroy() runs, and what becomes of its errors.
+/// The end of a plugin's instances: the time of destroy(), and its errors.
 
 #include <functional>
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace grapnel {
 
-/// While one lives, instances of plugins that its thread has finished with are not destroyed: what they computed can be
-/// written first, since a plugin that crashes in destroy() ends the process. One thread's own.
+/// While an object exists, finished plugin instances of its thread are not destroyed. Their results can be written
+/// first, since a plugin that crashes in destroy() ends the process. Belongs to one thread.
 class LatePluginEnds {
  public:
   LatePluginEnds();
@@ -18,7 +18,7 @@ class LatePluginEnds {
   LatePluginEnds(const LatePluginEnds&) = delete;
   LatePluginEnds& operator=(const LatePluginEnds&) = delete;
 
-  /// Destroys them now.
+  /// Destroys the instances now.
   void finish();
 
  private:
@@ -28,13 +28,14 @@ class LatePluginEnds {
   LatePluginEnds* const outer_;
 };
 
-/// Destroys those of this thread now: before another instance is made, which may need what they hold.
+/// Destroys the finished instances of this thread now: before another instance is created, which may need their
+/// resources.
 void end_late_plugins();
 
-/// Runs `end`, at once or at the end of a LatePluginEnds. What it throws becomes a fault.
+/// Runs `end`, immediately or at the end of a LatePluginEnds. Its exceptions are recorded as errors.
 void end_plugin(std::function<void()> end);
 
-/// Sentences on what went wrong when instances were destroyed, since the last call of this function, by any thread.
+/// The errors that occurred when instances were destroyed, as sentences, by any thread since the last call.
 std::vector<std::string> take_plugin_faults();
 
 }  // namespace grapnel

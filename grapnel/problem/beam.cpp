@@ -9,10 +9,9 @@
 namespace grapnel {
 namespace {
 
-constexpr double kEnds = 1e-6;  // of a beam's length: how far its first and last station may be from its ends
+constexpr double kEnds = 1e-6;  // tolerance of the first and last station at the beam's ends, relative to its length
 
-// Both, of beams clamped at one end whose sections are the same everywhere: first roots of 1 + cos b cosh b and of
-// cos b, bending and twisting.
+// For uniform beams clamped at one end: first roots of 1 + cos b cosh b (bending) and of cos b (torsion).
 constexpr double kFirstBending = 1.8751040687119611, kFirstTorsion = 0.5 * std::numbers::pi;
 
 constexpr double BeamProperties::*kProperties[] = {
@@ -26,7 +25,7 @@ constexpr const char* kKeys[] = {"mass_per_length",     "rotary_inertia",      "
                                  "bending_stiffness_z", "torsional_stiffness", "axial_stiffness"};
 constexpr int kCount = 6;
 
-// What the beam itself states of the six.
+// The value that the beam itself states for the k-th of the six properties.
 Stated own(const BeamDescription& beam, int k) {
   switch (k) {
     case 0:
@@ -66,18 +65,17 @@ std::string section_fault(const BeamSection& s) {
   const bool round = s.diameter.has_value(), flat = s.width || s.height;
   if (round == flat || (flat && !(s.width && s.height))) return "a section has a diameter, or a width and a height";
   for (const auto size : kSizes) {
-    if (s.*size && !(*(s.*size) > 0)) return "a section's sizes are above zero";
+    if (s.*size && !(*(s.*size) > 0)) return "a section's sizes must be above 0";
   }
   const double least = round ? *s.diameter : std::min(*s.width, *s.height);
   if (s.wall_thickness && !(2 * *s.wall_thickness < least))
-    return fmt::format(
-        "a wall of {:.6g} m leaves nothing hollow in a section of {:.6g} m; without wall_thickness it is solid",
-        *s.wall_thickness, least);
+    return fmt::format("wall_thickness of {:.6g} m fills the section of {:.6g} m; leave it out for a solid section",
+                       *s.wall_thickness, least);
   return {};
 }
 
 // Torsion constant of a solid rectangle: (1/3) a b^3 (1 - (192 b / (pi^5 a)) sum over odd n of tanh(n pi a / (2 b)) /
-// n^5), a the longer side.
+// n^5), with a the longer side.
 double torsion_constant(double a, double b) {
   if (a < b) std::swap(a, b);
   double sum = 0;
@@ -109,7 +107,7 @@ BeamProperties section_properties(const BeamSection& s, const BeamMaterial& m) {
 
 std::string description_fault(const BeamDescription& b) {
   const double length = norm(b.to - b.from);
-  if (!(length > 0)) return "a beam's ends, from and to, are at the same place";
+  if (!(length > 0)) return "a beam's ends, from and to, must differ";
   if (b.section_y) {
     const Vector3d x = (1 / length) * (b.to - b.from), across = *b.section_y - dot(*b.section_y, x) * x;
     if (!(norm(across) > 1e-6 * norm(*b.section_y))) return "section_y must not be along the beam";
@@ -128,7 +126,7 @@ std::string description_fault(const BeamDescription& b) {
   };
   for (int k = 0; k < kCount; ++k) {
     if (has_sections && (own(b, k) || states(k)))
-      return fmt::format("{} follows from the section and the material; state it or those", kKeys[k]);
+      return fmt::format("{} follows from the section and the material; state either it or them", kKeys[k]);
     if (own(b, k) && states(k))
       return fmt::format("{} is stated by the beam or by its stations, not by both", kKeys[k]);
   }
@@ -140,25 +138,27 @@ std::string description_fault(const BeamDescription& b) {
     return "a beam needs bending_stiffness_y, bending_stiffness_z, torsional_stiffness or axial_stiffness, or a "
            "section and a material";
   if (b.stations.empty()) return {};
-  if (b.stations.size() < 2) return "a beam has stations at both of its ends, or none";
+  if (b.stations.size() < 2) return "a beam needs stations at both of its ends, or none";
   for (std::size_t i = 0; i < b.stations.size(); ++i) {
     const BeamStation &s = b.stations[i], &first = b.stations.front();
     const auto here = [&](const std::string& fault) {
       return fmt::format("station {}, at {:.6g} m: {}", i + 1, s.at, fault);
     };
-    if (i > 0 && !(s.at > b.stations[i - 1].at)) return here("stations follow each other from the beam's beginning");
+    if (i > 0 && !(s.at > b.stations[i - 1].at)) return here("stations must be in order from the beam's beginning");
     for (int k = 0; k < kCount; ++k) {
       if ((s.*kStated[k]).has_value() != (first.*kStated[k]).has_value())
-        return here(fmt::format("every station states {}, or none", kKeys[k]));
+        return here(fmt::format("either every station states {} or none does", kKeys[k]));
     }
-    if (s.section.has_value() != first.section.has_value()) return here("every station states a section, or none");
+    if (s.section.has_value() != first.section.has_value())
+      return here("either every station states a section or none does");
     if (!s.section) continue;
     if (const std::string fault = section_fault(*s.section); !fault.empty()) return here(fault);
     if (!has_same_sizes(*s.section, *first.section))
-      return here("sections of one beam have the same kind: a diameter, or width and height; all solid, or all hollow");
+      return here(
+          "sections of one beam must be of the same kind: a diameter, or width and height; all solid, or all hollow");
   }
   if (std::abs(b.stations.front().at) > kEnds * length || std::abs(b.stations.back().at - length) > kEnds * length)
-    return fmt::format("the first station is at 0 and the last at the beam's end, {:.6g} m", length);
+    return fmt::format("the first station must be at 0 and the last at the beam's end, {:.6g} m", length);
   return {};
 }
 
@@ -199,7 +199,7 @@ int Beam::piece_of(const Vector3d& p) const {
 
 BeamProperties Beam::at_length(double s) const {
   BeamProperties here;
-  std::size_t i = 1;  // the station behind s
+  std::size_t i = 1;  // index of the station behind s
   double share = 0;
   if (!setup_.stations.empty()) {
     while (i + 1 < setup_.stations.size() && s > setup_.stations[i].at) ++i;
@@ -225,7 +225,8 @@ BeamProperties Beam::at_length(double s) const {
   return here;
 }
 
-// By Gauss's three points between stations: mass per length is at most quadratic there, and is weighed with squares.
+// Mass, centre of mass and inertia of a part, by three-point Gauss quadrature between stations: mass per length is at
+// most quadratic there, and is multiplied by squares.
 Beam::Rod Beam::rod(double begin, double end) const {
   double mass = 0, first = 0, second = 0, along = 0, y = 0, z = 0;
   const auto add = [&](double a, double b) {
@@ -252,7 +253,7 @@ Beam::Rod Beam::rod(double begin, double end) const {
   return {mass, begin + c, along, across + y, across + z};
 }
 
-// In the link's axes.
+// Inertia in the link's axes.
 Symmetric3d Beam::about_com(const Rod& part) const {
   Symmetric3d I = Symmetric3d::zero();
   for (const auto& [moment, a] : {std::pair{part.along, x_}, std::pair{part.y, y_}, std::pair{part.z, z_}})
@@ -300,8 +301,8 @@ std::vector<Beam::Hinge> Beam::springs(int hinge) const {
   return springs;
 }
 
-// The first frequency of the beam by itself, clamped where it begins [rad/s]. Where it is not the same everywhere, by
-// Stodola's iteration on midpoints: the shape is what the inertial load of the shape before bends it to.
+// The first frequency of the beam alone, clamped at its beginning [rad/s]. If its properties vary, by Stodola's
+// iteration on midpoints: the next shape is the deflection under the inertial load of the current shape.
 double Beam::first_rate(double BeamProperties::*stiffness) const {
   const bool twists = stiffness == &BeamProperties::torsional_stiffness;
   const bool bends = !twists && stiffness != &BeamProperties::axial_stiffness;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A beam within a link, as flexible_robot() cuts it: sections along its length, places that yield, pieces between
-/// them; (22.2) to (22.5a) of docs/theory.md. Internal to this module.
+/// A beam within a link, as flexible_robot() divides it: sections along its length, hinges with springs, rigid pieces
+/// between them; (22.2) to (22.5a) of docs/theory. Internal to this module.
 
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace grapnel {
 
-/// What a beam is at one place. A stiffness of zero stands for a beam that does not yield so.
+/// Properties of a beam at one position. A stiffness of zero means that the beam is rigid in this direction.
 struct BeamProperties {
   double mass_per_length = 0;      // [kg/m]
   double rotary_inertia = 0;       // of the section about the beam, per length [kg m]
@@ -23,44 +23,44 @@ struct BeamProperties {
   double axial_stiffness = 0;      // E A [N]
 };
 
-/// Of a section and a material: bending exact, torsion exact for circles and solid rectangles, Bredt's for hollow
-/// rectangles with thin walls (Timoshenko & Goodier 1970, sections 109 and 115).
+/// Properties of a section and a material: exact for bending, and for torsion of circles and solid rectangles; Bredt's
+/// formula for hollow rectangles with thin walls (Timoshenko & Goodier 1970, sections 109 and 115).
 BeamProperties section_properties(const BeamSection& section, const BeamMaterial& material);
 
-/// What is wrong with a beam's description by itself, without the link that it is in; empty: nothing.
+/// The error in a beam's description alone, without its link; empty: none.
 std::string description_fault(const BeamDescription& beam);
 
 class Beam {
  public:
-  /// Of a link's beam in which description_fault() finds nothing. Where its mass is the link's but for what rounding
-  /// of the numbers in a file may be (kSameMass), it is made the link's exactly.
+  /// The beam of a link for which description_fault() is empty. If its mass equals the link's to within kSameMass, it
+  /// is set to the link's exactly.
   explicit Beam(const BodyDescription& link);
 
-  /// Relative difference of two masses that are stated, or follow from sections, and are meant to be one.
+  /// Relative difference up to which two masses, stated or computed from sections, count as equal.
   static constexpr double kSameMass = 1e-4;
 
-  /// Places that yield: the two Gauss points of every segment, with half of its compliance each. Whatever smooth
-  /// function a beam's deflection is weighed with, its kinetic energy and what loads do to it, is then right to the
-  /// fourth order in the segments' length; in their middles it would be to the second (22.2).
+  /// Number of hinges: the two Gauss points of each segment, with half of its compliance each. For any smooth weight
+  /// function, kinetic energy and work of loads are then of fourth order in the segments' length; hinges at the
+  /// midpoints would give second order (22.2).
   int hinges() const { return 2 * setup_.segments; }
   double length() const { return length_; }
   double mass() const { return whole_.mass; }
   const Vector3d& x() const { return x_; }
 
-  /// Pieces 0 to hinges(): where they begin and end, from the beam's beginning [m].
+  /// Pieces 0 to hinges(): begin and end, from the beam's beginning [m].
   double begin(int piece) const { return piece == 0 ? 0 : hinge_at(piece - 1); }
   double end(int piece) const { return piece == hinges() ? length_ : hinge_at(piece); }
   Vector3d at(double s) const { return setup_.from + s * x_; }
-  /// On which piece a point of the link is.
+  /// The piece that contains a point of the link.
   int piece_of(const Vector3d& p) const;
-  /// The piece's origin in the link's frame, undeformed: the link's own, or where it is hinged.
+  /// The piece's origin in the link's frame, undeformed: the link's origin, or the hinge.
   Vector3d origin(int piece) const { return piece == 0 ? Vector3d::zero() : at(begin(piece)); }
-  /// A slender rod of the beam's mass, with what spread() has added, about the piece's origin.
+  /// Inertia of a slender rod with the piece's mass, plus the piece's part of spread(), about the piece's origin.
   RigidBodyInertiad piece_inertia(int piece) const;
-  /// The whole beam, about the link's origin, without what spread() has added.
+  /// Inertia of the whole beam, about the link's origin, without the part of spread().
   RigidBodyInertiad inertia() const;
   Vector3d com() const { return at(whole_.middle); }
-  /// Of the whole, about its centre of mass [kg m^2]: about the beam itself, and about the section's axes y and z.
+  /// Of the whole beam, about its centre of mass [kg m^2]: about the beam's axis, and about the section's axes y and z.
   double inertia_along() const { return whole_.along; }
   double inertia_y() const { return whole_.y; }
   double inertia_z() const { return whole_.z; }
@@ -71,20 +71,21 @@ class Beam {
     Vector3d axis;
     JointSpring spring;
   };
-  /// At a place that yields, from the inside out (22.2), (22.3).
+  /// The springs at a hinge, from the inside out (22.2), (22.3).
   std::vector<Hinge> springs(int hinge) const;
 
-  /// What a link that is nothing but its beam has beyond a slender rod is spread over the pieces, by their mass.
+  /// Distributes the inertia that a link has beyond its beam as a slender rod over the pieces, by mass. For links
+  /// without other mass.
   void spread(const Symmetric3d& rest) { spread_ = rest; }
-  /// Whether all of it has inertia about the beam, so that it can twist.
+  /// Whether every part has inertia about the beam's axis, so that it can twist.
   bool has_rotary_inertia() const;
   bool twists() const { return at_length(0).torsional_stiffness > 0; }
 
  private:
-  // Of a part of it.
+  // Mass properties of a part of the beam.
   struct Rod {
     double mass = 0, middle = 0;     // [kg]; its centre of mass, from the beam's beginning [m]
-    double along = 0, y = 0, z = 0;  // about that, about x, y and z of the beam [kg m^2]
+    double along = 0, y = 0, z = 0;  // about the centre of mass, about x, y and z of the beam [kg m^2]
   };
   BeamProperties at_length(double s) const;
   Rod rod(double begin, double end) const;
@@ -96,11 +97,11 @@ class Beam {
 
   BeamDescription setup_;
   double length_ = 0, mass_scale_ = 1;
-  double mass_per_length_ = 0;  // where neither the beam nor its stations state it
+  double mass_per_length_ = 0;  // if neither the beam nor its stations state it
   Vector3d x_, y_, z_;
   Rod whole_;
   Symmetric3d spread_ = Symmetric3d::zero();
-  double rate_y_ = 0, rate_z_ = 0;  // first frequencies, clamped, by itself [rad/s]
+  double rate_y_ = 0, rate_z_ = 0;  // first frequencies of the clamped beam alone [rad/s]
 };
 
 }  // namespace grapnel

@@ -10,7 +10,7 @@ namespace grapnel {
 std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
                                         bool with_targets) {
   using Owner = BodyAddress::Owner;
-  // Names are unique within one model, and this one has been built of these parts.
+  // Names are unique within one model, and this model has been built from these parts.
   std::map<std::string, BodyAddress, std::less<>> known;
   std::size_t inside = 0;
   for (const WheelSetup& wheel : problem.robot.wheels)

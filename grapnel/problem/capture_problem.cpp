@@ -98,13 +98,13 @@ ReferenceOrbit reference_orbit(const OrbitSetup& setup) {
   return orbit;
 }
 
-// --- Motion stated piece by piece ---
+// --- Motion stated in pieces ---
 
 namespace {
 
 constexpr int kPolynomialDegree = 5;
-// A sine over one period has Bessel functions J_k(pi) as coefficients; the next one is 1e-18, and higher degrees only
-// let rounding grow in the derivatives.
+// A sine over one period has the Chebyshev coefficients J_k(pi) (Bessel functions). The next one is 1e-18; higher
+// degrees would only add rounding errors to the derivatives.
 constexpr int kCycloidalDegree = 21;
 
 std::vector<double> series_of(const JointPiece& piece) {
@@ -137,7 +137,7 @@ std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints) 
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const JointPiece& piece = joint.pieces[i];
       if (piece.begin != begin || piece.end != joints[0].pieces[i].end)
-        throw std::invalid_argument("motion pieces: joints differ in when pieces begin and end");
+        throw std::invalid_argument("motion pieces: joints differ in the times of their pieces");
       begin = pieces[i].until = piece.end;
       pieces[i].series.push_back(series_of(piece));
     }

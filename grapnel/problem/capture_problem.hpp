@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A capture to be simulated, as plain data: what a scenario file says after units and names are resolved, or what a
-/// program sets up itself; how much of it is to be worked out, and who waits for it. Public, kept stable.
+/// A capture to be simulated, as plain data: the content of a scenario file after units and names are resolved, or the
+/// input of a program; the level of detail of its results, and the progress callback. Public API, kept stable.
 
 #include <cstdint>
 #include <functional>
@@ -36,93 +36,94 @@
 
 namespace grapnel {
 
-/// What an end-effector can close on: how far it may be from its grasp point, and how fast, relative to it.
+/// Limits of position and velocity relative to its grasp point within which an end-effector can close.
 struct CaptureEnvelope {
   static constexpr double kAny = std::numeric_limits<double>::infinity();
   double position = kAny;          // distance [m]
-  double angle = kAny;             // [rad]; of what the grasp's orientation asks for, nothing if it is free
+  double angle = kAny;             // [rad]; relative to the grasp's required orientation; not evaluated if it is free
   double velocity = kAny;          // relative speed of the end-effector's origin [m/s]
   double angular_velocity = kAny;  // relative [rad/s]
 };
 
-/// What a joint or a gripper may be loaded with in an impact. Forces are peaks, or means over ImpactSetup::duration
-/// where the impact takes no time. Infinite where nothing is given.
+/// Load limits of a joint or a gripper in an impact. Forces are peaks, or means over ImpactSetup::duration for
+/// instantaneous impacts. Infinite if not given.
 struct LoadRating {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double force = kNone;            // [N]
   double moment = kNone;           // [N m]
   double impulse = kNone;          // [N s]
   double angular_impulse = kNone;  // [N m s]
-  // Joints only, along or about the joint's axis: what a brake or drive has to hold [N m or N; N m s or N s].
+  // Joints only, along or about the joint's axis: the load of a brake or drive [N m or N; N m s or N s].
   double driving = kNone;
   double driving_impulse = kNone;
 };
 
-/// A frame on a link that can grasp.
+/// A frame on a link that can grasp a target.
 struct EndEffectorSetup : FrameDescription {
-  std::optional<Vector3d> approach_axis =
-      {};  // unit, in the end-effector's frame: the direction in which it reaches out
-  std::optional<CaptureEnvelope> envelope = {};  // absent: whatever it meets it holds
+  std::optional<Vector3d> approach_axis = {};    // unit, in the end-effector's frame: the direction of approach
+  std::optional<CaptureEnvelope> envelope = {};  // absent: every grasp succeeds
   LoadRating rating = {};                        // of the gripper; at the contact point
 };
 
-/// A reaction wheel: a balanced rotor that a motor turns against the base, about an axis fixed in it. The base's mass,
-/// centre of mass and inertia are those of the base with all wheels at rest in it. Of a balanced rotor nothing but its
-/// moment of inertia about its axis matters beside: neither where it is nor what else it weighs.
+/// A reaction wheel: a balanced rotor that a motor turns relative to the base, about an axis fixed in the base. The
+/// base's mass, centre of mass and inertia include all wheels, at rest relative to it. Besides these, a balanced rotor
+/// contributes only its moment of inertia about its axis, so its position and mass are not needed.
 struct WheelSetup {
   std::string name;
   Vector3d axis{0, 0, 1};                                   // unit, in the base's frame
   double inertia = 0;                                       // about the axis [kg m^2]
-  double torque = std::numeric_limits<double>::infinity();  // largest of the motor [N m]
-  double rate = std::numeric_limits<double>::infinity();    // largest relative to the base [rad/s]
+  double torque = std::numeric_limits<double>::infinity();  // maximum of the motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // maximum, relative to the base [rad/s]
   JointFriction friction = {};                              // of its bearing
 };
 
-/// A control moment gyro with one gimbal: a balanced rotor that its motor keeps at a rate, in a gimbal that turns
-/// against the base about an axis fixed in it, perpendicular to the rotor's. The base's mass, centre of mass and
-/// inertia are those with all gyros in it, rotors at rest and gimbals at their zeros; as of wheels, neither where a
-/// gyro is nor what it weighs matters beside.
+/// A control moment gyro with one gimbal: a balanced rotor that its motor keeps at a constant rate, in a gimbal that
+/// turns relative to the base about an axis fixed in the base, perpendicular to the rotor's. The base's mass, centre of
+/// mass and inertia include all gyros, with rotors at rest and gimbals at zero. As for wheels, a gyro's position and
+/// mass are not needed.
 struct MomentGyroSetup {
   std::string name;
-  Vector3d gimbal_axis{0, 0, 1};                            // unit, in the base's frame
-  Vector3d spin_axis{1, 0, 0};                              // unit, in the base's frame, with the gimbal at its zero
-  double inertia = 0;                                       // of the rotor, about its axis [kg m^2]
-  double spin_rate = 0;                                     // of the rotor in the gimbal [rad/s]
-  double gimbal_inertia = 0;                                // of all that the gimbal turns, about its axis [kg m^2]
-  double torque = std::numeric_limits<double>::infinity();  // largest of the gimbal's motor [N m]
-  double rate = std::numeric_limits<double>::infinity();    // largest that is commanded to the gimbal [rad/s]
-  double bandwidth = 20;                                    // of the loops that keep both rates [1/s]
+  Vector3d gimbal_axis{0, 0, 1};  // unit, in the base's frame
+  Vector3d spin_axis{1, 0, 0};    // unit, in the base's frame, with the gimbal at its zero
+  double inertia = 0;             // of the rotor, about its axis [kg m^2]
+  double spin_rate = 0;           // of the rotor in the gimbal [rad/s]
+  // of all that turns with the gimbal, about its axis [kg m^2]
+  double gimbal_inertia = 0;
+  double torque = std::numeric_limits<double>::infinity();  // maximum of the gimbal's motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // maximum commanded rate of the gimbal [rad/s]
+  double bandwidth = 20;                                    // of the control loops of both rates [1/s]
 };
 
-/// What comes out of a thruster, against its force: a cone from where the force acts.
+/// The exhaust of a thruster, opposite to its force: a cone from the point of the force.
 struct PlumeSetup {
   double half_angle = 0;  // [rad]
-  double range = 0;       // beyond which it does no harm [m]
+  double range = 0;       // beyond it the exhaust is harmless [m]
 };
 
 /// A thruster of the base.
 struct ThrusterSetup : Thruster {
   std::string name;
-  std::optional<PlumeSetup> plume = {};  // absent: nobody watches it
+  std::optional<PlumeSetup> plume = {};  // absent: the plume is not evaluated
 };
 
-/// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
+/// A servicer: its bodies (one root, the base), end-effector frames, and shapes.
 struct RobotSetup {
   std::string name;
   std::string base;  // name of the root body
   enum class Base { free, held, fixed };
   /// free: floats. held: kept at its initial pose by an ideal wrench during the approach, free from the impact on.
-  /// fixed: bolted to the ground in all phases.
+  /// fixed: fixed to the ground in all phases.
   Base base_mode = Base::free;
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
   std::vector<WheelSetup> wheels;                           // of the base
   std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
-  std::optional<double> propellant;                         // at hand [kg]; absent: nobody says
+  std::optional<double> propellant;                         // available propellant [kg]; absent: not stated
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
-  /// Of a robot whose beams and gears have become pieces on springs (flexible_robot()): what it was; else null.
+  /// For a robot whose beams and gears have become pieces on springs (flexible_robot()): the original robot; otherwise
+  /// null.
   std::shared_ptr<const RobotSetup> undeformed = {};
 };
 
@@ -131,27 +132,28 @@ std::vector<Geometry> shapes_of(const RobotSetup& robot, const std::string& body
 
 struct GraspPoint {
   std::string name;
-  Posed X_TG = Posed::identity();                   // in the target's frame
-  std::optional<Vector3d> approach_direction = {};  // unit, in the target's frame: in which the end-effector comes in
-  std::optional<Vector3d> normal = {};              // unit, in the target's frame: the surface's, outward
+  Posed X_TG = Posed::identity();  // in the target's frame
+  // unit, in the target's frame: the direction in which the end-effector arrives
+  std::optional<Vector3d> approach_direction = {};
+  std::optional<Vector3d> normal = {};  // unit, in the target's frame: the surface's, outward
 };
 
-/// What stands out from a target and may bend: a solar panel, a boom. Its frame is where it is mounted.
+/// An appendage of a target that may be flexible: a solar panel, a boom. Its frame is at the mount.
 struct PanelSetup {
   std::string name;
   Posed X_TP = Posed::identity();             // in the target's frame
   double mass = 0;                            // [kg]
   Vector3d com = Vector3d::zero();            // in the panel's frame [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about its centre of mass, its axes [kg m^2]
-  std::optional<Vector3d> hinge_axis = {};    // unit, in the panel's frame: it turns about it on `hinge`
+  std::optional<Vector3d> hinge_axis = {};    // unit, in the panel's frame: axis of the spring `hinge`
   std::optional<JointSpring> hinge = {};      // absent: fixed
   std::optional<BeamDescription> beam = {};
-  std::vector<VibrationMode> modes = {};  // in place of a beam
+  std::vector<VibrationMode> modes = {};  // instead of a beam
   std::vector<Geometry> geometry;         // its shapes
 };
 
-/// A free body to be caught, rigid but for its panels. Mass, centre of mass and inertia are those of the whole, with
-/// its panels as they are at rest.
+/// A free body to be captured, rigid except for its panels. Mass, centre of mass and inertia are those of the whole,
+/// with undeformed panels.
 struct TargetSetup {
   std::string name;
   double mass = 0;                            // [kg]
@@ -159,40 +161,40 @@ struct TargetSetup {
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, target's axes [kg m^2]
   std::vector<Geometry> geometry;             // its shapes
   enum class Instant { start, capture };
-  Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
+  Instant given_at = Instant::capture;  // time of the pose and twist below; torque-free motion leads from there
   Posed X_WT = Posed::identity();
   Twistd V_WT = Twistd::zero();  // at the target frame's origin, in W
   std::vector<PanelSetup> panels;
-  std::optional<TargetEstimate> estimate = {};  // on which the approach is planned; absent: the truth
+  std::optional<TargetEstimate> estimate = {};  // used to plan the approach; absent: the true state
   std::vector<GraspPoint> grasp_points;
 };
 
-/// An end-effector meets a grasp point and holds it.
+/// An end-effector that arrives at a grasp point and holds it.
 struct GraspSetup {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_axis{0, 0, 1};  // unit, in the end-effector's frame; for model hinge
-  /// No grasp: the end-effector only touches the target there, and rebounds by ImpactSetup's contact law; `model`
-  /// is not read. What surface it meets: contact_normal().
+  /// Contact instead of grasp: the end-effector only touches the target there, and rebounds by ImpactSetup's contact
+  /// law; `model` is not used. The surface is that of contact_normal().
   bool contact = false;
-  /// What the end-effector's orientation at the grasp is to be. axis: its approach axis along the grasp point's
-  /// approach direction; pose: its frame that of the grasp point.
+  /// The required orientation of the end-effector at the grasp. axis: its approach axis along the grasp point's
+  /// approach direction; pose: its frame equal to that of the grasp point.
   enum class Orientation { free, axis, pose };
   Orientation orientation = Orientation::free;
-  /// When it closes. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time: at
-  /// `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
+  /// The time of closing. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time:
+  /// at `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
   enum class Closes { together, at_time, on_arrival };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run
-  /// With which velocity it is to arrive, relative to the grasp point, in W: added to what ApproachSetup::match asks
-  /// for [m/s], [rad/s].
+  /// Required velocity at arrival, relative to the grasp point, in W: added to the velocity of ApproachSetup::match
+  /// [m/s], [rad/s].
   Vector3d relative_velocity = Vector3d::zero();
   Vector3d relative_angular_velocity = Vector3d::zero();
 };
 
-/// How final joint rates are found from the grasp points' motion through the generalized Jacobian.
+/// The condition that determines the final joint rates from the grasp points' motion through the generalized Jacobian.
 enum class RateMatch { velocity, twist, velocity_least_rates };
 
 struct TrackingSetup {
@@ -204,16 +206,17 @@ struct TrackingSetup {
 
 /// A torque that controls the base's attitude (AttitudeControl).
 struct BaseControlSetup {
-  /// What gives it. outside: something that takes its momentum out of the system, as ideal thrusters would. wheels: the
-  /// base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent: the wheels, where there
-  /// are any, else the gyros, else outside.
+  /// The source of the torque. outside: an external torque, which changes the system's momentum, as with ideal
+  /// thrusters. wheels: the base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent:
+  /// the wheels if there are any, else the gyros, else outside.
   enum class Actuators { outside, wheels, thrusters, gyros };
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
   Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
-  std::optional<Rotationd> R_WD;                 // desired attitude; absent: the one at the phase's start
-  bool feedforward = false;                      // of what the joints' motion takes (BaseActuators::feedforward)
+  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+  // of the reaction torque of the joints' motion (BaseActuators::feedforward)
+  bool feedforward = false;
   double wheel_speed_rate = 0;                   // see BaseActuators [1/s]
   std::vector<double> wheel_speeds;              // likewise [rad/s]
   std::optional<ThrusterModulation> modulation;  // of thrusters; absent: its defaults
@@ -221,34 +224,34 @@ struct BaseControlSetup {
   std::optional<GyroSteering> steering;  // of gyros; absent: its defaults
 };
 
-/// The on-board computer: laws of joints (pd, computed_torque), attitude control and a controller of the user's own
-/// speak at the ticks of one clock (ControlClock). Joints that follow their motion exactly are not sampled.
+/// The on-board computer: control laws of joints (pd, computed_torque), attitude control and a user-defined controller
+/// are evaluated at the sample times of one clock (ControlClock). Joints that follow their motion exactly are not
+/// sampled.
 struct ControlSetup {
   ControlTiming timing;
-  /// A controller of one's own, in a shared library (plugin/plugin_controller.hpp); empty: none. It drives joints where
-  /// TrackingSetup::mode or PostImpactSetup::joints say so.
+  /// A user-defined controller in a shared library (plugin/plugin_controller.hpp); empty: none. It drives the joints if
+  /// TrackingSetup::mode or PostImpactSetup::joints is controller.
   std::string plugin;             // as the scenario names it
-  std::string file;               // where it is, for the system's loader
-  std::string sha256;             // of that file; empty: of a problem that a program made
-  std::string parameters = "{}";  // JSON, an object that the controller understands
-  /// In place of a plugin, an FMU for co-simulation (fmi/fmu_controller.hpp), as the scenario names it; empty: none.
+  std::string file;               // path for the system's loader
+  std::string sha256;             // of that file; empty for a problem made by a program
+  std::string parameters = "{}";  // JSON object passed to the controller
+  /// Instead of a plugin, an FMU for co-simulation (fmi/fmu_controller.hpp), as the scenario names it; empty: none.
   std::string fmu;
-  std::string inputs = "{}", outputs = "{}";  // JSON, objects: variables of the FMU, and the signals that they are
-  /// In place of both, a controller of the program that simulates.
+  std::string inputs = "{}", outputs = "{}";  // JSON objects: variables of the FMU, and their signals
+  /// Instead of both, a controller of the calling program.
   bool external = false;
-  /// Makes the controller of `fmu` and `external`; null: there is none (yet).
+  /// Creates the controller of `fmu` and `external`; null: none (yet).
   std::shared_ptr<const ControllerSource> source = {};
-  /// In place of a plugin, a log of joint efforts that is replayed; null: none. Its rows are at multiples of the
-  /// period.
+  /// Instead of a plugin, a log of joint efforts to be replayed; null: none. Its rows are at multiples of the period.
   std::shared_ptr<const EffortLog> log = {};
-  bool base_torque = false;  // controller or log says the torque on a free base too, where it drives the joints
-  /// In place of that, a controller of the program (`external`) says every wheel's torque, every
-  /// gimbal's rate and every thruster's valve.
+  bool base_torque = false;  // controller or log also commands the torque on a free base, while it drives the joints
+  /// Instead of that, a controller of the program (`external`) commands every wheel's torque, every gimbal's rate and
+  /// every thruster's valve.
   bool base_actuators = false;
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
 
-/// Weights of a plan's objectives, of which the weighted sum is minimized. What each is, with its unit: PlanTerm.
+/// Weights of a plan's objectives; the weighted sum is minimized. PlanTerm describes each objective with its unit.
 struct PlanWeights {
   double excursion = 0;
   double nearest = 0;
@@ -263,38 +266,38 @@ struct PlanWeights {
   double wheel_momentum = 0;
 };
 
-/// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
+/// Planning searches for final joint values with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
 struct PlanSetup {
-  /// What is minimized among the solutions.
+  /// The objective that is minimized among the solutions.
   using Objective = ObjectiveKind;
   Objective objective = Objective::excursion;
-  std::optional<PlanWeights> weights;  // in place of `objective`
-  std::vector<double> guess;           // per joint: where the search begins; empty: the initial values
-  int starts = 16;                     // at most so many initial guesses, the guess first
-  std::uint64_t seed = 0;              // of the others
-  /// Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.
+  std::optional<PlanWeights> weights;  // instead of `objective`
+  std::vector<double> guess;           // per joint: initial guess of the search; empty: the initial values
+  int starts = 16;                     // maximum number of initial guesses, the guess first
+  std::uint64_t seed = 0;              // of the other initial guesses
+  /// Limit at which planning fails: evaluations of the servicer's kinematics and momentum, over the whole approach.
   long max_evaluations = 30'000'000;
 
-  // What the last segment that is planned keeps all the way.
-  /// Where the joints' limits hold. at_end: positions and rates at the segment's end. on_the_way: positions, rates and
-  /// efforts all the way.
+  // Path constraints of the last planned segment. The extent of the joint limits: at_end: positions and rates at the
+  // segment's end. on_the_way: positions, rates and efforts along the whole trajectory.
   enum class Limits { at_end, on_the_way };
   Limits limits = Limits::at_end;
-  std::optional<double> clearance;   // least distance of the bodies that are watched [m]
-  std::optional<double> near_grasp;  // from its grasp point, within which an end-effector may touch its target [m]
-  std::optional<double> base_turn;   // largest turn of the base from its initial attitude [rad]
-  /// Largest share of the momentum that it can hold, of each wheel that keeps the base's attitude.
+  std::optional<double> clearance;  // minimum distance of the bodies of ClearanceSetup [m]
+  // distance from its grasp point within which an end-effector may touch its target [m]
+  std::optional<double> near_grasp;
+  std::optional<double> base_turn;  // maximum rotation of the base from its initial attitude [rad]
+  /// Maximum share of its momentum capacity, for each wheel that controls the base's attitude.
   std::optional<double> wheel_momentum;
-  std::optional<int> knots;  // inner knots of the joints' splines; absent: those that it takes
+  std::optional<int> knots;  // inner knots of the joints' splines; absent: as many as required
 
-  /// Joints that move no grasping end-effector. used: they move where that makes the objective less. held: they end
-  /// where they began, at rest.
+  /// Joints that move no grasping end-effector. used: they move if that reduces the objective. held: they end at their
+  /// initial positions, at rest.
   enum class IdleJoints { used, held };
   IdleJoints idle_joints = IdleJoints::used;
 };
 
-/// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
+/// An intermediate point of the approach: either joint values, or positions of some end-effectors, found by planning.
 struct Waypoint {
   double time = 0;                           // [s]
   std::vector<double> joints;                // per joint; empty: by `places`
@@ -308,35 +311,35 @@ struct Waypoint {
   std::vector<Place> places;
 };
 
-/// The last piece of way is straight in the target's frame, along the approach direction of each grasp.
+/// The final straight approach: in the target's frame, along the approach direction of each grasp.
 struct StraightIn {
-  double stand_off = 0;    // distance from the grasp point at which it begins, at rest relative to the target [m]
-  double duration = 0;     // of this piece, within the approach's [s]
+  double stand_off = 0;    // distance from the grasp point where it begins, at rest relative to the target [m]
+  double duration = 0;     // of this segment, within the approach's [s]
   double final_speed = 0;  // towards the grasp point, relative to it, at the end [m/s]
-  /// Of an end-effector about its approach direction, against its target. free: as the joints move least. matched: it
-  /// turns as the target does.
+  /// Rotation of an end-effector about its approach direction, relative to its target. free: minimum-norm joint motion.
+  /// matched: it turns with the target.
   enum class Roll { free, matched };
   Roll roll = Roll::free;
 };
 
-/// The time of capture is looked for between two times.
+/// Interval in which the time of capture is searched.
 struct CaptureWindow {
   double earliest = 0, latest = 0;  // [s]
-  double step = 0;                  // between the times that are looked at; 0: a fiftieth of the window [s]
-  /// objective: the time whose plan has the least objective. soonest: the first that can be reached. slowest: the one
-  /// at which the grasp points move slowest against the servicer's centre of mass.
+  double step = 0;                  // between the evaluated times; 0: a fiftieth of the window [s]
+  /// objective: the time whose plan has the minimum objective. soonest: the first feasible time. slowest: the time at
+  /// which the grasp points move slowest relative to the servicer's centre of mass.
   enum class Choose { objective, soonest, slowest };
   Choose choose = Choose::objective;
 };
 
-/// Joint positions over time from outside.
+/// Joint positions over time, given by samples.
 struct SampledMotion {
   std::vector<double> times;                   // [s], from the start of the approach
   std::vector<std::vector<double>> positions;  // per joint, per time
-  std::vector<std::vector<double>> rates;      // likewise; empty: a spline chooses them
+  std::vector<std::vector<double>> rates;      // likewise; empty: those of a spline
 };
 
-/// A piece of joint motion as polynomials. It begins where and when the one before ends, the first at t = 0.
+/// A piece of joint motion as polynomials. It begins where and when the previous one ends, the first at t = 0.
 struct MotionPiece {
   double until = 0;  // [s], from the start of the approach
   /// Per joint: coefficients in Chebyshev polynomials of the first kind over the piece's time, as in ChebyshevPiece.
@@ -345,38 +348,38 @@ struct MotionPiece {
 
 struct ApproachSetup {
   double duration = 0;                  // T [s]
-  std::optional<CaptureWindow> window;  // in which T is looked for; with plan only
+  std::optional<CaptureWindow> window;  // in which T is searched; with plan only
   JointProfile profile = JointProfile::quartic;
-  /// Where the joints go: exactly one of these four.
+  /// The joints' motion: exactly one of these four.
   std::vector<double> final_position;  // per joint
   std::optional<PlanSetup> plan;
   std::optional<SampledMotion> sampled;
   std::vector<MotionPiece> pieces;  // the last until T
 
-  std::optional<std::vector<double>> final_rates;  // given; else by `match`; else zero
+  std::optional<std::vector<double>> final_rates;  // given; else from `match`; else zero
   std::optional<RateMatch> match;
   std::vector<Waypoint> waypoints;        // in the order of time
-  std::optional<StraightIn> straight_in;  // with plan only; then rates follow from it
+  std::optional<StraightIn> straight_in;  // with plan only; it determines the final rates
   TrackingSetup tracking;
   std::optional<BaseControlSetup> base_control;
-  /// When the grasps close. end: at T. envelope: as soon as every end-effector is within its envelope, at T at the
-  /// latest.
+  /// The time at which the grasps close. end: at T. envelope: as soon as every end-effector is within its envelope, at
+  /// T at the latest.
   enum class CaptureAt { end, envelope };
   CaptureAt capture_at = CaptureAt::end;
   std::optional<ReplanSetup> replan;  // with plan only
 };
 
-/// What to do about the distance between an end-effector and its grasp point at the instant of capture.
+/// Treatment of the distance between an end-effector and its grasp point at the instant of capture.
 struct ContactSetup {
   enum class Gap { weld_as_found, translate_target, refuse };
   Gap gap = Gap::weld_as_found;
   double refuse_beyond = 0;  // [m], for refuse
-  /// Beyond this gap a grasp without an envelope is an error, not a capture [m]; absent: a fraction of the arm's reach,
-  /// stated in docs/formats/scenario.md; infinite: whatever it is.
+  /// Gap beyond which a grasp without an envelope is an error, not a capture [m]; absent: a fraction of the arm's
+  /// reach, stated in docs/formats/scenario.md; infinite: no limit.
   std::optional<double> largest_gap = {};
 };
 
-/// How contacts (GraspSetup::contact) yield where an impact is resolved in time; see CompliantContact.
+/// Compliance of contacts (GraspSetup::contact) in a compliant impact; see CompliantContact.
 struct ContactComplianceSetup {
   ContactForceModel model = ContactForceModel::kelvin_voigt;
   double stiffness = 0;
@@ -385,7 +388,7 @@ struct ContactComplianceSetup {
   double slip_speed = 1e-4;  // [m/s]
 };
 
-/// How grasps yield; see CompliantGrasp.
+/// Compliance of grasps; see CompliantGrasp.
 struct GraspComplianceSetup {
   double linear_stiffness = 0;   // [N/m]
   double linear_damping = 0;     // [N s/m]
@@ -394,22 +397,21 @@ struct GraspComplianceSetup {
 };
 
 struct ImpactSetup {
-  /// plastic: grasps, exact, all at once. bilateral_restitution: grasps whose relative velocity is reversed in part, u+
-  /// = -E u-, and that do not hold. restitution: contacts, without friction. friction: contacts, with Coulomb's.
-  /// compliant: grasps and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison:
-  /// momentum is not conserved, and velocities of a closed loop do not fit it. With restitution and friction, grasps
-  /// that close at the same time close first, plastically.
+  /// plastic: grasps, exact, simultaneous. bilateral_restitution: grasps whose relative velocity is partly reversed, u+
+  /// = -E u-, and that do not hold. restitution: contacts without friction. friction: contacts with Coulomb friction.
+  /// compliant: grasps and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison: it does
+  /// not conserve momentum, and velocities of a closed loop violate its constraints. With restitution and friction,
+  /// grasps that close at the same time close first, plastically.
   enum class Law { plastic, bilateral_restitution, restitution, friction, compliant, as_published };
   Law law = Law::plastic;
-  double duration = 1e-3;  // over which mean forces are taken, and that tells slow modes [s]
-  /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
-  /// their rates, as with infinitely heavy rotors.
-  /// impedance: by the law of ImpedanceSetup, law compliant only.
+  double duration = 1e-3;  // averaging time of mean forces, and the limit of slow modes [s]
+  /// Joints during the impact. free: no efforts. braked: at rest from its first instant on. driven: they keep their
+  /// rates, as with infinitely heavy rotors. impedance: by the law of ImpedanceSetup, law compliant only.
   enum class Joints { free, braked, driven, impedance };
   Joints joints = Joints::free;
-  /// What bends during an impact. all: everything. none: nothing does meanwhile, and what bent goes on as fast as
-  /// before (for laws without duration: the more modes can answer a rigid contact the less its impulse is). slow: those
-  /// modes of vibration answer whose period is longer than `duration`, and the others go on as before.
+  /// Flexible modes that respond during an impact. all: every mode. none: no mode, and deformation rates remain as
+  /// before (for instantaneous laws: the impulse decreases as more modes respond to a rigid contact). slow: the modes
+  /// whose period is longer than `duration`; the others keep their rates.
   enum class Modes { all, none, slow };
   Modes modes = Modes::all;
   double restitution = 0;          // e of contacts; of grasps, of the linear rows
@@ -421,34 +423,34 @@ struct ImpactSetup {
   CompliantSetup compliant;
 };
 
-/// After the capture the joints go to a posture: their references leave from where the joints were at the impact, at
-/// rest, and are at rest when they arrive.
+/// After the capture the joints move to a posture: their references start at the joints' positions at the impact, at
+/// rest, and end at rest.
 struct PostureMove {
-  std::vector<double> joints;  // per joint [rad or m]
-  double after = 0;            // when it begins, since post_impact began [s]
+  std::vector<double> joints;  // per joint: the posture [rad or m]
+  double after = 0;            // start, since post_impact began [s]
   double duration = 0;         // [s]
   JointProfile profile = JointProfile::quintic;
 };
 
-/// A held target is brought to rest through its grasps (DetumblingLaw).
+/// Brings a held target to rest through its grasps (DetumblingLaw).
 struct DetumbleSetup {
-  double torque = 0;   // bound on the torque that it is given, about its centre of mass [N m]
-  std::string target;  // which; empty: the only one that is grasped
+  double torque = 0;   // maximum torque on the target, about its centre of mass [N m]
+  std::string target;  // the target; empty: the only one that is grasped
 };
 
-/// The joints keep the base's attitude (BaseKeepingLaw).
+/// The joints control the base's attitude (BaseKeepingLaw).
 struct KeepBaseSetup {
-  double rate = 0.5;              // at which the base comes back to its attitude, critically damped [1/s]
-  std::vector<double> posture;    // per joint: towards which they go as far as the base allows; empty: they do not
-  double posture_rate = 0.05;     // of that motion [1/s]
-  std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
+  double rate = 0.5;              // at which the base returns to its attitude, critically damped [1/s]
+  std::vector<double> posture;    // per joint: reference posture in the null space; empty: none
+  double posture_rate = 0.05;     // rate of that motion [1/s]
+  std::optional<Rotationd> R_WD;  // the attitude; absent: that at the start of post_impact
 };
 
-/// Impedance at end-effectors (ImpedanceLaw): in the approach, in an impact in time and afterwards, where joints say
-/// so.
+/// Impedance at end-effectors (ImpedanceLaw): in the approach, in a compliant impact and afterwards, if joints is
+/// impedance there.
 struct ImpedanceSetup {
   std::vector<std::string> end_effectors;  // empty: all that grasps name
-  /// What is controlled: all six directions, the position, or x, y and the turn about z of W.
+  /// The controlled directions: all six, the position, or x, y and the rotation about z of W.
   enum class Motion { pose, position, plane };
   Motion motion = Motion::pose;
   /// operational_space: exact for the model. transpose: J*^T (K e - D v), without mass and model.
@@ -459,61 +461,62 @@ struct ImpedanceSetup {
   Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
   Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
   Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
-  /// Whether forces of contact are known to the law; else it takes them for zero.
+  /// Whether the law receives contact forces; otherwise it assumes zero.
   enum class Force { sensed, not_sensed };
   Force force = Force::sensed;
-  /// target: in an impact the apparent mass along each contact's normal is that with which the target is stopped.
+  /// target: in an impact the apparent mass along each contact's normal is the one that stops the target.
   enum class Match { none, target };
   Match match = Match::none;
-  double null_rate = 1;  // at which motion of the joints beside is damped [1/s]
+  double null_rate = 1;  // damping rate of the joints' null-space motion [1/s]
 };
 
 /// Motion and internal force of a target that several grasps hold (GraspForceLaw).
 struct GraspForceSetup {
-  std::string target;  // which; empty: the only one that is grasped
+  std::string target;  // the target; empty: the only one that is grasped
   struct Pair {
     std::vector<std::string> between;  // two end-effectors
-    double force = 0;                  // with which they squeeze it along the line between their grasps [N]
+    double force = 0;                  // squeezing force along the line between their grasps [N]
     double after = 0;                  // since post_impact began [s]
-    double ramp = 0;                   // time over which it comes up [s]
+    double ramp = 0;                   // time over which the force increases [s]
   };
   std::vector<Pair> pairs;
-  /// hold: the target stays where it was relative to the base. brake: it comes to rest, as by DetumbleSetup.
+  /// hold: the target keeps its pose relative to the base. brake: it comes to rest, as with DetumbleSetup.
   enum class Motion { hold, brake };
   Motion motion = Motion::hold;
   double rate = 0.5;           // of hold, critically damped; of brake, at the end [1/s]
   double torque = 0;           // of brake: bound [N m]
-  double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
+  double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes the load [m]
 };
 
-/// At which rates the system counts as at rest after the impact.
+/// Rates below which the system counts as at rest after the impact.
 struct RestSetup {
-  double angular_velocity = 0;                                  // of the base, largest [rad/s]
-  double joint_rate = std::numeric_limits<double>::infinity();  // of every driven joint, largest [rad/s or m/s]
+  double angular_velocity = 0;                                  // of the base, maximum [rad/s]
+  double joint_rate = std::numeric_limits<double>::infinity();  // of every driven joint, maximum [rad/s or m/s]
 };
 
-/// What ends a phase of motion before its duration: as soon as all that is given here holds. Rates are magnitudes.
+/// Conditions that end a phase of motion before its duration: it ends as soon as all given ones hold. Rates are
+/// magnitudes.
 struct PhaseUntil {
-  std::optional<double> base_rate;             // the base turns no faster [rad/s]
-  std::optional<double> target_rate;           // no target turns faster [rad/s]
-  std::optional<double> relative_rate;         // no target turns faster relative to the base [rad/s]
-  std::optional<double> joint_rate;            // no driven joint moves faster [rad/s or m/s]
-  std::optional<double> wheel_momentum_below;  // no wheel holds more than this share of its largest momentum
-  std::optional<double> wheel_momentum_above;  // a wheel holds this share of its largest momentum, or more
-  enum class Event { law_ended };  // the law that moves the joints together is over
+  std::optional<double> base_rate;             // upper bound for the base [rad/s]
+  std::optional<double> target_rate;           // upper bound for all targets [rad/s]
+  std::optional<double> relative_rate;         // upper bound for all targets, relative to the base [rad/s]
+  std::optional<double> joint_rate;            // upper bound for all driven joints [rad/s or m/s]
+  std::optional<double> wheel_momentum_below;  // upper bound for all wheels, as a share of the maximum momentum
+  std::optional<double> wheel_momentum_above;  // at least one wheel holds this share of its maximum momentum or more
+  enum class Event { law_ended };  // the law that moves the joints together has ended
   std::optional<Event> event;
 };
 
 /// A phase of motion after the impact, or of a run without one.
 struct PostImpactSetup {
-  std::string name;                 // in results; empty: by its place in the sequence (phase_name)
-  double duration = 0;              // at the longest [s]
+  std::string name;                 // in results; empty: by its index in the sequence (phase_name)
+  double duration = 0;              // maximum [s]
   std::optional<PhaseUntil> until;  // absent: it lasts its duration
-  /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
-  /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
-  /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
-  /// detumble, keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: as their setups say, by pd
-  /// before a target is held and where the law has ended.
+  /// free: no torques. pd, computed_torque (JointControl): the joints hold their positions at the impact with zero
+  /// rates, or follow `move`; the model of computed torques includes the held targets. braked: locked. controller: by
+  /// the plugin or the log of ControlSetup; the references of a plugin are these positions, or `move`. detumble,
+  /// keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: by their setups; by pd before a target is
+  /// held and after the law has ended.
   enum class Joints {
     free,
     pd,
@@ -526,26 +529,26 @@ struct PostImpactSetup {
     grasp_force
   };
   Joints joints = Joints::free;
-  std::vector<double> kp, kd;                       // where has_gains(), as TrackingSetup's: per joint
+  std::vector<double> kp, kd;                       // if has_gains(), as in TrackingSetup: per joint
   std::optional<DetumbleSetup> detumble;            // with joints: detumble
   std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
   std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
-  std::optional<RestSetup> at_rest;  // absent: it is not evaluated
-  /// Grasps that are released.
+  std::optional<RestSetup> at_rest;  // absent: not evaluated
+  /// Grasps that are released during the phase.
   struct Release {
     double after = 0;                        // since this phase began [s]
-    std::vector<std::string> end_effectors;  // empty: all that hold something
+    std::vector<std::string> end_effectors;  // empty: all that hold a target
   };
   std::vector<Release> releases;
   std::optional<AssumedTarget> assumed;
   std::optional<IdentifySetup> identify;
-  std::optional<LawModel> model;  // absent: what is identified, else what is assumed, else the truth
+  std::optional<LawModel> model;  // absent: identified, else assumed, else true values
 };
 
-/// Phases of motion, each from the end of the one before. A sequence that is used as an optional is its first phase,
-/// and in a run the phase at hand.
+/// Phases of motion, each from the end of the previous one. Used as an optional, a sequence stands for its first phase,
+/// and in a run for the current phase.
 class MotionPhases : public std::vector<PostImpactSetup> {
  public:
   MotionPhases() = default;
@@ -568,7 +571,7 @@ class MotionPhases : public std::vector<PostImpactSetup> {
     return front();
   }
 
-  /// Of all phases, at the longest [s].
+  /// The maximum duration of all phases [s].
   double total_duration() const {
     double all = 0;
     for (const PostImpactSetup& phase : *this) all += phase.duration;
@@ -583,12 +586,12 @@ class MotionPhases : public std::vector<PostImpactSetup> {
   }
 };
 
-/// Whether joints have gains: they follow something, or hold.
+/// Whether joints have gains: they follow a reference, or hold.
 constexpr bool has_gains(PostImpactSetup::Joints joints) {
   return joints != PostImpactSetup::Joints::free && joints != PostImpactSetup::Joints::braked &&
          joints != PostImpactSetup::Joints::controller;
 }
-/// Whether a law moves all of them together (grapnel/control/), by efforts, and pd where it is over.
+/// Whether a law moves all joints together (grapnel/control/) by efforts, and pd after its end.
 constexpr bool is_law(PostImpactSetup::Joints joints) {
   using Joints = PostImpactSetup::Joints;
   return joints == Joints::detumble || joints == Joints::keep_base_attitude || joints == Joints::impedance ||
@@ -598,14 +601,14 @@ constexpr bool is_law(PostImpactSetup::Joints joints) {
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
   std::string body;                    // of the robot, or target_body_name()
-  Vector3d p_BP = Vector3d::zero();    // point of attack, in the body's frame [m]
+  Vector3d p_BP = Vector3d::zero();    // point of application, in the body's frame [m]
   LoadFrame frame = LoadFrame::world;  // of the components; orbit: needs CaptureProblem::orbit
   Wrenchd amplitude = Wrenchd::zero();
   LoadProfile profile;
-  std::optional<Stream> stream = {};  // of air or light, its force times the profile
+  std::optional<Stream> stream = {};  // of air or light; its force is multiplied by the profile
 };
 
-/// The orbit with which W falls, without turning: its origin is the orbit's reference point. Either `altitude`, a
+/// The orbit with which W falls, without rotation: W's origin is the orbit's reference point. Either `altitude`, a
 /// circular orbit, or `semi_major_axis`.
 struct OrbitSetup {
   enum class Body { earth, moon, mars };
@@ -616,9 +619,9 @@ struct OrbitSetup {
   double eccentricity = 0;
   double true_anomaly = 0;        // at t = 0 [rad]
   Vector3d radial{1, 0, 0};       // unit, in W: outward at t = 0
-  Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it, the way the orbit goes
-  /// The reference point at t = 0, and its velocity, in the frame of the problem: no file says them, whose frame has
-  /// its origin there; seen_from() does [m], [m/s].
+  Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it, in the direction of orbital motion
+  /// The reference point at t = 0, and its velocity, in the frame of the problem. Zero for files, whose frame has its
+  /// origin there; seen_from() sets them [m], [m/s].
   Vector3d position = Vector3d::zero();
   Vector3d velocity = Vector3d::zero();
 };
@@ -627,25 +630,25 @@ struct CentralBody {
   double mu, radius;
 };
 CentralBody central_body(OrbitSetup::Body body);
-/// What acts near such an orbit. Without altitude and semi_major_axis it is faulty (fault_of).
+/// The field near such an orbit. Without altitude and semi_major_axis fault_of() reports an error.
 ReferenceOrbit reference_orbit(const OrbitSetup& setup);
 
-/// What is watched besides the physics.
+/// Evaluation of clearances.
 struct ClearanceSetup {
   bool enabled = true;
-  double required = 0;                                      // [m]; less is a violation
+  double required = 0;                                      // [m]; a smaller distance is a violation
   std::vector<std::pair<std::string, std::string>> ignore;  // pairs of bodies by their names in the model
 };
 
-/// Everything `simulate_capture()` needs. Phases that are absent are not simulated; with no approach the initial state
-/// is the state at capture (t = 0).
+/// The input of `simulate_capture()`. Absent phases are not simulated; without an approach the initial state is the
+/// state at capture (t = 0).
 struct CaptureProblem {
   std::string name;
-  std::string sha256;                         // of the input it came from; empty for a program's own
-  std::shared_ptr<const SourceTexts> source;  // that input; null for a program's own
+  std::string sha256;                         // of the input file; empty for problems made by programs
+  std::shared_ptr<const SourceTexts> source;  // the input file's text; null for problems made by programs
   RobotSetup robot;
   Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
-  std::optional<OrbitSetup> orbit;      // with which W falls; absent: nothing but `gravity` and `loads` acts
+  std::optional<OrbitSetup> orbit;      // with which W falls; absent: only `gravity` and `loads` act
   std::vector<TargetSetup> targets;
   std::vector<GraspSetup> grasps;
 
@@ -658,74 +661,74 @@ struct CaptureProblem {
   std::vector<double> joint_rate;      // per joint; empty: zero
   std::vector<double> wheel_rate;      // per wheel, relative to the base [rad/s]; empty: zero
   std::vector<double> gimbal_angle;    // per gyro, relative to the base [rad]; empty: zero
-  std::vector<double> gimbal_rate;     // likewise, which no file says: gimbals start at rest [rad/s]; empty: zero
+  std::vector<double> gimbal_rate;     // likewise, never in files: gimbals start at rest [rad/s]; empty: zero
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;
   std::optional<ImpactSetup> impact;
   MotionPhases post_impact;  // after the impact; without an impact after the approach, or from t = 0 (key `motion`)
   std::vector<LoadSetup> loads;
-  std::optional<ControlSetup> control;      // absent: laws speak continuously
-  std::optional<SensorSetup> sensors;       // with control only; absent: the laws see the truth
-  std::optional<ImpedanceSetup> impedance;  // where joints are under impedance control
+  std::optional<ControlSetup> control;      // absent: laws act continuously
+  std::optional<SensorSetup> sensors;       // with control only; absent: the laws receive true values
+  std::optional<ImpedanceSetup> impedance;  // for joints under impedance control
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]
-  bool output_links = false;         // the time series has the links' velocities
-  bool output_as_published = false;  // what the thesis's formulas give is shown beside, as with its own law
+  bool output_links = false;         // the time series includes the links' velocities
+  bool output_as_published = false;  // results of the thesis's formulas are added, as with its own law
 };
 
-/// The key of the phases in files and messages: post_impact, without an impact motion.
+/// The key of the phases in files and messages: post_impact, or motion without an impact.
 const char* phases_key(const CaptureProblem& problem);
-/// The name of a phase in results: its own; of an only one the key, of several phase_1, phase_2, ...
+/// The name of a phase in results: its own; the key for a single phase, phase_1, phase_2, ... for several.
 std::string phase_name(const CaptureProblem& problem, std::size_t phase);
 
-// --- Settings of a run that no scenario states ---
+// --- Settings of a run that are not part of a scenario ---
 
-/// How much of a capture is worked out.
+/// The level of detail of results.
 enum class CaptureDetail {
-  /// Everything that CaptureResult can hold.
+  /// All of CaptureResult.
   full,
-  /// What studies and campaigns keep of a case (study/column.hpp): warnings, plan, grasps, impacts with impulses,
-  /// joints, energies and margins, states between phases, clearance, limits, ledger and cost. What is there is the
-  /// same, bit for bit, but for the ledger: where neither clearance nor joint limits nor closed loops are watched its
-  /// checks look at the ends of steps, some 32 in a phase, instead of output instants; and for efforts against their
-  /// limits, which are looked at where clearance is. Absent: scene, time series, loads of phases in motion (those of
-  /// impacts are there), and of an impact its measures, sensitivities, null space and the published estimate.
+  /// The results that studies and campaigns keep of a case (study/column.hpp): warnings, plan, grasps, impacts with
+  /// impulses, joints, energies and margins, states between phases, clearance, limits, ledger and cost. These are
+  /// bit-identical to those of `full`, except for the ledger: without clearance, joint limits or closed loops its
+  /// checks are evaluated at ends of steps, some 32 in a phase, instead of output instants; likewise for efforts
+  /// against their limits, which are evaluated together with clearance. Absent: scene, time series, loads of phases in
+  /// motion (those of impacts are present), and of an impact its measures, sensitivities, null space and the published
+  /// estimate.
   columns,
-  /// The same with the loads of all phases: some two thirds slower, and nothing of it may be integrated in lanes.
+  /// The same with the loads of all phases: takes about 1.7 times as long, and lanes cannot integrate it.
   columns_and_loads
 };
 
-/// Told after every step where a run is: the phase, the simulated time reached and the phase's end. While the approach
-/// is planned the phase is kPlanning, and the two numbers are the evaluations so far and the most there may be
-/// (PlanSetup::max_evaluations). What it throws ends the run, unless it is a std::runtime_error, which becomes the
-/// result's failure.
+/// Called after each step: the phase, the simulated time reached and the phase's end. During planning of the approach
+/// the phase is kPlanning, and the two numbers are the evaluations so far and their limit (PlanSetup::max_evaluations).
+/// An exception ends the run; a std::runtime_error becomes the result's failure.
 using CaptureProgress = std::function<void(const std::string& phase, double time, double end)>;
 
 inline constexpr const char* kPlanning = "planning";
 
-// --- What the names in a grasp mean, in problems whose names have been checked (make_capture_system) ---
+// --- Resolution of names in grasps, for problems whose names have been checked (make_capture_system) ---
 
-/// Position of a target in CaptureProblem::targets.
+/// Index of a target in CaptureProblem::targets.
 std::size_t target_index(const CaptureProblem& problem, const std::string& target);
 const TargetSetup& target_of(const CaptureProblem& problem, const GraspSetup& grasp);
 const GraspPoint& grasp_point_of(const CaptureProblem& problem, const GraspSetup& grasp);
 const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const GraspSetup& grasp);
 
-/// Outward unit normal of a target's surface at a grasp point, in the target's frame: the point's own, else against its
-/// approach direction, else from the centre through it of a target whose only shape is a sphere. Empty if none of these
-/// is there.
+/// Outward unit normal of a target's surface at a grasp point, in the target's frame: the point's own; else opposite to
+/// its approach direction; else, for a target whose only shape is a sphere, from the centre through the point. Empty if
+/// none of these exists.
 std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
 
-// --- Joint motion stated piece by piece, to and from trajectories ---
+// --- Joint motion stated in pieces, to and from trajectories ---
 
 /// The motion of one joint.
 JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint);
 
-/// What states these trajectories, which begin at 0 and whose pieces end at the same times. Series stay what they are,
-/// polynomial profiles become series of degree 5, cycloidal ones their interpolants, which differ by rounding alone.
-/// @throws std::invalid_argument if the pieces' ends differ.
+/// Converts trajectories, which begin at 0 and whose pieces end at the same times. Series remain unchanged, polynomial
+/// profiles become series of degree 5, cycloidal ones their interpolants, which differ only by rounding errors. @throws
+/// std::invalid_argument if the pieces' ends differ.
 std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints);
 
 }  // namespace grapnel

@@ -77,7 +77,7 @@ void check_waypoints(const CaptureProblem& problem, std::size_t joints, std::vec
     }
   }
   if (moving && approach.profile == JointProfile::quartic)
-    faults.push_back("waypoint: the quartic profile starts from rest; choose quintic or cycloidal");
+    faults.push_back("waypoint: the quartic profile starts from rest; use quintic or cycloidal");
 }
 
 void check_straight_in(const CaptureProblem& problem, std::vector<std::string>& faults) {
@@ -122,7 +122,7 @@ void check_pieces(const ApproachSetup& approach, std::size_t joints, std::vector
         "approach: pieces need increasing ends, the last the approach's, and for every joint finite coefficients");
 }
 
-// Where the joints go: exactly one way of saying it.
+// Checks that the joints' motion is stated in exactly one form.
 void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const ApproachSetup& approach = *problem.approach;
   const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0) + (approach.pieces.empty() ? 0 : 1);
@@ -151,12 +151,12 @@ void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<st
   if (!approach.pieces.empty()) check_pieces(approach, joints, faults);
   if ((approach.sampled || !approach.pieces.empty()) &&
       (approach.match || approach.final_rates || !approach.waypoints.empty()))
-    faults.push_back("approach: samples and pieces say it all: no final rates and no waypoints beside them");
+    faults.push_back("approach: samples and pieces state the whole motion; leave out final rates and waypoints");
   check_waypoints(problem, joints, faults);
   if (approach.straight_in) check_straight_in(problem, faults);
 }
 
-// What acts from outside, and what is watched.
+// Checks external loads, the orbit and clearances.
 void check_surroundings(const CaptureProblem& problem, const Model& model, std::vector<std::string>& faults) {
   const auto known = [&](const std::string& name) {
     return std::any_of(model.bodies().begin(), model.bodies().end(),
@@ -192,7 +192,7 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   }
 }
 
-// One phase after the approach. `check_size`: of a list of values per joint.
+// Checks one phase after the approach. `check_size`: checks a list of values per joint.
 template <class CheckSize>
 void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& check_size,
                  std::vector<std::string>& faults) {
@@ -228,7 +228,7 @@ void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& 
     for (const std::string& name : release.end_effectors) {
       if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                        [&](const GraspSetup& g) { return g.end_effector == name; }))
-        add(fmt::format(": release of '{}', which grasps nothing", name));
+        add(fmt::format(": release of '{}', which has no grasp", name));
     }
   }
 }
@@ -268,7 +268,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
   for (std::size_t k = 0; k < problem.post_impact.size(); ++k) check_phase(problem, k, check_size, faults);
 }
 
-// When grasps close, and by what law.
+// Checks the closing times of grasps, and the law.
 void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
   const double approach = problem.approach ? problem.approach->duration : 0;
   const double end = approach + problem.post_impact.total_duration();
@@ -306,7 +306,7 @@ void check_initial(const CaptureProblem& problem, std::vector<std::string>& faul
     if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                      [&](const GraspSetup& g) { return g.target == t.name; }) &&
         problem.impact) {
-      faults.push_back(fmt::format("target '{}' is grasped by nobody", t.name));
+      faults.push_back(fmt::format("no grasp names target '{}'", t.name));
     }
   }
 }
@@ -335,13 +335,12 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
         control->modulation.value_or(ThrusterModulation{}).kind == ThrusterModulation::Kind::pulse_width)
       faults.push_back("base control: thrusters with pulse widths need a control clock");
     if (control && control->dumping && problem.robot.wheels.empty())
-      faults.push_back("base control: there are no wheels whose momentum could be dumped");
+      faults.push_back("base control: dumping needs reaction wheels");
   }
 }
 
-// A rotor that the base can do without: with its moment about the axis, the least transverse one that a body can have,
-// and hardly any mass, which sits at the base's centre of mass. The base keeps the rest, so that both together are what
-// the base was.
+// The body of a rotor: its moment of inertia about the axis, the minimum transverse inertia of a rigid body, and a
+// negligible mass at the base's centre of mass. The base keeps the rest, so that both together equal the given base.
 constexpr double kRotorMass = 1e-6;  // of the base's
 
 // J_s a a^T + J_s/2 (1 - a a^T)
@@ -355,8 +354,8 @@ BodyDescription wheel_body(const WheelSetup& wheel, const BodyDescription& base)
   BodyDescription body;
   body.name = wheel_body_name(wheel.name);
   body.parent = base.name;
-  // Its own axes have z along the spin, so that its inertia is diagonal to the last bit: what rounding leaves beside
-  // the axis turns with the wheel, and steps that are long against a turn would take it for a torque.
+  // z is along the spin axis, so that the inertia is exactly diagonal. Rounding errors beside the axis would turn with
+  // the wheel, and act as a torque in steps that are long relative to a turn.
   body.X_PF = Posed{rotation_between({0, 0, 1}, wheel.axis), base.com};
   body.joint.name = body.name;
   body.joint.type = JointType::revolute;
@@ -369,7 +368,7 @@ BodyDescription wheel_body(const WheelSetup& wheel, const BodyDescription& base)
   return body;
 }
 
-// A gyro's gimbal, without the rotor, and the rotor, which sits at the gimbal's origin: (17.5).
+// A gyro's gimbal without the rotor, and the rotor, which is at the gimbal's origin: (17.5).
 std::array<BodyDescription, 2> gyro_bodies(const MomentGyroSetup& gyro, const BodyDescription& base) {
   std::array<BodyDescription, 2> bodies;
   auto& [gimbal, rotor] = bodies;
@@ -382,13 +381,13 @@ std::array<BodyDescription, 2> gyro_bodies(const MomentGyroSetup& gyro, const Bo
     body.mass = kRotorMass * base.mass;
   }
   gimbal.joint.axis = gyro.gimbal_axis;
-  rotor.X_PF.R = rotation_between({0, 0, 1}, gyro.spin_axis), rotor.joint.axis = {0, 0, 1};  // as a wheel's
+  rotor.X_PF.R = rotation_between({0, 0, 1}, gyro.spin_axis), rotor.joint.axis = {0, 0, 1};  // as for a wheel
   gimbal.inertia = least_inertia(gyro.gimbal_axis, gyro.gimbal_inertia - 0.5 * gyro.inertia);
   rotor.inertia = Symmetric3d{0.5 * gyro.inertia, 0.5 * gyro.inertia, gyro.inertia, 0, 0, 0};
   return bodies;
 }
 
-// The base less its wheels and gyros.
+// Subtracts wheels and gyros from the base.
 void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
   const BodyDescription whole = base;
   const auto take_out = [&](const BodyDescription& rotor) {
@@ -517,14 +516,14 @@ State without_inner_motion(const CaptureSystem& with, const State& state, const 
 
 std::string wheel_fault(const RobotSetup& robot) {
   if (robot.bodies.empty() || (robot.wheels.empty() && robot.gyros.empty())) return {};
-  // While a file is being read the base, which comes first, has no name yet.
+  // While a file is being read, the base, which comes first, may have no name yet.
   const auto base = find_named(robot.bodies, robot.base);
   BodyDescription rest = base == robot.bodies.end() ? robot.bodies.front() : *base;
   take_wheels_out(robot, rest);
-  if (!(rest.mass > 0)) return "the base carries more wheels and gyros than it can";
+  if (!(rest.mass > 0)) return "the wheels and gyros have more mass than the base, which includes them";
   const std::string fault = inertia_fault(rest.inertia);
   if (fault.empty()) return {};
-  return fmt::format("the base's inertia, which includes its {}, leaves none that a body can have without them: {}",
+  return fmt::format("the base's inertia without its {}, which it includes, is not that of a rigid body: {}",
                      robot.gyros.empty()    ? "wheels"
                      : robot.wheels.empty() ? "gyros"
                                             : "wheels and gyros",
@@ -557,7 +556,7 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
     const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
     state.q[body.q] = problem.joint_position[j];
     if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
-    // Joints that follow a stated motion exactly start as it does.
+    // Joints that follow a stated motion exactly start at its beginning.
     if (!problem.approach || problem.approach->tracking.mode != JointControl::prescribed) continue;
     const ApproachSetup& approach = *problem.approach;
     if (approach.sampled) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The mechanical system of a capture problem: servicer and targets in one model, and where its parts are in it.
+/// The mechanical system of a capture problem: servicer and targets in one model, and the indices of their parts.
 
 #include <stdexcept>
 #include <string>
@@ -14,24 +14,24 @@
 
 namespace grapnel {
 
-/// Thrown when a problem contradicts itself (names, sizes, settings); what() lists every fault, one a line. Scenario
-/// files are checked before; this is for programs.
+/// Thrown if a problem contradicts itself (names, sizes, settings); what() lists all errors, one per line. Scenario
+/// files are checked earlier; this is for programs.
 class CaptureProblemError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", so that a
-/// target may be called like a link.
+/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", since a target
+/// may have the name of a link.
 std::string target_body_name(const std::string& target);
 
-/// A grasp that holds, in a model: frame C on body a, of the robot, and D on body b, the target, are kept together.
+/// A closed grasp in a model: frame C on body a of the robot and frame D on body b, the target, are kept together.
 struct HeldGrasp {
   std::size_t grasp = 0;  // in CaptureProblem::grasps
   LoopClosure frames;
   static constexpr int kInTree = -1, kRedundant = -2;
-  /// In CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: what it holds is
-  /// one rigid body with the target already, by another grasp.
+  /// Index in CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: its bodies
+  /// are already one rigid body with the target, by another grasp.
   int closure = kInTree;
 };
 
@@ -43,19 +43,18 @@ struct CaptureSystem {
   std::vector<int> target_frames;          // the targets' own frames, in the problem's order
   std::vector<int> robot_joints;           // positions in Model::joints() of the robot's driven ones
   std::vector<int> wheels = {};            // of its wheels, in the robot's order
-  std::vector<HeldGrasp> grasps = {};      // that hold; none before the capture
+  std::vector<HeldGrasp> grasps = {};      // closed grasps; none before the capture
   std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target
   /// Positions in Model::joints() of a control moment gyro.
   struct Gyro {
     int gimbal = -1, rotor = -1;
   };
   std::vector<Gyro> gyros = {};             // in the robot's order
-  std::vector<int> elastic_joints = {};     // positions in Model::joints() of those with springs, which nothing drives
+  std::vector<int> elastic_joints = {};     // indices in Model::joints() of joints with springs, which are not driven
   std::vector<BodyAddress> addresses = {};  // per body of the model
 };
 
-/// The addresses of a model's bodies, built of the wheels, gyros and targets of the problem and of the bodies of
-/// `robot`.
+/// The addresses of a model's bodies, from the wheels, gyros and targets of the problem and the bodies of `robot`.
 std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
                                         bool with_targets);
 /// The body with that address; -1: the system has none.
@@ -67,7 +66,7 @@ std::vector<int> bodies_of_target(const CaptureSystem& system, std::size_t targe
 bool belongs_to_target(const CaptureSystem& system, int body, std::size_t target);
 /// Whether a body is a target or a part of one.
 bool belongs_to_targets(const CaptureSystem& system, int body);
-/// Whether a body is a wheel, or a part of a gyro: nothing that can be seen or touched.
+/// Whether a body is a wheel or a part of a gyro, which has no shape and no contacts.
 bool is_inside_base(const CaptureSystem& system, int body);
 
 /// A shape in the frame of a body of the model.
@@ -81,29 +80,28 @@ std::vector<PlacedShape> shapes_in_model(const CaptureProblem& problem, const Ca
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
 CaptureSystem make_capture_system(const CaptureProblem& problem);
 
-/// The name of a wheel's body and joint in the model, so that a wheel may be called like a link.
+/// The name of a wheel's body and joint in the model; a wheel may have the name of a link.
 std::string wheel_body_name(const std::string& wheel);
-/// Likewise of a gyro's gimbal and of its rotor.
+/// Likewise for a gyro's gimbal and its rotor.
 std::string gimbal_body_name(const std::string& gyro);
 std::string gyro_rotor_body_name(const std::string& gyro);
 
-/// The servicer alone, for planning: its wheels and gyros at rest in the base, as parts of it, and what yields where it
-/// is at rest.
+/// The servicer alone, for planning: wheels and gyros are fixed parts of the base, and flexible parts are at rest.
 CaptureSystem make_servicer(const CaptureProblem& problem);
-/// The same with wheels and gyros that turn, and springs that yield.
+/// The same with moving wheels and gyros, and with springs.
 CaptureSystem make_moving_servicer(const CaptureProblem& problem);
 /// The state of such a servicer as one of make_servicer(): poses, velocities of base and driven joints.
 State without_inner_motion(const CaptureSystem& with, const State& state, const CaptureSystem& without);
 
-/// What is wrong with the inertia of wheels and gyros against that of the base that carries them; empty: nothing.
+/// The error in the inertia of wheels and gyros relative to the base that carries them; empty: none.
 std::string wheel_fault(const RobotSetup& robot);
 
 /// The problem's initial base pose and twist (or momentum) and joint state, in a model of the servicer, with or without
-/// targets; targets are left at the origin at rest.
+/// targets; targets are at the origin at rest.
 State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system);
 
-/// Where a body's own frame, as the problem means it, is in the model's body: a target that hangs on an arm has its
-/// body's origin at the contact point. The identity for bodies of the robot.
+/// Pose of a body's own frame, as in the problem, in the model's body: for a target that hangs on an arm, the model
+/// body's origin is the contact point. The identity for bodies of the robot.
 Posed own_frame(const Model& model, int body);
 
 /// Body description of a free target.

@@ -7,7 +7,7 @@
 namespace grapnel {
 namespace {
 
-// The first grasp of a body, which carries it; null for bodies that no grasp holds.
+// The first grasp of a body, which carries it; null for bodies without a grasp.
 const HeldGrasp* carrier(std::span<const HeldGrasp> grasps, int body) {
   const auto grasp =
       std::find_if(grasps.begin(), grasps.end(), [&](const HeldGrasp& g) { return g.frames.body_b == body; });
@@ -24,8 +24,8 @@ JointDescription grasp_joint(const LoopClosure& grasp, const std::string& name, 
   return joint;
 }
 
-// The target's body, its frame moved to the grasp (axes unchanged), where the new joint sits. A rigid grasp keeps the
-// pose that it found; the others start from the turn there is now.
+// The target's body, with its frame moved to the grasp (axes unchanged), where the new joint is. A rigid grasp keeps
+// the pose at closing; the other joints start from the current rotation.
 BodyDescription hang(const BodyDescription& target, const HeldGrasp& grasp, const std::string& parent,
                      const Kinematics& k) {
   const LoopClosure& frames = grasp.frames;
@@ -39,7 +39,7 @@ BodyDescription hang(const BodyDescription& target, const HeldGrasp& grasp, cons
   return caught;
 }
 
-// Coordinates and velocities carry over by body; joints that are new start at zero with the relative velocity.
+// Coordinates and velocities are copied by body; new joints start at zero with the relative velocity.
 State carry_over(const Model& from, const State& state, const Kinematics& k, std::span<const HeldGrasp> grasps,
                  const Model& to) {
   State result = zero_state(to);
@@ -65,7 +65,7 @@ State carry_over(const Model& from, const State& state, const Kinematics& k, std
   return result;
 }
 
-// Indices by the same names in another model.
+// Replaces indices by those of the same names in another model.
 CaptureSystem renumber(const CaptureSystem& from, Model model) {
   CaptureSystem to{std::move(model), 0, {}, {}, {}, {}, {}};
   const auto body_name = [&](int body) -> const std::string& { return from.model.bodies()[body].description.name; };

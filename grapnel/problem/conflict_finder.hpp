@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Private to this module: what the files that find a problem's conflicts share. Each of them looks at one part of the
-/// problem and adds what it finds to one list.
+/// Private to this module: the common base of the files that find a problem's conflicts. Each checks one part of the
+/// problem and appends its conflicts to one list.
 
 #include <fmt/format.h>
 
@@ -17,16 +17,16 @@
 
 namespace grapnel {
 
-/// The orbit's own, and those with what the linear field near it demands.
+/// Conflicts of the orbit, and those with the conditions of the linear field near it.
 void find_orbit_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
-/// Those of the wrenches from outside.
+/// Conflicts of external wrenches.
 void find_load_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
-/// Those of the laws that drive joints and base, of the on-board computer and of the actuators.
+/// Conflicts of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
-/// Those of the sequence of phases after the approach: names, conditions, and what needs a capture.
+/// Conflicts of the sequence of phases after the approach: names, conditions, and phases that need a capture.
 void find_phase_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 
-/// Those of sensors, of estimates of targets, and of identification.
+/// Conflicts of sensors, of estimates of targets, and of identification.
 void find_sensor_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 
 template <class Named>
@@ -37,7 +37,7 @@ const Named* find_named(const std::vector<Named>& list, const std::string& name)
 
 inline bool is_zero(const Vector3d& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 
-/// Looks at a problem and adds the conflicts that it finds to a list; both outlive it.
+/// Checks a problem and appends conflicts to a list; both outlive the object.
 class ConflictFinder {
  public:
   ConflictFinder(const CaptureProblem& problem, std::vector<ProblemFault>& found) : problem_(problem), found_(found) {}
@@ -47,7 +47,7 @@ class ConflictFinder {
   ProblemFault& add(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
     return found_.emplace_back(ProblemFault{std::move(path), fmt::format(form, std::forward<Arguments>(arguments)...)});
   }
-  // That a key is there.
+  // Adds the conflict that a key is present at all.
   template <class... Arguments>
   ProblemFault& add_key(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
     ProblemFault& fault = add(std::move(path), form, std::forward<Arguments>(arguments)...);
@@ -63,7 +63,7 @@ class ConflictFinder {
     return target ? find_named(target->grasp_points, grasp.grasp_point) : nullptr;
   }
 
-  // A phase's duration; 0 without the phase. Empty where it is in doubt.
+  // A phase's duration; 0 without the phase. Empty if it is invalid.
   template <class Phase>
   static std::optional<double> duration_of(const std::optional<Phase>& phase) {
     if (!phase) return 0.0;
@@ -71,20 +71,20 @@ class ConflictFinder {
     return phase->duration;
   }
 
-  // Of all phases after the approach.
+  // The duration of all phases after the approach.
   static std::optional<double> duration_of(const MotionPhases& phases) {
     const auto in_doubt = [](const PostImpactSetup& p) { return !(p.duration > 0) || !std::isfinite(p.duration); };
     if (phases.any(in_doubt)) return {};
     return phases.total_duration();
   }
 
-  // Of an approach whose time of capture is looked for: the shortest that it can be.
+  // The minimum duration of an approach whose time of capture is searched.
   static std::optional<double> shortest(const std::optional<ApproachSetup>& approach) {
     if (!approach || !approach->window) return duration_of(approach);
     const double earliest = approach->window->earliest;
     return earliest > 0 && std::isfinite(earliest) ? std::optional(earliest) : std::nullopt;
   }
-  // The longest.
+  // The maximum duration.
   static std::optional<double> longest(const std::optional<ApproachSetup>& approach) {
     if (!approach || !approach->window) return duration_of(approach);
     const double latest = approach->window->latest;

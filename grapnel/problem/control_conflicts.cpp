@@ -1,4 +1,4 @@
-// The conflicts of what drives the robot: laws of joints and base, the on-board computer, reaction wheels.
+// Conflicts of the robot's control: laws of joints and base, the on-board computer, actuators of the base.
 #include <map>
 
 #include "grapnel/problem/capture_system.hpp"
@@ -51,20 +51,20 @@ class ControlConflicts : ConflictFinder {
           wheels.size());
     for (std::size_t i = 0; i < std::min(wheels.size(), problem_.wheel_rate.size()); ++i) {
       if (std::abs(problem_.wheel_rate[i]) > wheels[i].rate)
-        add("initial.wheel_rates", "initial.wheel_rates: {} rad/s of wheel {}, whose largest rate is {} rad/s",
+        add("initial.wheel_rates", "initial.wheel_rates: {} rad/s of wheel {}, whose maximum rate is {} rad/s",
             problem_.wheel_rate[i], in_quotes(wheels[i].name), wheels[i].rate);
     }
     if (problem_.approach) check_wheels_of(problem_.approach->base_control, "approach.base_control");
     if (problem_.post_impact) check_wheels_of(problem_.post_impact->base_control, "post_impact.base_control");
   }
 
-  // That they can turn the base as they are asked to.
+  // Checks that the wheels can give the torques that the gains require.
   void check_wheels_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
     if (!control || !uses_wheels(*control, true)) return;
     const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
     if (wheels.empty()) {
       if (control->actuators)
-        add(path + ".actuators", "{}.actuators: wheels, and the robot has none (wheels: [...] in the robot file)",
+        add(path + ".actuators", "{}.actuators: wheels, but the robot has none (wheels: [...] in the robot file)",
             path);
       return;
     }
@@ -74,8 +74,8 @@ class ControlConflicts : ConflictFinder {
       if (control->kp[k] == 0 && control->kd[k] == 0) continue;
       if (lacking_torque(axes, axis_vector(k)) < 1e-6) continue;
       add(path,
-          "{}: its gains ask for torque about {}, which the robot's wheels cannot give; give the gains of each axis, "
-          "with 0 for those that are not controlled, or actuators: outside",
+          "{}: its gains require torque about {}, which the robot's wheels cannot give; state the gains per axis, "
+          "with 0 for axes without control, or actuators: outside",
           path, "xyz"[k]);
     }
   }
@@ -99,42 +99,42 @@ class ControlConflicts : ConflictFinder {
     if (!control) return;
     if (!uses_gyros(*control)) {
       if (control->steering)
-        add_key(path + ".steering", "{}.steering: no gyros are used; it belongs to actuators: gyros", path).relies_on =
+        add_key(path + ".steering", "{}.steering: no gyros are used; it requires actuators: gyros", path).relies_on =
             path + ".actuators";
       return;
     }
     if (problem_.robot.gyros.empty()) {
-      add(path + ".actuators", "{}.actuators: gyros, and the robot has none (gyros: [...] in the robot file)", path);
+      add(path + ".actuators", "{}.actuators: gyros, but the robot has none (gyros: [...] in the robot file)", path);
       return;
     }
     check_gyro_torques(path);
   }
 
-  // That gyros can turn the base about every axis, with their gimbals somewhere.
+  // Checks that gyros can turn the base about every axis, for some gimbal angles.
   void check_gyro_torques(const std::string& path) {
     const std::vector<MomentGyroSetup>& gyros = problem_.robot.gyros;
     if (gyros.size() < 3) {
       add(path,
-          "{}: the robot's {} gyro{} cannot give torque about all axes; three or more are needed, or actuators: "
+          "{}: the robot's {} gyro{} cannot give torque about all axes; use three or more, or actuators: "
           "outside",
           path, gyros.size(), gyros.size() == 1 ? "" : "s");
       return;
     }
     for (int k = 0; k < 3; ++k) {
-      // A gyro gives torques across its gimbal's axis.
+      // A gyro's torque is perpendicular to its gimbal axis.
       if (std::any_of(gyros.begin(), gyros.end(),
                       [&](const MomentGyroSetup& g) { return norm(cross(g.gimbal_axis, axis_vector(k))) >= 1e-6; }))
         continue;
-      add(path, "{}: all gimbals of the robot's gyros turn about {}, so that they can give no torque about it", path,
+      add(path, "{}: all gimbals of the robot's gyros turn about {}, so they can give no torque about this axis", path,
           "xyz"[k]);
     }
   }
 
-  // ---- Thrusters, and how wheels and thrusters work together ----
+  // ---- Thrusters, and wheels and thrusters together ----
 
   using Actuators = BaseControlSetup::Actuators;
 
-  // `asked`: also where there are none.
+  // `asked`: also if the robot has no wheels.
   bool uses_wheels(const BaseControlSetup& control, bool asked = false) const {
     if (control.actuators && control.actuators != Actuators::wheels) return false;
     return asked || !problem_.robot.wheels.empty();
@@ -144,11 +144,11 @@ class ControlConflicts : ConflictFinder {
     if (!control) return;
     const bool drives = control->actuators == Actuators::thrusters;
     if (drives && problem_.robot.thrusters.empty())
-      add(path + ".actuators", "{}.actuators: thrusters, and the robot has none (thrusters: [...] in the robot file)",
+      add(path + ".actuators", "{}.actuators: thrusters, but the robot has none (thrusters: [...] in the robot file)",
           path);
     if (control->modulation && !drives && !control->dumping)
-      add_key(path + ".thrusters",
-              "{}.thrusters: no thrusters are used; it belongs to actuators: thrusters, or to dumping", path)
+      add_key(path + ".thrusters", "{}.thrusters: no thrusters are used; it requires actuators: thrusters, or dumping",
+              path)
           .relies_on = path + ".actuators";
     if (control->dumping) check_dumping(*control, path);
     if (drives && !problem_.robot.thrusters.empty()) check_turning(*control, path);
@@ -156,15 +156,16 @@ class ControlConflicts : ConflictFinder {
     check_wheel_speeds(*control, path);
   }
 
-  // That thrusters can turn the base as they are asked to, one way and the other.
+  // Checks that thrusters can give the torques that the gains require, in both directions.
   void check_turning(const BaseControlSetup& control, const std::string& path) {
     const ThrusterAllocation allocation = thruster_allocation();
     for (int k = 0; k < 3; ++k) {
       if (control.kp[k] == 0 && control.kd[k] == 0) continue;
       if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
       add(path,
-          "{}: its gains ask for torque about {}, which the robot's thrusters cannot give both ways; give the gains of "
-          "each axis, with 0 for those that are not controlled, or actuators: outside",
+          "{}: its gains require torque about {}, which the robot's thrusters cannot give in both directions; state "
+          "the gains "
+          "per axis, with 0 for axes without control, or actuators: outside",
           path, "xyz"[k]);
     }
   }
@@ -172,7 +173,7 @@ class ControlConflicts : ConflictFinder {
   void check_dumping(const BaseControlSetup& control, const std::string& path) {
     const std::string here = path + ".dumping";
     if (!uses_wheels(control)) {
-      add_key(here, "{}: no wheels give the torque, so they gather no momentum to be dumped", here);
+      add_key(here, "{}: no wheels give the torque, so no momentum accumulates that could be dumped", here);
       return;
     }
     if (!(control.dumping->below < control.dumping->above))
@@ -189,7 +190,8 @@ class ControlConflicts : ConflictFinder {
       if (lacking_torque(axes, axis_vector(k)) >= 1e-6) continue;
       if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
       add_key(here,
-              "{}: wheels gather momentum about {}, about which the robot's thrusters cannot give torque both ways",
+              "{}: wheels accumulate momentum about {}, about which the robot's thrusters cannot give torque in both "
+              "directions",
               here, "xyz"[k]);
     }
     if (control.modulation && control.modulation->kind != ThrusterModulation::Kind::pulse_width)
@@ -228,14 +230,15 @@ class ControlConflicts : ConflictFinder {
           control.wheel_speeds.empty() ? rate : speeds);
       return;
     }
-    if (control.wheel_speed_rate == 0) add(speeds, "{}: the wheels do not go there without wheel_speed_rate", speeds);
+    if (control.wheel_speed_rate == 0)
+      add(speeds, "{}: without wheel_speed_rate the wheels do not reach these rates", speeds);
     if (!control.wheel_speeds.empty() && control.wheel_speeds.size() != wheels.size()) {
       add(speeds, "{}: {} values, the robot has {} wheels", speeds, control.wheel_speeds.size(), wheels.size());
       return;
     }
     for (std::size_t i = 0; i < control.wheel_speeds.size(); ++i) {
       if (std::abs(control.wheel_speeds[i]) > wheels[i].rate)
-        add(speeds, "{}: {} rad/s of wheel {}, whose largest rate is {} rad/s", speeds, control.wheel_speeds[i],
+        add(speeds, "{}: {} rad/s of wheel {}, whose maximum rate is {} rad/s", speeds, control.wheel_speeds[i],
             in_quotes(wheels[i].name), wheels[i].rate);
     }
   }
@@ -283,7 +286,7 @@ class ControlConflicts : ConflictFinder {
     }
     check_external(*problem_.control);
     const auto both = [&](const char* path) {
-      add_key(path, "{}: control.{} leaves the base's torque to the controller; leave out one of the two", path,
+      add_key(path, "{}: control.{} assigns the base's torque to the controller; leave out one of the two", path,
               problem_.control->base_torque ? "base_torque" : "external");
     };
     if (problem_.control->base_torque || problem_.control->base_actuators) {
@@ -292,32 +295,32 @@ class ControlConflicts : ConflictFinder {
     }
     if (problem_.control->base_actuators && (!problem_.control->external || problem_.control->base_torque))
       add("control.external",
-          "control.external: a controller of the program says the torques of wheels and the valves of thrusters one by "
-          "one, in place of base_torque");
+          "control.external: a controller of the program commands each wheel's torque and each thruster's valve, "
+          "instead of base_torque");
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
-      add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+      add("control.base_torque", "control.base_torque: the robot's base is fixed, so a torque has no effect");
     if (problem_.robot.wheels.empty() && !problem_.robot.gyros.empty()) check_gyro_torques("control.base_torque");
     std::vector<Vector3d> axes;
     for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
     for (int k = 0; k < 3 && !axes.empty(); ++k) {
       if (lacking_torque(axes, axis_vector(k)) >= 1e-6)
-        add("control.base_torque", "control.base_torque: the robot's wheels, which give it, can give none about {}",
-            "xyz"[k]);
+        add("control.base_torque",
+            "control.base_torque: the robot's wheels, which give it, cannot give torque about {}", "xyz"[k]);
     }
   }
 
-  // A log tells actuators of the base what an attitude control would.
+  // A log commands the actuators of the base, as attitude control would.
   void check_told(const EffortLog& log, bool in_approach, bool afterwards) {
     if (!log.tells_actuators()) return;
     const auto both = [&](const char* path) {
-      add_key(path, "{}: control.torques tells the base's actuators one by one; leave out one of the two", path)
+      add_key(path, "{}: control.torques commands each actuator of the base; leave out one of the two", path)
           .relies_on = "control.torques";
     };
     if (in_approach && problem_.approach->base_control) both("approach.base_control");
     if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
-      add("control.torques", "control.torques tells the base's actuators, and the base is fixed");
+      add("control.torques", "control.torques commands the base's actuators, but the base is fixed");
     const double period = problem_.control->timing.period;
     for (std::size_t i = 0; i < std::min(log.thruster.size(), problem_.robot.thrusters.size()); ++i) {
       const ThrusterSetup& thruster = problem_.robot.thrusters[i];
@@ -325,7 +328,7 @@ class ControlConflicts : ConflictFinder {
         const double time = log.thruster[i][row] * period;
         if (time == 0 || log.thruster[i][row] == 1 || time >= thruster.min_on_time) continue;
         add("control.torques",
-            "control.torques opens thruster {} at {} [s] for {:.6g} s, and its valve is open for {} s at least "
+            "control.torques opens thruster {} at {} [s] for {:.6g} s, but its valve is open for at least {} s "
             "(min_on_time)",
             in_quotes(thruster.name), log.times[row], time, thruster.min_on_time)
             .relies_on = "control.period";
@@ -336,34 +339,33 @@ class ControlConflicts : ConflictFinder {
 
   void check_external(const ControlSetup& control) {
     if (control.external && (control.log || !control.plugin.empty() || !control.fmu.empty()))
-      add("control.external", "control.external: the controller comes from a program, so there must be no {}",
+      add("control.external", "control.external: the controller belongs to a program; leave out {}",
           control.log              ? "torques"
           : control.plugin.empty() ? "fmu"
                                    : "plugin")
           .relies_on = "control";
     if (control.external || !control.plugin.empty() || !control.fmu.empty()) return;
     if (control.parameters != "{}")
-      add("control.parameters", "control.parameters are a controller's, which plugin, fmu or external say").relies_on =
-          "control";
+      add("control.parameters", "control.parameters needs a controller: plugin, fmu or external").relies_on = "control";
     if (control.base_torque && !control.log)
-      add("control.base_torque", "control.base_torque is a controller's, which plugin, fmu or external say").relies_on =
+      add("control.base_torque", "control.base_torque needs a controller: plugin, fmu or external").relies_on =
           "control";
   }
 
-  // A row between two samples would never be read, or late.
+  // A row between two samples would be read late or never.
   void check_rows(const ControlSetup& control) {
     const double period = control.timing.period;
     if (!(period > 0)) return;
     for (const double t : control.log->times) {
       if (std::abs(t / period - std::round(t / period)) <= 1e-6) continue;
-      add("control.torques", "control.torques has a row at {} [s], which is no multiple of control.period, {}", t,
+      add("control.torques", "control.torques has a row at {} [s], which is not a multiple of control.period, {}", t,
           period)
           .relies_on = "control.period";
       return;
     }
   }
 
-  // Ticks are breaks of the integration, which are listed before it.
+  // Sample times are breaks of the integration, which are listed in advance.
   void check_timing(const ControlTiming& timing) {
     const auto approach = duration_of(problem_.approach), after = duration_of(problem_.post_impact);
     if (!approach || !after || !(timing.period > 0) || !(timing.delay >= 0)) return;
@@ -374,12 +376,13 @@ class ControlConflicts : ConflictFinder {
           timing.period, ticks, run, kMostTicks);
     } else if (run > 0 && timing.period >= run) {
       add("control.period",
-          "control.period is {} [s], must be less than {}, the length of the run: sensors would be read once",
+          "control.period is {} [s], must be less than {}, the duration of the run: sensors would be read once",
           timing.period, run);
     }
     if (run > 0 && timing.delay >= run)
-      add("control.delay", "control.delay is {} [s], must be less than {}, the length of the run: no command would act",
-          timing.delay, run);
+      add("control.delay",
+          "control.delay is {} [s], must be less than {}, the duration of the run: no command would act", timing.delay,
+          run);
   }
 
   // ---- Joints after the impact ----
@@ -390,12 +393,12 @@ class ControlConflicts : ConflictFinder {
       const double end = post.move->after + post.move->duration;
       if (post.joints == Joints::free || post.joints == Joints::braked)
         add_key("post_impact.move",
-                "post_impact.move: joints that are {} follow nothing; use joints: pd or computed_torque",
+                "post_impact.move: joints that are {} follow no reference; use joints: pd or computed_torque",
                 name_of(post.joints))
             .relies_on = "post_impact.joints";
       if (is_law(post.joints))
         add_key("post_impact.move",
-                "post_impact.move: joints that {} go where that takes them; use joints: pd or computed_torque",
+                "post_impact.move: joints that {} follow no posture; use joints: pd or computed_torque",
                 name_of(post.joints))
             .relies_on = "post_impact.joints";
       if (post.move->duration > 0 && post.duration > 0 && end > post.duration)
@@ -404,9 +407,9 @@ class ControlConflicts : ConflictFinder {
     }
     check_laws(post);
     if (post.joints == Joints::computed_torque)
-      refuse_loops("computed_torque, but", "joints of a closed loop cannot be accelerated one by one; use pd");
+      refuse_loops("computed_torque, but", "joints of a closed loop cannot be accelerated independently; use pd");
     if (post.joints == Joints::keep_base_attitude)
-      refuse_loops("keep_base_attitude, but", "this law is not there for closed loops; use detumble or pd");
+      refuse_loops("keep_base_attitude, but", "this law does not support closed loops; use detumble or pd");
   }
 
   void refuse_loops(std::string_view what, std::string_view why) {
@@ -422,11 +425,11 @@ class ControlConflicts : ConflictFinder {
     }
   }
 
-  // Laws that move all joints together.
+  // Conflicts of laws that move all joints together.
   void check_laws(const PostImpactSetup& post) {
     using Joints = PostImpactSetup::Joints;
     const auto refuse = [&](const char* key) {
-      add_key(fmt::format("post_impact.{}", key), "post_impact.{} belongs to joints: {}; they are {}", key, key,
+      add_key(fmt::format("post_impact.{}", key), "post_impact.{} requires joints: {}; they are {}", key, key,
               name_of(post.joints))
           .relies_on = "post_impact.joints";
     };
@@ -436,14 +439,15 @@ class ControlConflicts : ConflictFinder {
     if (post.joints == Joints::grasp_force && post.grasp_force) check_grasp_force(*post.grasp_force, post.kd);
     if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
     if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
-      add("post_impact.kd", "post_impact.kd must be above 0 with joints: detumble, which share the efforts by it");
+      add("post_impact.kd",
+          "post_impact.kd must be above 0 with joints: detumble, which distributes the efforts by it");
     if (post.joints != Joints::keep_base_attitude) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("post_impact.joints",
           "post_impact.joints is keep_base_attitude, but the robot's base is fixed and needs none");
     if (post.base_control)
       add_key("post_impact.base_control",
-              "post_impact.base_control: the joints keep the base's attitude already; use one of both")
+              "post_impact.base_control: the joints already control the base's attitude; use only one of them")
           .relies_on = "post_impact.joints";
   }
 
@@ -467,23 +471,25 @@ class ControlConflicts : ConflictFinder {
         [](const PostImpactSetup& phase) { return phase.joints == PostImpactSetup::Joints::impedance; });
     if (!in_approach && !in_impact && !any_phase)
       add_key("impedance",
-              "impedance: nothing is under it: approach.tracking.mode, impact.joints or post_impact.joints must be "
+              "impedance: has no effect: approach.tracking.mode, impact.joints or post_impact.joints must be "
               "impedance");
     if (in_impact && problem_.impact->law != ImpactSetup::Law::compliant)
-      add("impact.joints", "impact.joints is impedance, which belongs to law compliant: law {} takes no time",
+      add("impact.joints", "impact.joints is impedance, which needs law compliant: law {} is instantaneous",
           name_of(problem_.impact->law));
     if (afterwards)
-      refuse_loops("impedance, but", "this law is not there for closed loops; use grasp_force, detumble or pd");
+      refuse_loops("impedance, but", "this law does not support closed loops; use grasp_force, detumble or pd");
     check_hands(*problem_.impedance);
     if (problem_.impedance->match == ImpedanceSetup::Match::none) return;
     const std::string path = "impedance.match";
-    if (!in_impact) add(path, "{}: target, which belongs to impact.joints: impedance", path);
+    if (!in_impact) add(path, "{}: target, which requires impact.joints: impedance", path);
     if (problem_.impedance->law == ImpedanceSetup::Law::transpose ||
         problem_.impedance->force == ImpedanceSetup::Force::not_sensed)
-      add(path, "{}: target needs law operational_space and force sensed: else the hand has its own mass", path);
+      add(path,
+          "{}: target needs law operational_space and force sensed: otherwise the apparent mass is not controlled",
+          path);
     const auto touches = [](const GraspSetup& g) { return g.contact; };
     if (std::none_of(problem_.grasps.begin(), problem_.grasps.end(), touches))
-      add(path, "{}: target, and no grasp is a contact, which has a normal: grasps[...].model: contact", path);
+      add(path, "{}: target, but no grasp is a contact with a normal: grasps[...].model: contact", path);
   }
 
   void check_hands(const ImpedanceSetup& impedance) {
@@ -499,15 +505,14 @@ class ControlConflicts : ConflictFinder {
       const bool fresh = std::find(hands.begin(), hands.end(), grasp.end_effector) == hands.end();
       if (impedance.end_effectors.empty() && fresh) hands.push_back(grasp.end_effector);
     }
-    if (hands.empty())
-      add_key("impedance", "impedance: there are no grasps that name end-effectors; list them: {}: [...]", path);
+    if (hands.empty()) add_key("impedance", "impedance: no grasps name end-effectors; list them: {}: [...]", path);
     const int needed = impedance.motion == ImpedanceSetup::Motion::pose ? 6 : 3;
     for (const std::string& name : hands) {
       const EndEffectorSetup* hand = end_effector(name);
       if (!hand) continue;
       const int joints = moving_joints_to(hand->body);
       if (joints >= needed) continue;
-      add("impedance.motion", "impedance.motion is {}, which takes {} moving joints or more; the arm of {} has {}",
+      add("impedance.motion", "impedance.motion is {}, which needs at least {} moving joints; the arm of {} has {}",
           name_of(impedance.motion), needed, in_quotes(name), joints);
     }
   }
@@ -520,11 +525,11 @@ class ControlConflicts : ConflictFinder {
       const bool fresh = std::find(targets.begin(), targets.end(), grasp.target) == targets.end();
       if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) targets.push_back(grasp.target);
     }
-    if (targets.empty()) return;  // there are no grasps, or faulty ones
+    if (targets.empty()) return;  // no grasps, or invalid ones
     const std::string path = "post_impact.grasp_force.target";
     if (setup.target.empty() && targets.size() > 1) {
       add("post_impact.grasp_force",
-          "post_impact.grasp_force: the grasps hold {} targets; say which by 'target', {} or {}", targets.size(),
+          "post_impact.grasp_force: the grasps hold {} targets; name one with 'target', {} or {}", targets.size(),
           in_quotes(targets[0]), in_quotes(targets[1]));
       return;
     }
@@ -544,7 +549,8 @@ class ControlConflicts : ConflictFinder {
           "detumble or impedance",
           in_quotes(target));
     if (std::any_of(kd.begin(), kd.end(), [](double d) { return d <= 0; }))
-      add("post_impact.kd", "post_impact.kd must be above 0 with joints: grasp_force, which share the efforts by it");
+      add("post_impact.kd",
+          "post_impact.kd must be above 0 with joints: grasp_force, which distributes the efforts by it");
     for (std::size_t p = 0; p < setup.pairs.size(); ++p) {
       const std::string place = fmt::format("post_impact.grasp_force.pairs[{}].between", p);
       const std::vector<std::string>& between = setup.pairs[p].between;
@@ -554,21 +560,21 @@ class ControlConflicts : ConflictFinder {
               suggestion(name, hands, "grasps"));
       }
       if (between.size() != 2 || between[0] == between[1])
-        add(place, "{} must name two end-effectors that differ", place);
+        add(place, "{} must name two different end-effectors", place);
     }
   }
 
-  // What is brought to rest, and whether those that hold it can.
+  // Checks the target to be brought to rest, and the arms that hold it.
   void check_detumbling(const std::string& named) {
     std::vector<std::string> held;
     for (const GraspSetup& grasp : problem_.grasps) {
       const bool fresh = std::find(held.begin(), held.end(), grasp.target) == held.end();
       if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) held.push_back(grasp.target);
     }
-    if (held.empty()) return;  // there are no grasps, or faulty ones
+    if (held.empty()) return;  // no grasps, or invalid ones
     const std::string path = "post_impact.detumble.target";
     if (named.empty() && held.size() > 1) {
-      add("post_impact.detumble", "post_impact.detumble: the grasps hold {} targets; say which by 'target', {} or {}",
+      add("post_impact.detumble", "post_impact.detumble: the grasps hold {} targets; name one with 'target', {} or {}",
           held.size(), in_quotes(held[0]), in_quotes(held[1]));
       return;
     }
@@ -586,20 +592,20 @@ class ControlConflicts : ConflictFinder {
       const int joints = moving_joints_to(hand->body), turns = 6 - row_count(grasp.model);
       if (joints + turns >= 6) continue;
       add("post_impact.joints",
-          "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} take "
-          "6 "
-          "or more",
+          "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} need "
+          "at least "
+          "6",
           i, joints, joints == 1 ? "" : "s", in_quotes(target));
     }
     if (!any_rigid)
       add("post_impact.joints",
-          "post_impact.joints is detumble, but no grasp of {} is rigid: hinges and points pass on no torque about "
+          "post_impact.joints is detumble, but no grasp of {} is rigid: hinges and points transmit no torque about "
           "their "
           "own axes",
           in_quotes(target));
   }
 
-  // Between the base and a link.
+  // Number of moving joints between the base and a link.
   int moving_joints_to(const std::string& link) const {
     int joints = 0;
     const BodyDescription* body = nullptr;

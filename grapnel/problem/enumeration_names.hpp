@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the values of enumerations in problems are called in files, messages and results, in the order of the values.
-/// JointControl and JointType have tables of their own.
+/// The names of enumerators of problems in files, messages and results, in the order of the values. JointControl and
+/// JointType have separate tables.
 
 #include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"

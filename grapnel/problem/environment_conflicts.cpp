@@ -1,4 +1,4 @@
-// The conflicts of what acts from outside: the orbit's field, and wrenches.
+// Conflicts of the environment: the orbit's field, and external wrenches.
 #include <limits>
 #include <numbers>
 
@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// Of an orbit's radius: up to there the linear field is within 1.5 %.
+// Fraction of an orbit's radius up to which the linear field is within 1.5 %.
 constexpr double kNear = 0.01;
 
 class EnvironmentConflicts : ConflictFinder {
@@ -21,21 +21,23 @@ class EnvironmentConflicts : ConflictFinder {
 
   void check_orbit(const OrbitSetup& setup) {
     if (!is_zero(problem_.gravity))
-      add_key("gravity", "gravity: it is for test beds on the ground; a frame that falls with an 'orbit' feels none");
+      add_key("gravity",
+              "gravity: it is for test beds on the ground; leave it out with 'orbit', whose frame is in free fall");
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add_key("orbit",
-              "orbit: the robot's base is fixed to a ground, which does not fall with an orbit; use base mode "
+              "orbit: the robot's base is fixed to the ground, which is not in orbit; use base mode "
               "free or held");
     if (std::abs(dot(setup.radial, setup.along_track)) > 1e-9) {
       add("orbit.along_track",
-          "orbit.along_track must be perpendicular to orbit.radial; their product is {:.3g}, the angle between them "
+          "orbit.along_track must be perpendicular to orbit.radial; their dot product is {:.3g}, the angle between "
+          "them "
           "{:.4g} degrees",
           dot(setup.radial, setup.along_track),
           std::acos(std::clamp(dot(setup.radial, setup.along_track), -1.0, 1.0)) * 180 / std::numbers::pi)
           .relies_on = "orbit.radial";
     }
     const ReferenceOrbit orbit = reference_orbit(setup);
-    if (!fault_of(orbit).empty()) return;  // said elsewhere
+    if (!fault_of(orbit).empty()) return;  // reported elsewhere
     const double lowest = orbit.semi_major_axis * (1 - orbit.eccentricity), radius = central_body(setup.body).radius;
     if (!setup.mu && lowest < radius) {
       add(setup.altitude ? "orbit.altitude" : "orbit.semi_major_axis",
@@ -48,7 +50,7 @@ class EnvironmentConflicts : ConflictFinder {
     check_nearness(lowest);
   }
 
-  // Whether the linear field holds where things are, and come to be.
+  // Whether the linear field holds at the given positions and those reached during the run.
   void check_nearness(double lowest) {
     const double duration = duration_of(problem_.approach).value_or(0) + duration_of(problem_.post_impact).value_or(0);
     const auto check = [&](const std::string& path, const Vector3d& position, const Vector3d& velocity) {
@@ -71,7 +73,7 @@ class EnvironmentConflicts : ConflictFinder {
       check(fmt::format("targets[{}].state", i), problem_.targets[i].X_WT.p, problem_.targets[i].V_WT.linear);
   }
 
-  // ---- Wrenches from outside ----
+  // ---- External wrenches ----
 
   void check_load(const LoadSetup& load, std::size_t i) {
     const std::string path = fmt::format("external_wrenches[{}]", i);
@@ -81,13 +83,12 @@ class EnvironmentConflicts : ConflictFinder {
     if (!load.stream) return;
     if (load.frame == LoadFrame::body) {
       add(path + ".frame",
-          "{}.frame: body has no meaning with a stream, which does not turn with the body; use world "
+          "{}.frame: body is not defined for a stream, which does not turn with the body; use world "
           "or orbit",
           path);
     }
     if (const double shares = load.stream->specular + load.stream->diffuse; shares > 1) {
-      add(path + ".stream", "{}.stream: specular and diffuse are shares of one stream and make {:.6g}, at most 1", path,
-          shares);
+      add(path + ".stream", "{}.stream: the sum of specular and diffuse is {:.6g}, must be at most 1", path, shares);
     }
   }
 
@@ -98,7 +99,7 @@ class EnvironmentConflicts : ConflictFinder {
     double before = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < profile.times.size(); ++i) {
       const double time = profile.times[i];
-      if (!std::isfinite(time)) continue;  // another fault
+      if (!std::isfinite(time)) continue;  // a different error
       const std::string row = fmt::format("{}.values[{}]", path, i);
       if (!(time > before))
         add(row + "[0]", "{}: time {} must be greater than {} of the row before", row, time, before);

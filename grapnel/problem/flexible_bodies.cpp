@@ -16,12 +16,12 @@
 namespace grapnel {
 namespace {
 
-// What is left of the inertia of a link that is nothing but its beam may be this much of the link's own, of either
-// sign, and is nothing then: numbers in files have some six digits.
+// For a link that consists only of its beam: remaining inertia of either sign below this fraction of the link's counts
+// as zero, since numbers in files have some six digits.
 constexpr double kNothing = 1e-6;
 
-constexpr const char* kDrive = "drive:";  // and a link's name: what its motor turns
-constexpr const char* kGear = "gear:";    // and a joint's name: the spring between
+constexpr const char* kDrive = "drive:";  // prefix of the body that a link's motor turns
+constexpr const char* kGear = "gear:";    // prefix of a joint's name: the spring of its gear
 
 Symmetric3d operator-(const Symmetric3d& a, const Symmetric3d& b) {
   return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
@@ -29,12 +29,12 @@ Symmetric3d operator-(const Symmetric3d& a, const Symmetric3d& b) {
 
 double size_of(const Symmetric3d& I) { return std::abs(I.xx) + std::abs(I.yy) + std::abs(I.zz); }
 
-// A link less its beam, about the rest's own centre of mass.
+// A link without its beam, about the rest's own centre of mass.
 struct Rest {
   double mass = 0;
   Vector3d com = Vector3d::zero();
   Symmetric3d inertia = Symmetric3d::zero();
-  bool is_nothing = false;  // no mass: the inertia is about the beam's middle, and belongs to all pieces
+  bool is_nothing = false;  // no mass: the inertia is about the beam's middle, and is distributed over all pieces
 };
 
 Rest rest_of(const BodyDescription& link, const Beam& beam) {
@@ -44,7 +44,7 @@ Rest rest_of(const BodyDescription& link, const Beam& beam) {
   if (rest.mass == 0) {
     rest.is_nothing = true, rest.com = beam.com();
     rest.inertia = link.inertia - rod.rotational_about_com();
-    // What rounding has left of a slender rod's own.
+    // Removes rounding errors relative to a slender rod's inertia.
     for (double* moment : {&rest.inertia.xx, &rest.inertia.yy, &rest.inertia.zz}) {
       if (std::abs(*moment) <= kNothing * size_of(link.inertia)) *moment = 0;
     }
@@ -62,7 +62,7 @@ std::string piece_name(const std::string& link, int piece) {
   return piece == 0 ? link : fmt::format("{}:{}", link, piece);
 }
 
-// The pieces of a shape that stretches along the beam; others stay whole, on the piece of their centre.
+// Cuts a shape that extends along the beam into pieces; other shapes stay whole, on the piece with their centre.
 void cut(const Geometry& shape, const std::string& link, const Beam& beam,
          std::vector<std::pair<std::string, Geometry>>& out) {
   const Posed& X = shape.X_BG;
@@ -99,7 +99,7 @@ RigidBodyInertiad less(const RigidBodyInertiad& whole, const RigidBodyInertiad& 
 
 // --- Modes of a link ---
 
-// A kind of bending, as Beam::Hinge has its name, and what a message calls it.
+// A kind of bending, named as in Beam::Hinge, and its name in messages.
 struct Kind {
   char name;
   const char* words;
@@ -112,15 +112,16 @@ struct LinkMode {
   ElasticMode vibration;
 };
 
-// The slowest modes of a link of pieces, at most `count` of each kind: clamped where its joint is, with the bodies of
-// the robot that hang on it, at the zero of their joints, as rigid bodies. `pieces` are the link's, whose first carries
-// the others. Shapes are over the joints of the pieces in their order.
+// The slowest modes of a link of pieces, at most `count` of each kind: clamped at its joint, with the bodies that hang
+// on the link as rigid bodies, at zero joint positions. `pieces` are the link's; the first carries the others. Shapes
+// are over the joints of the pieces in their order.
 std::vector<LinkMode> modes_of_link(const RobotSetup& robot, const BodyDescription& link,
                                     const std::vector<BodyDescription>& pieces, int count) {
   ModelBuilder builder;
   BodyDescription root = pieces.front();
   root.parent.clear(), root.joint = JointDescription{}, root.X_PF = Posed::identity(), root.is_part = false;
-  root.mass = 1, root.com = Vector3d::zero(), root.inertia = Symmetric3d::diagonal(1, 1, 1);  // it does not move
+  // fixed, so the values do not matter
+  root.mass = 1, root.com = Vector3d::zero(), root.inertia = Symmetric3d::diagonal(1, 1, 1);
   builder.add(root);
   for (std::size_t i = 1; i < pieces.size(); ++i) builder.add(pieces[i]);
   std::vector<std::string> carried{link.name};
@@ -154,7 +155,7 @@ BodyDescription without_beam(BodyDescription link) {
   return link;
 }
 
-// Pieces of a link, without modes: the link's own body, then those beyond, with the joints between.
+// Pieces of a link, without modes: the link's own body, then the further pieces, with the joints between them.
 std::vector<BodyDescription> pieces_on_springs(const BodyDescription& link, BodyDescription root) {
   Beam beam(link);
   const Rest rest = rest_of(link, beam);
@@ -187,7 +188,7 @@ std::vector<BodyDescription> pieces_on_springs(const BodyDescription& link, Body
   return pieces;
 }
 
-// A robot's bodies one by one, with what hangs on them.
+// Expands a robot's bodies one by one, with the bodies that hang on them.
 class Expansion {
  public:
   explicit Expansion(const RobotSetup& robot) : robot_(robot) {}
@@ -238,7 +239,7 @@ class Expansion {
     for (BodyDescription& part : bodies_of_modes(link)) flexible.bodies.push_back(std::move(part));
   }
 
-  // The motor turns a body without mass, which carries the link by a spring about the same axis (22.4).
+  // The motor turns a massless body, which carries the link by a spring about the same axis (22.4).
   static void add_gear(const BodyDescription& link, BodyDescription& body, RobotSetup& flexible) {
     BodyDescription turned;
     turned.name = kDrive + link.name;
@@ -284,24 +285,24 @@ bool is_flexible(const RobotSetup& robot) {
 }
 
 std::string gear_fault(const JointDescription& joint) {
-  if (!has_one_axis(joint.type)) return "only a joint of one axis has a gear that yields";
-  if (joint.spring) return "a joint with a spring is not driven, and has no gear that yields";
+  if (!has_one_axis(joint.type)) return "only a joint with one axis can have a flexible gear";
+  if (joint.spring) return "a joint with a spring is not driven, so it has no flexible gear";
   if (!(joint.reflected_inertia() > 0))
-    return "a gear that yields needs rotor_inertia and gear_ratio: between motor and spring there is nothing else that "
+    return "a flexible gear needs rotor_inertia and gear_ratio: no other body between motor and spring "
            "has inertia";
   return {};
 }
 
 std::string beam_fault(const BodyDescription& link) {
   const BeamDescription& b = *link.beam;
-  if (link.parent.empty()) return "the base is no beam; panels and masts are links on it";
+  if (link.parent.empty()) return "the base cannot be a beam; make panels and masts links on it";
   if (std::string fault = description_fault(b); !fault.empty()) return fault;
   const double length = norm(b.to - b.from);
   Beam beam(link);
   const Rest rest = rest_of(link, beam);
   if (dot(beam.x(), b.from) < -1e-9 * length)
     return fmt::format(
-        "the beam begins {:.6g} m before the link's joint: it must begin, with from, at the joint or beyond it",
+        "the beam begins {:.6g} m before the link's joint: its beginning, from, must be at the joint or beyond it",
         -dot(beam.x(), b.from));
   if (rest.mass < 0)
     return fmt::format("the beam has {:.6g} kg, more than the {:.6g} kg of its link, whose mass includes it",
@@ -310,7 +311,7 @@ std::string beam_fault(const BodyDescription& link) {
     if (norm(link.com - rest.com) > 1e-6 * length)
       return fmt::format(
           "the beam is all of its link's mass, {:.6g} kg, so the link's centre of mass must be the beam's, ({:.6g}, "
-          "{:.6g}, {:.6g}) m; a larger mass of the link leaves something beside it",
+          "{:.6g}, {:.6g}) m; otherwise the link's mass must be larger",
           beam.mass(), rest.com[0], rest.com[1], rest.com[2]);
     const Symmetric3d& I = rest.inertia;
     const double least = -kNothing * size_of(link.inertia);
@@ -321,15 +322,15 @@ std::string beam_fault(const BodyDescription& link) {
           beam.mass(), length, beam.inertia_along(), beam.inertia_y(), beam.inertia_z());
   } else if (const std::string fault = inertia_fault(rest.inertia); !fault.empty()) {
     return fmt::format(
-        "the link's mass and inertia, which include the beam's, leave none that a body can have beside a slender rod "
+        "the link's mass and inertia, less those of its beam, are not those of a rigid body; the beam is a slender rod "
         "of {:.6g} kg and {:.6g} m: {}",
         beam.mass(), length, fault);
   }
   if (rest.is_nothing) beam.spread(rest.inertia);
   if (beam.twists() && !beam.has_rotary_inertia())
-    return rest.is_nothing ? "torsional_stiffness needs inertia about the beam"
+    return rest.is_nothing ? "torsional_stiffness needs inertia about the beam's axis"
                            : "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia "
-                             "about it";
+                             "about the beam's axis";
   return {};
 }
 
@@ -343,14 +344,14 @@ std::string beam_modes_fault(const RobotSetup& robot, const BodyDescription& lin
     for (const LinkMode& mode : modes_of_link(robot, link, pieces_on_springs(link, without_beam(link)), *beam.modes)) {
       if (mode.vibration.frequency <= beam.fastest_mode) continue;
       return fmt::format(
-          "mode {} of {} has {:.4g} Hz with what hangs on the link, above the {:.6g} Hz of fastest_mode: keep "
+          "mode {} of {} has {:.4g} Hz with the bodies on the link, above the {:.6g} Hz of fastest_mode: keep "
           "{}, "
-          "or state a larger fastest_mode, which steps of integration must follow",
+          "or state a larger fastest_mode, which shortens the steps of integration",
           mode.number, mode.kind->words, mode.vibration.frequency, beam.fastest_mode,
-          mode.number == 1 ? "the link rigid so" : fmt::format("{} of each kind", mode.number - 1));
+          mode.number == 1 ? "the link rigid in this direction" : fmt::format("{} of each kind", mode.number - 1));
     }
   } catch (const ModelError&) {
-    return {};  // what is wrong with the bodies is told elsewhere
+    return {};  // errors of the bodies are reported elsewhere
   }
   return {};
 }
@@ -368,7 +369,7 @@ RobotSetup rigid_robot(const RobotSetup& robot) {
     body.beam.reset(), body.modes.clear();
     body.joint.elasticity.reset();
     if (!body.joint.spring) continue;
-    // Where it rests.
+    // The rest position of the spring.
     const double rest = body.joint.spring->rest;
     const Vector3d& a = body.joint.axis;
     if (slides_along_axis(body.joint.type)) body.X_PF.p = body.X_PF.p + body.X_PF.R * (rest * a);
@@ -419,7 +420,7 @@ PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p) {
 std::string link_of_piece(const BodyDescription& body) {
   const std::size_t colon = body.name.rfind(':');
   if (!body.is_part || colon == std::string::npos) return body.name;
-  const std::string number = body.name.substr(colon + 1);  // "target:NAME" has a name there
+  const std::string number = body.name.substr(colon + 1);  // the name "target:NAME" contains a colon, too
   return number.find_first_not_of("0123456789") == std::string::npos ? body.name.substr(0, colon) : body.name;
 }
 
@@ -474,15 +475,16 @@ std::string panel_fault(const TargetSetup& target) {
   const RobotSetup robot = as_robot(target);
   const BodyDescription& rest = robot.bodies.front();
   if (!(rest.mass > 0))
-    return fmt::format("the panels have {:.6g} kg, the target {:.6g} kg, which include them", target.mass - rest.mass,
-                       target.mass);
+    return fmt::format("the panels have {:.6g} kg, more than the {:.6g} kg of the target, which include them",
+                       target.mass - rest.mass, target.mass);
   if (const std::string fault = inertia_fault(rest.inertia); !fault.empty())
-    return fmt::format(
-        "the target's inertia, which includes its panels, leaves none that a body can have without them: {}", fault);
+    return fmt::format("the target's inertia without its panels, which it includes, is not that of a rigid body: {}",
+                       fault);
   for (std::size_t i = 0; i < target.panels.size(); ++i) {
     const std::string& name = target.panels[i].name;
     if (name.empty() || name == "." || name == ".." || name.find_first_of("/:") != std::string::npos)
-      return fmt::format("'{}' is no name of a panel: it may not be '.' or '..', nor have '/' or ':'", name);
+      return fmt::format("'{}' is not a valid name of a panel: it must not be '.' or '..', nor contain '/' or ':'",
+                         name);
     for (std::size_t j = 0; j < i; ++j) {
       if (target.panels[j].name == name) return fmt::format("two panels are called '{}'", name);
     }

@@ -1,4 +1,4 @@
-// The conflicts of the phases after the approach as a sequence: their names, what ends them, and what needs a capture.
+// Conflicts of the sequence of phases after the approach: names, end conditions, and phases that need a capture.
 #include <cmath>
 #include <map>
 
@@ -10,7 +10,7 @@
 namespace grapnel {
 namespace {
 
-// Names that other parts of a run have in results.
+// Names of other parts of a run in results.
 constexpr std::string_view kReserved[] = {"approach", "contact", "brake", kPlanning};
 
 class PhaseConflicts : ConflictFinder {
@@ -37,7 +37,7 @@ class PhaseConflicts : ConflictFinder {
     return problem_.post_impact.size() > 1 ? fmt::format("{}[{}]", key, k) : key;
   }
 
-  // Results are filed under the names.
+  // Names must be unique, since they are keys in results.
   void check_name(std::size_t k, const std::string& place) {
     const std::string name = phase_name(problem_, k);
     for (const std::string_view other : kReserved) {
@@ -52,7 +52,7 @@ class PhaseConflicts : ConflictFinder {
     }
   }
 
-  // What is compared must be there.
+  // Checks that the quantities of an end condition exist.
   void check_until(const PostImpactSetup& phase, const PhaseUntil& until, const std::string& place) {
     const auto refuse = [&](const char* key, const std::string& why) {
       add_key(fmt::format("{}.{}", place, key), "{}.{}: {}", place, key, why);
@@ -78,13 +78,13 @@ class PhaseConflicts : ConflictFinder {
     for (const WheelSetup& wheel : problem_.robot.wheels) {
       if (std::isfinite(wheel.rate)) continue;
       add_key(fmt::format("{}.{}", place, key),
-              "{}.{}: wheel {} has no largest rate ('rate' in the robot file), so it could hold any momentum", place,
+              "{}.{}: wheel {} has no maximum rate ('rate' in the robot file), so its momentum is unlimited", place,
               key, in_quotes(wheel.name));
       return;
     }
   }
 
-  // What laws know of a held target is said once.
+  // The knowledge of a held target is stated once.
   void check_knowledge(const PostImpactSetup& phase, const std::string& place) {
     for (const auto& [given, key] :
          {std::pair{phase.assumed.has_value(), "assumed"}, std::pair{phase.identify.has_value(), "identify"},
@@ -95,12 +95,12 @@ class PhaseConflicts : ConflictFinder {
 
   void check_without_capture(const PostImpactSetup& phase, const std::string& place) {
     const auto refuse = [&](const char* key) {
-      add_key(fmt::format("{}.{}", place, key), "{}.{} needs a target that is held: nothing is captured here", place,
+      add_key(fmt::format("{}.{}", place, key), "{}.{} needs a held target, but the scenario has no capture", place,
               key);
     };
     using Joints = PostImpactSetup::Joints;
     if (phase.joints == Joints::detumble || phase.joints == Joints::grasp_force)
-      add(place + ".joints", "{}.joints is {}, which needs a target that is held: nothing is captured here", place,
+      add(place + ".joints", "{}.joints is {}, which needs a held target, but the scenario has no capture", place,
           name_of(phase.joints));
     if (phase.assumed) refuse("assumed");
     if (phase.identify) refuse("identify");

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a plan may minimize: each objective with its weight, its unit and what it is. One row per objective.
+/// The objectives of a plan: each with its weight, its unit and a description. One row per objective.
 
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -15,7 +15,8 @@ struct PlanObjective {
 };
 
 inline constexpr PlanObjective kPlanObjectives[] = {
-    {PlanSetup::Objective::excursion, &PlanWeights::excursion, "rad^2", "half the sum of squares of the joints' ways"},
+    {PlanSetup::Objective::excursion, &PlanWeights::excursion, "rad^2",
+     "half the sum of squares of the joints' displacements"},
     {PlanSetup::Objective::nearest, &PlanWeights::nearest, "rad^2",
      "half the sum of squares of the distances from plan.guess"},
     {PlanSetup::Objective::limits, &PlanWeights::limits, "1",
@@ -23,21 +24,21 @@ inline constexpr PlanObjective kPlanObjectives[] = {
     {PlanSetup::Objective::manipulability, &PlanWeights::manipulability, "1",
      "minus the logarithm of the manipulability of the arms"},
     {PlanSetup::Objective::effort, &PlanWeights::effort, "(N m)^2",
-     "half the mean of the sum of squares of the joints' efforts on the way"},
+     "half the mean of the sum of squares of the joints' efforts during the approach"},
     {PlanSetup::Objective::base_attitude, &PlanWeights::base_attitude, "rad^2",
-     "half the square of the base's turn at the capture"},
+     "half the square of the base's rotation at the capture"},
     {PlanSetup::Objective::base_motion, &PlanWeights::base_motion, "rad^2",
      "half the mean square of the base's angular velocity, times the square of the segment's duration"},
-    {PlanSetup::Objective::clearance, &PlanWeights::clearance, "m", "minus the minimum clearance on the way"},
+    {PlanSetup::Objective::clearance, &PlanWeights::clearance, "m", "minus the minimum clearance during the approach"},
     {PlanSetup::Objective::impulse, &PlanWeights::impulse, "J",
-     "energy that the capture's impulses would give the free targets, each alone"},
+     "energy that each impulse of the capture alone would give the free targets"},
     {PlanSetup::Objective::impulse_index, &PlanWeights::impulse_index, "1",
-     "impulse of relative motions at the grasps, against an immovable robot, mean of their directions"},
+     "impulse of the relative motions at the grasps with an immovable robot, mean over directions"},
     {PlanSetup::Objective::wheel_momentum, &PlanWeights::wheel_momentum, "1",
-     "half the mean of the sum of squares of the wheels' momenta over the most that they can hold, on the way"},
+     "half the mean of the sum of squares of the wheels' momenta over their maximum momenta, during the approach"},
 };
 
-/// With what weight a plan minimizes it; zero: not at all.
+/// The weight of an objective in a plan; zero: not minimized.
 inline double weight_in(const PlanSetup& plan, const PlanObjective& one) {
   return plan.weights ? (*plan.weights).*one.weight : plan.objective == one.objective ? 1.0 : 0.0;
 }

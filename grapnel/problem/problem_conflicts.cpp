@@ -12,14 +12,14 @@
 namespace grapnel {
 namespace {
 
-// More samples than this are a slip of the pen: 10 million of a seven-joint dual arm are some 10 GB.
+// Limit of samples, to detect typos: 10 million of a seven-joint dual arm are some 10 GB.
 constexpr double kMostSamples = 1e7;
 
-// Whether the centre of mass is so far from the body's origin that rounding takes the inertia about it.
+// Whether the centre of mass is so far from the body's origin that the inertia about it is lost to rounding.
 template <class Body>
 bool loses_inertia(const Body& body) {
-  constexpr double kLost = 1e-12;    // of mass |com|^2: four digits are left of the inertia
-  constexpr double kFarthest = 1e4;  // [m]; beyond, and without an inertia, there is another fault
+  constexpr double kLost = 1e-12;    // of mass |com|^2: four digits of the inertia remain
+  constexpr double kFarthest = 1e4;  // [m]; a larger distance, or a body without inertia, is a different error
   const Symmetric3d& I = body.inertia;
   const bool is_given = I.xx != 0 || I.yy != 0 || I.zz != 0;
   return is_given && std::isfinite(body.mass) && norm(body.com) <= kFarthest &&
@@ -28,14 +28,15 @@ bool loses_inertia(const Body& body) {
 template <class Body>
 std::string lost_inertia_text(const Body& body, const std::string& path) {
   return fmt::format(
-      "{}.com is {:.6g} m from the body's origin: beside mass times its square, {:.6g} kg m^2, the inertia is lost to "
-      "rounding; put the origin nearer to the body",
+      "{}.com is {:.6g} m from the body's origin: compared with mass times its square, {:.6g} kg m^2, the inertia is "
+      "lost to "
+      "rounding; move the origin closer to the body",
       path, norm(body.com), body.mass * dot(body.com, body.com));
 }
 
 class Conflicts : ConflictFinder {
  public:
-  // `before`: what phases before the first of the problem last at the longest [s].
+  // `before`: the maximum duration of the phases before the first of the problem [s].
   Conflicts(const CaptureProblem& problem, double before, std::vector<ProblemFault>& found)
       : ConflictFinder(problem, found), before_(before) {}
 
@@ -60,19 +61,19 @@ class Conflicts : ConflictFinder {
     check_panels();
     check_lengths();
     if (!problem_.approach && !problem_.impact && !problem_.post_impact)
-      add("", "nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is captured");
+      add("", "nothing to simulate: state 'approach', 'impact' or both, or 'motion' without a capture");
   }
 
  private:
   // ---- Bodies ----
 
-  // Those of the robot alone are its own conflict.
+  // Conflicts of the robot alone are found by robot_conflicts().
   void check_shapes() {
     const std::size_t of_robot = problem_.robot.geometry.size();
     std::size_t all = of_robot;
     for (const TargetSetup& target : problem_.targets) all += target.geometry.size();
     if (all <= kMostShapes || of_robot > kMostShapes) return;
-    add("targets", "targets and robot have {} shapes in all, at most {} are allowed", all, kMostShapes);
+    add("targets", "targets and robot have {} shapes in total, at most {} are allowed", all, kMostShapes);
   }
 
   void check_panels() {
@@ -83,10 +84,9 @@ class Conflicts : ConflictFinder {
       if (const std::string fault = panel_fault(target); !fault.empty()) add_key(path, "{}: {}", path, fault);
       const MotionPhases& post = problem_.post_impact;
       if (post && post->grasp_force)
-        add_key(path, "{}: the law grasp_force of post_impact takes a held target for one rigid body", path);
+        add_key(path, "{}: the law grasp_force of post_impact supports only rigid held targets", path);
       if (post && (post->assumed || post->identify))
-        add_key(path, "{}: the model that laws have of a held target, by post_impact.assumed or identify, is rigid",
-                path);
+        add_key(path, "{}: post_impact.assumed and identify support only rigid held targets", path);
     }
   }
 
@@ -95,7 +95,7 @@ class Conflicts : ConflictFinder {
   void check_base_at_rest() {
     const auto refuse = [&](const char* key) {
       add_key(fmt::format("initial.base.{}", key),
-              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key,
+              "initial.base.{}: the robot's base is {}, so its motion cannot be stated", key,
               name_of(problem_.robot.base_mode));
     };
     if (problem_.V_WB && !is_zero(problem_.V_WB->angular)) refuse("angular_velocity");
@@ -109,15 +109,14 @@ class Conflicts : ConflictFinder {
       const std::string& name = problem_.grasps[i].end_effector;
       const auto [first, fresh] = grasp_of.emplace(name, i);
       if (fresh || name.empty()) continue;
-      add(fmt::format("grasps[{}].end_effector", i),
-          "end-effector {} in grasps[{}] is used twice; it already holds in grasps[{}]", in_quotes(name), i,
-          first->second);
+      add(fmt::format("grasps[{}].end_effector", i), "end-effector {} in grasps[{}] is used twice; first in grasps[{}]",
+          in_quotes(name), i, first->second);
     }
   }
 
   // ---- The approach ----
 
-  // Relative velocities of grasps, against what says how the joints arrive.
+  // Checks relative velocities of grasps against the condition for the joints' final rates.
   void check_arrival() {
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
@@ -132,18 +131,18 @@ class Conflicts : ConflictFinder {
     if (!approach) {
       fault("there is no approach; without one, relative motion follows from the initial state and the target's");
     } else if (approach->straight_in) {
-      fault("approach.straight_in says how it arrives; use its final_speed");
+      fault("approach.straight_in determines the velocity at arrival; use its final_speed");
     } else if (approach->sampled || !approach->pieces.empty() ||
                (!approach->match && (approach->final_rates || !approach->plan))) {
-      fault("the final rates are given, so that there is nothing to match; use approach.final_rates: {match: ...}");
+      fault("the final rates are given, so no velocity is matched; use approach.final_rates: {match: ...}");
     } else if (angular && approach->match && *approach->match != RateMatch::twist) {
-      fault("the turning is not matched; use approach.final_rates: {match: twist}");
+      fault("the angular velocity is not matched; use approach.final_rates: {match: twist}");
     }
   }
 
   void check_approach(const ApproachSetup& approach) {
     if (approach.plan && problem_.grasps.empty())
-      add_key("approach.plan", "approach.plan needs 'grasps': there is nothing to reach").relies_on = "grasps";
+      add_key("approach.plan", "approach.plan needs 'grasps': there is no point to reach").relies_on = "grasps";
     if (approach.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes();
     if (approach.straight_in) check_directions();
     if (approach.plan) {
@@ -181,36 +180,37 @@ class Conflicts : ConflictFinder {
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
   }
 
-  // What a plan minimizes and keeps, against what there is to look at.
+  // Checks a plan's objectives and constraints.
   void check_plan(const PlanSetup& plan, bool straight_in) {
     using Objective = PlanSetup::Objective;
     const auto minimizes = [&](Objective objective) { return weight_in(plan, objective) > 0; };
     if (plan.weights && std::none_of(std::begin(kPlanObjectives), std::end(kPlanObjectives),
                                      [&](const PlanObjective& one) { return weight_in(plan, one) != 0; })) {
       add("approach.plan.weights",
-          "approach.plan.weights names nothing that counts; give a weight, or objective: as_found, which minimizes "
+          "approach.plan.weights: all weights are zero; state a weight, or objective: as_found, which minimizes "
           "nothing");
     }
     const std::string objective = plan.weights ? "approach.plan.weights." : "approach.plan.objective: ";
     const std::string path = plan.weights ? "approach.plan.weights" : "approach.plan.objective";
     if (!problem_.clearance.enabled) {
       if (plan.clearance)
-        add("approach.plan.clearance", "approach.plan.clearance: 'clearance' is switched off, nothing is watched");
+        add("approach.plan.clearance",
+            "approach.plan.clearance: 'clearance' is switched off, so no distances are evaluated");
       if (minimizes(Objective::clearance))
-        add(path, "{}clearance: 'clearance' is switched off, nothing is watched", objective);
+        add(path, "{}clearance: 'clearance' is switched off, so no distances are evaluated", objective);
     }
     if (plan.weights && minimizes(Objective::nearest) && plan.guess.empty())
       add("approach.plan.weights.nearest", "approach.plan.weights.nearest needs approach.plan.guess");
     if (!straight_in) return;
     if (minimizes(Objective::impulse) || minimizes(Objective::impulse_index)) {
       add(path,
-          "{}{}: the plan that is searched for ends at the stand-off of straight_in, where nothing is captured; leave "
+          "{}{}: the plan ends at the stand-off of straight_in, where no grasp closes; leave "
           "out one of them",
           objective, minimizes(Objective::impulse) ? "impulse" : "impulse_index");
     }
   }
 
-  // What is asked of the wheels' momenta, against what there is to give the base's torque.
+  // Checks the constraint of the wheels' momenta against the actuators of the base.
   void check_wheel_budget(const PlanSetup& plan, const std::optional<BaseControlSetup>& control) {
     const bool wanted = weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0;
     if (!plan.wheel_momentum && !wanted) return;
@@ -223,23 +223,24 @@ class Conflicts : ConflictFinder {
                            control->actuators.value_or(Actuators::wheels) == Actuators::wheels;
     if (!by_wheels) {
       add(path,
-          "{} needs wheels that keep the base's attitude: wheels: [...] in the robot file, and approach.base_control "
+          "{} needs wheels that control the base's attitude: wheels: [...] in the robot file, and "
+          "approach.base_control "
           "that uses them",
           what);
       return;
     }
     for (const WheelSetup& wheel : problem_.robot.wheels) {
       if (!std::isfinite(wheel.rate))
-        add(path, "{}: wheel '{}' has no largest rate ('rate' in the robot file), so it could hold any momentum", what,
+        add(path, "{}: wheel '{}' has no maximum rate ('rate' in the robot file), so its momentum is unlimited", what,
             wheel.name);
     }
     if (control->dumping) {
-      add(path, "{}: thrusters that take the wheels' momentum out (approach.base_control.dumping) are not planned for",
+      add(path, "{}: a plan cannot include thrusters that dump the wheels' momentum (approach.base_control.dumping)",
           what);
     }
   }
 
-  // More times than this are a slip of the pen: a plan takes some 10 ms.
+  // Limit of capture times, to detect typos: a plan takes some 10 ms.
   static constexpr double kMostTimes = 10'000;
 
   void check_window(const ApproachSetup& approach, const CaptureWindow& window) {
@@ -255,19 +256,18 @@ class Conflicts : ConflictFinder {
     if (!approach.plan || window.choose != CaptureWindow::Choose::objective) return;
     if (approach.plan->objective != PlanSetup::Objective::as_found || approach.plan->weights) return;
     add("approach.window.choose",
-        "approach.window.choose: objective has nothing to compare where approach.plan.objective is as_found; choose "
+        "approach.window.choose: objective needs an objective, but approach.plan.objective is as_found; choose "
         "soonest or slowest, or another objective");
   }
 
-  // What capture_at: envelope waits for.
+  // Checks that capture_at: envelope has envelopes.
   void check_envelopes() {
     const char* const path = "approach.capture_at";
     if (problem_.grasps.empty())
-      add(path, "{}: envelope needs 'grasps': there is nothing to close on", path).relies_on = "grasps";
+      add(path, "{}: envelope needs 'grasps': there is no point to close on", path).relies_on = "grasps";
     const auto waits = [](const GraspSetup& grasp) { return grasp.closes == GraspSetup::Closes::together; };
     if (!problem_.grasps.empty() && std::none_of(problem_.grasps.begin(), problem_.grasps.end(), waits)) {
-      add(path,
-          "{}: envelope has nothing to wait for: every grasp has closes_at or closes_on_arrival; leave out capture_at",
+      add(path, "{}: envelope has no effect: every grasp has closes_at or closes_on_arrival; leave out capture_at",
           path);
     }
     for (const GraspSetup& grasp : problem_.grasps) {
@@ -287,8 +287,8 @@ class Conflicts : ConflictFinder {
     }
   }
 
-  // The thesis's profile has no initial rate in it, so neither joints that follow it exactly nor its later pieces can
-  // have one.
+  // The thesis's profile has no initial rate, so neither joints that follow it exactly nor its later pieces can have
+  // one.
   void check_start(const ApproachSetup& approach) {
     if (approach.profile != JointProfile::quartic) return;
     const auto at_rest = [](const std::vector<double>& rates) {
@@ -321,7 +321,7 @@ class Conflicts : ConflictFinder {
       if (!at_time && effector && !effector->envelope)
         add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(effector->name));
       if (!problem_.impact) {
-        add(path, "{} needs 'impact' in the scenario: without it nothing closes", path);
+        add(path, "{} needs 'impact' in the scenario: without it no grasp closes", path);
       } else if (at_time) {
         check_closing_time(grasp.closes_at, path);
       }
@@ -333,8 +333,8 @@ class Conflicts : ConflictFinder {
     if (!(time > 0) || !approach) return;
     if (time > *approach && !problem_.post_impact) {
       const std::string end = *approach > 0 ? fmt::format("after the approach's end at {}", *approach)
-                                            : "but without an approach all is at 0";
-      add(path, "{} is {} [s], {}; what closes later needs 'post_impact'", path, time, end);
+                                            : "but without an approach all grasps close at 0";
+      add(path, "{} is {} [s], {}; later closing needs 'post_impact'", path, time, end);
     } else if (after && time > *approach + *after) {
       add(path, "{} is {} [s], must be at most {}, the end of post_impact", path, time, *approach + *after);
     }
@@ -371,10 +371,10 @@ class Conflicts : ConflictFinder {
     if (is_same)
       add(place, "{} names {} twice", path, in_quotes(name));
     else
-      add(place, "end-effector {} in {} has released before, in post_impact.release[{}]", in_quotes(name), path, first);
+      add(place, "end-effector {} in {} is already released in post_impact.release[{}]", in_quotes(name), path, first);
   }
 
-  // With capture_at: envelope post_impact may begin, and the grasp be released, still earlier than this.
+  // With capture_at: envelope, post_impact may begin earlier, and so may the release.
   void check_release_after_closing(const std::string& name, double after, const std::string& path, std::size_t k) {
     const auto grasp = std::find_if(problem_.grasps.begin(), problem_.grasps.end(),
                                     [&](const GraspSetup& g) { return g.end_effector == name; });
@@ -394,10 +394,10 @@ class Conflicts : ConflictFinder {
         is_flexible(problem_.robot) || std::any_of(problem_.targets.begin(), problem_.targets.end(),
                                                    [](const TargetSetup& t) { return !t.panels.empty(); });
     if (impact.law == ImpactSetup::Law::as_published && bends)
-      add_key("impact.law", "impact.law: as_published: the thesis's formulas are those of rigid robots and targets");
+      add_key("impact.law", "impact.law: as_published: the thesis's formulas support only rigid robots and targets");
     if (impact.modes != ImpactSetup::Modes::all && impact.law == ImpactSetup::Law::compliant)
       add_key("impact.modes",
-              "impact.modes: with law compliant everything bends as it does; none and slow are for impacts without "
+              "impact.modes: with law compliant all modes respond; none and slow are for impacts without "
               "duration");
     const std::size_t before = found_.size();
     if (impact.law == Law::as_published) check_published();
@@ -407,7 +407,7 @@ class Conflicts : ConflictFinder {
     }
   }
 
-  // The thesis's formulas are for rigid grasps of a floating robot that close all at once.
+  // The thesis's formulas are for rigid grasps of a floating robot that close simultaneously.
   void check_published() {
     const auto undefined = [&](const std::string& why) {
       add("impact.law", "impact.law: as_published is not defined {}; use plastic", why);
@@ -415,14 +415,14 @@ class Conflicts : ConflictFinder {
     if (problem_.robot.base_mode == RobotSetup::Base::fixed) undefined("for a robot whose base is fixed");
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
-      if (grasp.contact) continue;  // said by check_contact()
+      if (grasp.contact) continue;  // reported by check_contact()
       if (grasp.model != GraspModel::rigid) undefined(fmt::format("for grasps[{}], which is not rigid", i));
       if (grasp.closes != GraspSetup::Closes::together)
         undefined(fmt::format("for grasps[{}], which does not close with the others", i));
     }
   }
 
-  // What the law needs of the grasps.
+  // Checks the law's requirements for the grasps.
   void check_law(const ImpactSetup& impact) {
     bool any_contact = false, any_grasp = false, any_turning = false;
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
@@ -433,7 +433,7 @@ class Conflicts : ConflictFinder {
     }
     if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grasp) {
       add("impact.law",
-          "impact.law: {} is for contacts, and every grasp here holds; give a grasp model: contact, or use law "
+          "impact.law: {} is for contacts, but every grasp holds; state model: contact for a grasp, or use law "
           "bilateral_restitution or plastic",
           name_of(impact.law));
     }
@@ -450,19 +450,21 @@ class Conflicts : ConflictFinder {
           .relies_on = "impact.grasp.angular_stiffness";
   }
 
-  // A contact needs a law that lets it rebound, and a surface.
+  // A contact needs a law with rebound, and a surface.
   void check_contact(const GraspSetup& grasp, const std::string& path, Law law) {
     if (!is_of_contacts(law)) {
       add(path,
-          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it hold "
+          "{}: contact is not supported by impact.law {}; use restitution, friction or compliant, or a grasp that "
+          "holds "
           "(rigid, hinge, point)",
           path, name_of(law));
     }
     const GraspPoint* point = grasp_point(grasp);
     if (!point || contact_normal(*find_named(problem_.targets, grasp.target), *point)) return;
     add(path,
-        "{}: contact needs the surface's normal: give grasp point {} of target {} a normal, or an approach_direction "
-        "(the normal is against it)",
+        "{}: contact needs the surface's normal: state for grasp point {} of target {} a normal, or an "
+        "approach_direction "
+        "(the normal is opposite to it)",
         path, in_quotes(point->name), in_quotes(grasp.target));
   }
 
@@ -472,7 +474,7 @@ class Conflicts : ConflictFinder {
 
   // ---- Numbers of samples ----
 
-  // Sample and step counts that cannot be meant.
+  // Sample and step counts beyond any plausible use.
   void check_lengths() {
     const double approach = longest(problem_.approach).value_or(0);
     const double post = duration_of(problem_.post_impact).value_or(0);
@@ -501,7 +503,8 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
     text.replace(at, what.size(), by);
 }
 
-// The checks name the phase at hand by post_impact: its place in the file is that of the sequence, and in a list.
+// The checks call the current phase post_impact; this inserts its place in the file: that of the sequence, and its
+// index in a list.
 void put_in_place(const CaptureProblem& problem, std::size_t phase, ProblemFault& fault) {
   const std::string key = phases_key(problem);
   const std::string place = problem.post_impact.size() > 1 ? fmt::format("{}[{}]", key, phase) : key;
@@ -510,7 +513,7 @@ void put_in_place(const CaptureProblem& problem, std::size_t phase, ProblemFault
   if (fault.relies_on.starts_with(kPhasesKey)) replace_all(fault.relies_on, kPhasesKey, here);
 }
 
-// Those of every later phase, as the first one of a problem: what is said of other parts has been said.
+// Checks each later phase as the first one of a problem, without repeating conflicts of other parts.
 void find_in_later_phases(const CaptureProblem& problem, std::vector<ProblemFault>& found) {
   CaptureProblem rotated = problem;
   double before = 0;
@@ -540,7 +543,7 @@ std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem) {
 
 namespace {
 
-// What parts of a body's description demand of each other. Places and sentences begin behind the body's own place.
+// Conflicts within a body's description. Places and sentences omit the body's own place.
 std::vector<ProblemFault> body_conflicts(const RobotSetup& robot, const BodyDescription& body) {
   std::vector<ProblemFault> found;
   const auto add = [&](const char* place, const std::string& sentence) { found.push_back({place, sentence}); };
@@ -552,17 +555,17 @@ std::vector<ProblemFault> body_conflicts(const RobotSetup& robot, const BodyDesc
         fmt::format(".joint.friction.static: {} is less than coulomb, {}", *friction.static_effort, friction.coulomb));
   }
   if (limits.stop && !std::isfinite(limits.lower) && !std::isfinite(limits.upper))
-    add(".joint.limits.stop", ".joint.limits.stop: there is neither a lower nor an upper limit to stop at");
+    add(".joint.limits.stop", ".joint.limits.stop: there is neither a lower nor an upper limit");
   if (joint.elasticity) {
     if (const std::string fault = gear_fault(joint); !fault.empty())
       add(".joint.elasticity", ".joint.elasticity: " + fault);
   }
   if (joint.spring && (limits.stop || friction.model == JointFriction::Model::sticking))
-    add(".joint.spring", ".joint.spring: a joint with a spring has neither stops nor sticking friction");
+    add(".joint.spring", ".joint.spring: a joint with a spring cannot have stops or static friction");
   if (joint.motor && std::isfinite(joint.motor->no_load_rate) && !std::isfinite(limits.effort))
     add(".joint.motor.no_load_rate", ".joint.motor.no_load_rate: needs limits.effort, the effort at rest");
   if (joint.motor && joint.motor->torque_constant > 0 && joint.gear_ratio == 0)
-    add(".joint.motor.torque_constant", ".joint.motor.torque_constant: a gear_ratio of 0 passes no effort on");
+    add(".joint.motor.torque_constant", ".joint.motor.torque_constant: a gear_ratio of 0 transmits no effort");
   const bool is_lost = loses_inertia(body);
   if (!body.modes.empty() && !is_lost) {
     if (const std::string fault = modes_fault(body); !fault.empty()) add(".modes", ".modes: " + fault);
@@ -597,7 +600,7 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
   for (std::size_t w = 0; w < robot.wheels.size(); ++w) {
     if (robot.wheels[w].friction.model == JointFriction::Model::smooth) continue;
     const std::string here = fmt::format("wheels[{}].friction.model", w);
-    found.push_back({here, fmt::format("{}{}: the bearing of a reaction wheel has friction of the model smooth",
+    found.push_back({here, fmt::format("{}{}: the bearing of a reaction wheel supports only the friction model smooth",
                                        path.empty() ? "" : path + ".", here)});
   }
   const std::string before = path.empty() ? "" : path + ".";
@@ -606,9 +609,10 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
     const MomentGyroSetup& gyro = robot.gyros[g];
     const std::string here = fmt::format("gyros[{}]", g);
     if (!(std::abs(dot(gyro.gimbal_axis, gyro.spin_axis)) < 1e-6)) {
-      found.push_back({here + ".spin_axis", fmt::format("{}{}.spin_axis must be perpendicular to gimbal_axis; their "
-                                                        "product is {:.3g}",
-                                                        before, here, dot(gyro.gimbal_axis, gyro.spin_axis))});
+      found.push_back(
+          {here + ".spin_axis", fmt::format("{}{}.spin_axis must be perpendicular to gimbal_axis; their dot "
+                                            "product is {:.3g}",
+                                            before, here, dot(gyro.gimbal_axis, gyro.spin_axis))});
     }
     if (!(gyro.gimbal_inertia > 0.5 * gyro.inertia)) {
       sound = false;
@@ -624,7 +628,7 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
     found.push_back({key, fmt::format("{}{}: {}", before, key, fault)});
   }
   if (robot.geometry.size() > kMostShapes) {
-    found.push_back({"links", fmt::format("the robot's bodies have {} shapes in all, at most {} are allowed",
+    found.push_back({"links", fmt::format("the robot's bodies have {} shapes in total, at most {} are allowed",
                                           robot.geometry.size(), kMostShapes)});
   }
   return found;

@@ -38,7 +38,7 @@ class SceneBuilder {
   }
 
  private:
-  // The base, then links as the file has them, but none before its parent.
+  // The base, then links in the order of the file, but none before its parent.
   void add_robot() {
     const std::vector<BodyDescription>& bodies = problem_.robot.bodies;
     std::set<std::string> added;
@@ -50,7 +50,7 @@ class SceneBuilder {
       }
     };
     add_where([&](const BodyDescription& b) { return b.name == problem_.robot.base; });
-    // Every pass adds one link at least: the model has been built, so there are no circles.
+    // Each pass adds at least one link: the model has been built, so there are no cycles.
     while (added.size() < bodies.size()) {
       add_where([&](const BodyDescription& b) { return added.contains(b.parent); });
     }
@@ -67,7 +67,7 @@ class SceneBuilder {
     body.kind = base ? "base" : "link";
     body.series = base ? "base" : "links/" + description.name;
     if (!base) {
-      // On the joint of its own, or on the first of several at one place.
+      // On its own joint, or on the first of several at one place.
       const BodyDescription* carried = &description;
       Posed X_PF = description.X_PF;
       for (const BodyDescription* below = body_named(carried->parent); below && is_unseen(*below);
@@ -94,7 +94,7 @@ class SceneBuilder {
     body.name = target.name;
     body.kind = "target";
     body.series = "targets/" + target.name;
-    const BodyDescription rest = target_bodies(target).bodies.front();  // without its panels, which are bodies too
+    const BodyDescription rest = target_bodies(target).bodies.front();  // without its panels, which are separate bodies
     body.mass = rest.mass, body.com = rest.com, body.inertia = rest.inertia;
     add_shapes(target.geometry, body);
     scene_.bodies.push_back(std::move(body));
@@ -103,7 +103,7 @@ class SceneBuilder {
     }
   }
 
-  // The pieces of a target's panels, as bodies of their own.
+  // The pieces of a target's panels, as separate bodies.
   void add_panels(const TargetSetup& target) {
     const TargetBodies all = target_bodies(target);
     const std::size_t prefix = target_body_name("").size();
@@ -132,7 +132,7 @@ class SceneBuilder {
   SceneShape scene_shape(const Geometry& geometry) {
     SceneShape shape{name_of(geometry.shape), geometry.size, geometry.X_BG, -1};
     if (!geometry.mesh) return shape;
-    // Bodies that share a mesh share it here too.
+    // Bodies that share a mesh share it in the scene, too.
     const auto known = std::find(meshes_.begin(), meshes_.end(), geometry.mesh.get());
     shape.mesh = static_cast<int>(known - meshes_.begin());
     if (known == meshes_.end()) {
@@ -149,20 +149,20 @@ class SceneBuilder {
 
 // --- Whether everything moves in the plane z = 0 ---
 
-// Collects whether all quantities it is shown are those of a motion in the plane.
+// Collects whether all given quantities belong to a motion in the plane.
 class PlaneCheck {
  public:
   bool planar() const { return planar_; }
 
   void zero(double x) { planar_ = planar_ && std::abs(x) < kSmall; }
-  // A force, velocity, place or direction.
+  // A force, velocity, position or direction.
   void in_plane(const Vector3d& v) { zero(v[2]); }
   // A torque, an angular velocity.
   void along_normal(const Vector3d& v) { zero(v[0]), zero(v[1]); }
-  // An axis that the plane's mirror maps onto itself.
+  // An axis that reflection in the plane maps onto itself.
   void mirrored(const Vector3d& axis) { planar_ = planar_ && (lies_in(axis) || stands_on(axis)); }
   void twist(const Twistd& V) { in_plane(V.linear), along_normal(V.angular); }
-  // A rigid body, in W: its centre of mass in the plane, which is a principal one of it.
+  // A rigid body, in W: its centre of mass is in the plane, which is a principal plane.
   void body(const RigidBodyInertiad& I_W) {
     if (!(I_W.mass > 0)) return;
     in_plane(I_W.com());
@@ -179,7 +179,7 @@ class PlaneCheck {
   bool planar_ = true;
 };
 
-// What is fixed to each other moves as one body: its parts may be above and below the plane.
+// Bodies fixed to each other move as one body: its parts may be above and below the plane.
 void check_servicer(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k,
                     PlaneCheck& check) {
   const Model& model = system.model;
@@ -193,7 +193,7 @@ void check_servicer(const CaptureProblem& problem, const CaptureSystem& system, 
     rigid.emplace(carrier[i], RigidBodyInertiad::zero()).first->second +=
         k.X_WB[i] * RigidBodyInertiad::about_com(b.mass, b.com, b.inertia);
     if (body.parent < 0) continue;
-    const Vector3d axis = k.X_WB[i].R * b.joint.axis;  // a joint's motion leaves its own axis where it is
+    const Vector3d axis = k.X_WB[i].R * b.joint.axis;  // the joint's motion leaves its axis unchanged
     if (slides_along_axis(b.joint.type)) check.in_plane(axis);
     if (turns_about_axis(b.joint.type)) check.along_normal(axis);
   }
@@ -220,7 +220,7 @@ void check_targets(const CaptureProblem& problem, PlaneCheck& check) {
   }
 }
 
-// Grasps and what acts from outside, at the initial pose: motion in the plane keeps what they are to it.
+// Grasps and external loads, at the initial pose: motion in the plane preserves the symmetry.
 void check_actions(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k, PlaneCheck& check) {
   const Model& model = system.model;
   check.in_plane(problem.gravity);
@@ -266,7 +266,7 @@ bool is_planar(const CaptureProblem& stated) {
 
 Scene scene_of(const CaptureProblem& stated) {
   const CaptureProblem problem = flexible_problem(stated);
-  const bool planar = is_planar(stated);  // first: it looks for faults
+  const bool planar = is_planar(stated);  // first, since it checks the problem
   Scene scene = SceneBuilder(problem).build();
   scene.planar = planar;
   for (const EndEffectorSetup& e : problem.robot.end_effectors) {

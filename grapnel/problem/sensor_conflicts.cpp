@@ -1,4 +1,4 @@
-// The conflicts of what the on-board computer knows: sensors, estimates and replanning, identification.
+// Conflicts of the on-board computer's knowledge: sensors, estimates and replanning, identification.
 #include <set>
 
 #include "grapnel/problem/conflict_finder.hpp"
@@ -21,8 +21,8 @@ class SensorConflicts : ConflictFinder {
   void check_sensors(const SensorSetup& s) {
     if (!problem_.control) {
       add_key("sensors",
-              "sensors are read at the ticks of the on-board computer: control: {{period: ...}} is missing; laws that "
-              "act continuously see the truth");
+              "sensors need the sample times of the on-board computer: control: {{period: ...}} is missing; laws that "
+              "act continuously receive true values");
       return;
     }
     if (s.joints) check_time(s.joints->sample_time, "sensors.joints");
@@ -56,8 +56,8 @@ class SensorConflicts : ConflictFinder {
   void check_turning() {
     for (const BodyDescription& body : problem_.robot.bodies) {
       if (!slides_along_axis(body.joint.type)) continue;
-      add("sensors.joints.counts_per_turn", "sensors.joints.counts_per_turn: joint \"{}\" slides; give quantum instead",
-          body.joint.name);
+      add("sensors.joints.counts_per_turn",
+          "sensors.joints.counts_per_turn: joint \"{}\" is prismatic; state quantum instead", body.joint.name);
       return;
     }
   }
@@ -74,11 +74,12 @@ class SensorConflicts : ConflictFinder {
 
   void check_replanning(const ApproachSetup& approach) {
     if (!approach.plan)
-      add_key("approach.replan", "approach.replan needs approach.plan: a stated motion is not planned anew");
+      add_key("approach.replan", "approach.replan needs approach.plan: a stated motion cannot be replanned");
     if (approach.profile == JointProfile::quartic && approach.plan)
-      add_key("approach.replan",
-              "approach.replan: the quartic profile starts from rest, and joints move when they are planned anew; use "
-              "profile: quintic or cycloidal");
+      add_key(
+          "approach.replan",
+          "approach.replan: the quartic profile starts from rest, but joints move when the approach is replanned; use "
+          "profile: quintic or cycloidal");
     const double least = shortest(problem_.approach).value_or(0), most = longest(problem_.approach).value_or(0);
     if (least > 0 && approach.replan->every >= least)
       add("approach.replan.every", "approach.replan.every is {} [s], must be less than {}, {}", approach.replan->every,
@@ -101,7 +102,7 @@ class SensorConflicts : ConflictFinder {
     check_held(identify.target, "post_impact.identify");
     if (!problem_.control) {
       add_key("post_impact.identify",
-              "post_impact.identify takes samples at the ticks of the on-board computer: control: {{period: ...}} is "
+              "post_impact.identify needs the sample times of the on-board computer: control: {{period: ...}} is "
               "missing");
     } else {
       check_time(identify.sample_time, "post_impact.identify");
@@ -111,15 +112,16 @@ class SensorConflicts : ConflictFinder {
       add("post_impact.identify.duration", "post_impact.identify ends after {} [s], must end within post_impact's {}",
           end, post.duration);
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
-      add_key("post_impact.identify",
-              "post_impact.identify: the robot's base is fixed, and momentum is not kept: nothing follows from it");
+      add_key(
+          "post_impact.identify",
+          "post_impact.identify: the robot's base is fixed, so momentum is not conserved and cannot identify a target");
     const bool forced = problem_.orbit || !problem_.loads.empty() || !is_zero(problem_.gravity);
     if (forced && identify.base == IdentifySetup::Base::rotation)
       add("post_impact.identify.base",
-          "post_impact.identify.base: rotation is for motion without forces from outside; use twist");
+          "post_impact.identify.base: rotation is for motion without external forces; use twist");
     if (forced && problem_.targets.size() > 1)
       add_key("post_impact.identify",
-              "post_impact.identify: with gravity, an orbit or external_wrenches there must be one target alone");
+              "post_impact.identify: with gravity, an orbit or external_wrenches there must be only one target");
     if (identify.excitation) check_excitation(post, end);
   }
 
@@ -127,7 +129,7 @@ class SensorConflicts : ConflictFinder {
     using Joints = PostImpactSetup::Joints;
     const std::string path = "post_impact.identify.excitation";
     if (post.joints != Joints::pd && post.joints != Joints::computed_torque && post.joints != Joints::controller)
-      add_key(path, "{}: joints that are {} follow nothing; use joints: pd, computed_torque or controller", path,
+      add_key(path, "{}: joints that are {} follow no reference; use joints: pd, computed_torque or controller", path,
               name_of(post.joints))
           .relies_on = "post_impact.joints";
     if (post.move && post.move->after < end)
@@ -137,7 +139,7 @@ class SensorConflicts : ConflictFinder {
           post.move->after, end);
   }
 
-  // Each part may fit the truth and all of them no body.
+  // Each value may be valid with the true values of the others, but not all together.
   void check_assumed(const AssumedTarget& assumed) {
     if (!assumed.inertia) return;
     const std::string fault = inertia_fault(*assumed.inertia);
@@ -153,7 +155,7 @@ class SensorConflicts : ConflictFinder {
       if (!problem_.grasps.empty() && find_named(problem_.targets, problem_.grasps[0].target))
         add_key(path, "{}: no grasp holds a target", path);
     } else if (name.empty() && held.size() > 1) {
-      add_key(path, "{}: the grasps hold {} targets; say which by 'target'", path, held.size());
+      add_key(path, "{}: the grasps hold {} targets; name one with 'target'", path, held.size());
     } else if (!name.empty() && find_named(problem_.targets, name) && !held.contains(name)) {
       add(path + ".target", "{}.target is \"{}\", which no grasp holds", path, name);
     }

@@ -14,21 +14,21 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Of a mode whose translation, over the body's size, is less than this part of its rotation nothing slides.
+// A mode whose translation, relative to the body's size, is below this fraction of its rotation has no sliding mass.
 constexpr double kNoTranslation = 1e-9;
-// The rotor that has a mode's rotation has this part of the mode's kinetic energy.
+// Fraction of the mode's kinetic energy that belongs to the rotor with the mode's rotation.
 constexpr double kRotorPart = 1e-12;
-// What of a body its modes may move beyond the whole of it: numbers in tables have some six digits.
+// Tolerance for modes that move more than the body's inertia: numbers in tables have some six digits.
 constexpr double kExcess = 1e-6;
 
-// How large a body is as seen from its frame, whose origin may be at its end: [m].
+// Size of a body seen from its frame, whose origin may be at its end [m].
 double reach_of(const BodyDescription& link) {
   const RigidBodyInertiad I = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia);
   const Symmetric3d& J = I.rotational;
   return std::sqrt(2 * (J.xx + J.yy + J.zz) / link.mass);
 }
 
-// A mode as what moves on one spring: a point mass that slides, or something that turns, and a rotor (22.9).
+// A mode as a body on one spring: a sliding point mass or a rotating body, and a rotor (22.9).
 struct Oscillator {
   bool slides = false;
   double inertia = 0;  // of its coordinate: effective mass [kg], or moment of inertia [kg m^2]
@@ -49,11 +49,11 @@ Oscillator oscillator_of(const VibrationMode& mode, double reach) {
     o.spin = scale * r;
     return o;
   }
-  // Where the mass has the rotation's part across the axis, no farther away than the body reaches.
+  // Position at which the mass has the part of the rotation across the axis; at most the body's size away.
   o.place = (1 / scale) * cross(o.axis, r);
   if (const double distance = norm(o.place); distance > reach) o.place = (reach / distance) * o.place;
   o.spin = scale * (r - cross(o.place, t));
-  if (norm(o.spin) < 1e-14 * scale * norm(r)) o.spin = Vector3d::zero();  // rounding
+  if (norm(o.spin) < 1e-14 * scale * norm(r)) o.spin = Vector3d::zero();  // rounding errors
   return o;
 }
 
@@ -61,7 +61,7 @@ RigidBodyInertiad point_mass(const Oscillator& o) {
   return RigidBodyInertiad::about_com(o.slides ? o.inertia : 0, o.place, Symmetric3d::zero());
 }
 
-// [angular; linear], about the frame's origin.
+// The 6x6 matrix, [angular; linear], about the frame's origin.
 Matrix6 matrix_of(const RigidBodyInertiad& I) {
   Matrix6 M = Matrix6::Zero();
   const Vector3d& h = I.first_moment;
@@ -75,7 +75,7 @@ Matrix6 matrix_of(const RigidBodyInertiad& I) {
   return M;
 }
 
-// In words: where a motion of the whole body goes, [angular; linear].
+// The direction of a motion of the whole body in words, [angular; linear].
 std::string direction_in_words(const Eigen::Matrix<double, 6, 1>& u, double reach) {
   static constexpr std::array kNames{"turning about x", "turning about y", "turning about z",
                                      "moving along x",  "moving along y",  "moving along z"};
@@ -109,8 +109,8 @@ std::vector<BodyDescription> bodies_of_modes(const BodyDescription& link) {
     const double spin = norm(o.spin);
     if (o.slides) body.mass = o.inertia;
     if (spin > 0) {
-      // Of a given spin momentum a rotor has the less kinetic energy the slower it turns: it turns slowly here, and is
-      // large. Where nothing slides it is the mode.
+      // For a given angular momentum, a slower rotor has less kinetic energy: the rotor turns slowly and its inertia is
+      // large. Without a sliding mass, the rotor is the mode.
       body.joint.rotor_axis = (1 / spin) * o.spin;
       body.joint.gear_ratio = o.slides ? kRotorPart * o.inertia / spin : o.inertia / spin;
       body.joint.rotor_inertia = spin / body.joint.gear_ratio;
@@ -136,20 +136,21 @@ std::vector<BodyDescription> bodies_of_modes(const BodyDescription& link) {
 }
 
 std::string modes_fault(const BodyDescription& link) {
-  if (link.beam) return "a body has a beam or modes, not both";
-  if (link.parent.empty()) return "the base has no modes; panels are links on it";
+  if (link.beam) return "a body cannot have both a beam and modes";
+  if (link.parent.empty()) return "the base cannot have modes; make panels links on it";
   int number = 0;
   Matrix6 P2 = Matrix6::Zero();
   for (const VibrationMode& mode : link.modes) {
     ++number;
     if (!(mode.frequency > 0)) return fmt::format("mode {} needs a positive frequency", number);
     const Vector3d &t = mode.translation, &r = mode.rotation;
-    if (!(dot(t, t) + dot(r, r) > 0)) return fmt::format("mode {} has no participation: nothing can excite it", number);
+    if (!(dot(t, t) + dot(r, r) > 0))
+      return fmt::format("mode {} has no participation, so it cannot be excited", number);
     const Eigen::Matrix<double, 6, 1> P{r[0], r[1], r[2], t[0], t[1], t[2]};
     P2 += P * P.transpose();
   }
-  // What the modes leave, I - P P^T, must move with a positive kinetic energy (22.9b). With I = L L^T the largest
-  // eigenvalue of L^-1 P P^T L^-T is the part of the body that modes move in the direction where they move most.
+  // The rest, I - P P^T, must have positive kinetic energy (22.9b). With I = L L^T the maximum eigenvalue of L^-1 P P^T
+  // L^-T is the fraction of the body's inertia that the modes move, in the direction of the maximum.
   const Matrix6 I = matrix_of(RigidBodyInertiad::about_com(link.mass, link.com, link.inertia));
   const Cholesky factor(I);
   const Eigen::MatrixXd half = lower_solution(factor, Eigen::MatrixXd(P2));
@@ -160,11 +161,10 @@ std::string modes_fault(const BodyDescription& link) {
   if (most > 1 + kExcess || (moves && most > 1 - kExcess)) {
     const Eigen::Matrix<double, 6, 1> u = upper_solution(factor, Eigen::VectorXd(solver.eigenvectors().col(5)));
     return fmt::format(
-        "together the modes move {:.6g} times what the body has in one direction, mostly {}: {}; check units "
+        "together the modes move {:.6g} times the body's inertia in one direction, mostly {}: {}; check units "
         "(kg^(1/2), kg^(1/2) m about the frame's origin) and the body's mass and inertia",
         most, direction_in_words(u, reach_of(link)),
-        most > 1 + kExcess ? "the residual inertia would be negative"
-                           : "on a joint that moves something of it has to be left");
+        most > 1 + kExcess ? "the residual inertia would be negative" : "on a moving joint part of it must remain");
   }
   return {};
 }

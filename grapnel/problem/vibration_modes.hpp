@@ -2,7 +2,7 @@
 
 /// @file
 /// Modes of vibration that a file states for a body, as masses and rotors on springs; (22.9) to (22.9b) of
-/// docs/theory.md. Internal to this module, but for modes_fault() of flexible_bodies.hpp.
+/// docs/theory. Internal to this module, except for modes_fault() of flexible_bodies.hpp.
 
 #include <vector>
 
@@ -10,8 +10,8 @@
 
 namespace grapnel {
 
-/// What flexible_robot() hangs on a link for its modes: a body NAME:mode-K with a spring for each, and NAME:modes,
-/// which takes back what of the link's mass the modes' masses count a second time. The link itself stays whole.
+/// The bodies that flexible_robot() adds to a link for its modes: NAME:mode-K with a spring for each mode, and
+/// NAME:modes, which subtracts the masses that would otherwise count twice. The link itself remains one body.
 std::vector<BodyDescription> bodies_of_modes(const BodyDescription& link);
 
 }  // namespace grapnel

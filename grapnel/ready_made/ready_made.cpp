@@ -23,7 +23,7 @@ std::string_view kind_name(ReadyMade::Kind kind) {
   return "template";
 }
 
-// Of the comment that a text begins with, after the line that names the schema to editors.
+// The leading comment of a text, after the line with the schema for editors.
 std::string first_sentence(std::string_view text) {
   std::string sentence;
   if (text.starts_with("# yaml-language-server: ")) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
@@ -67,7 +67,7 @@ bool is_ready_made_name(std::string_view text) {
 }
 
 std::string no_ready_made(ReadyMade::Kind kind, std::string_view name) {
-  // "envisat" is nearest to what it begins; else a slip of some letters.
+  // A name that begins with the text ("envisat"), else the nearest spelling.
   std::vector<std::string> names, beginning;
   for (const ReadyMade& one : ready_made(kind)) {
     names.emplace_back(one.name);

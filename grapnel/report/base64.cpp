@@ -6,7 +6,7 @@
 namespace grapnel {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the bytes of numbers are taken as they are");
+static_assert(std::endian::native == std::endian::little, "the bytes of numbers are copied unchanged");
 
 std::string encoded(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

@@ -16,7 +16,7 @@
 namespace grapnel {
 namespace {
 
-// Splitmix64's finalizer (Steele, Lea and Flood 2014): as good as random, and the same everywhere.
+// Splitmix64's finalizer (Steele, Lea and Flood 2014): pseudo-random, and identical on all machines.
 std::uint64_t hash_of(std::uint64_t k) {
   k += 0x9e3779b97f4a7c15u;
   k = (k ^ (k >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -24,7 +24,7 @@ std::uint64_t hash_of(std::uint64_t k) {
   return k ^ (k >> 31);
 }
 
-// Of `rows`, the `most` whose k has the least hash.
+// The `most` rows whose k has the smallest hash.
 std::vector<std::size_t> least_hashed(std::vector<std::size_t> rows, const std::vector<std::uint64_t>& index,
                                       std::size_t most) {
   if (rows.size() <= most) return rows;
@@ -98,7 +98,7 @@ std::vector<std::pair<std::size_t, bool>> sampled_rows(const std::vector<std::ui
 CampaignRows read_campaign_rows(const std::filesystem::path& path, const CampaignQuery& query) {
   const CampaignTable table(path);
   if (!query.sha256.empty() && table.sha256() != query.sha256)
-    throw table.fault("it is of another campaign than campaign.json");
+    throw table.fault("it belongs to another campaign than campaign.json");
   CampaignRows result;
   result.table_rows = table.rows();
   result.statuses = table.status_names();
@@ -124,7 +124,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostRows = 5000;           // more than that no chart shows apart
+constexpr std::size_t kMostRows = 5000;           // limit of distinguishable points in a chart
 constexpr std::size_t kMostSampled = 1'000'000;   // of the sample: about 5 MB
 constexpr std::size_t kLargestJson = 50'000'000;  // [bytes]
 
@@ -144,7 +144,7 @@ void add_indices(const Json& list, std::vector<std::uint64_t>& cases) {
   }
 }
 
-// The cases that campaign.json names one by one: the worst, and examples of those that failed.
+// Cases listed in campaign.json: the worst cases, and examples of failed ones.
 std::vector<std::uint64_t> named_cases(const Json& statistics) {
   std::vector<std::uint64_t> cases;
   for (const auto& [list, members] :
@@ -157,7 +157,7 @@ std::vector<std::uint64_t> named_cases(const Json& statistics) {
   return cases;
 }
 
-// How a case is simulated alone, in the result folder, where the settings say which file the campaign was.
+// The command for a single case, in the result folder, if the settings name the campaign file.
 std::string case_command(const Json& statistics, const fs::path& folder) {
   const Json::json_pointer file("/campaign/file");
   if (!statistics.contains(file) || !statistics.at(file).is_string()) return {};
@@ -183,7 +183,7 @@ void name_folder(Json& statistics, const std::string& command) {
   }
 }
 
-// Cases with a report of their own beside the folder's, in increasing order.
+// Cases with separate reports, in increasing order.
 std::vector<std::uint64_t> saved_cases(const fs::path& folder) {
   constexpr std::string_view kCase = "case-";
   std::vector<std::uint64_t> cases;
@@ -249,8 +249,9 @@ Json campaign_data(const fs::path& folder) {
   const fs::path path = folder / "campaign.json";
   std::error_code ignored;
   if (const auto bytes = fs::file_size(path, ignored); !ignored && bytes > kLargestJson)
-    throw TooLarge(fmt::format("{}: {:.0f} MB are too much for a report; choose fewer with 'columns' in the campaign",
-                               path.string(), static_cast<double>(bytes) / 1e6));
+    throw TooLarge(
+        fmt::format("{}: {:.0f} MB exceed the limit of a report; select fewer columns with 'columns' in the campaign",
+                    path.string(), static_cast<double>(bytes) / 1e6));
   Json statistics = read_json_document(path, "grapnel-campaign-report/1");
   const std::vector<std::uint64_t> saved = saved_cases(folder);
   const CampaignQuery query = query_of(statistics, path, saved);
@@ -262,7 +263,7 @@ Json campaign_data(const fs::path& folder) {
     sample = sample_json(rows);
     const auto counted = statistics.find("rows");
     if (counted != statistics.end() && counted->is_number_unsigned() && counted->get<std::uint64_t>() != table_rows)
-      notes.push_back(fmt::format("table.h5 has {} rows where campaign.json has {}: they were not made together.",
+      notes.push_back(fmt::format("table.h5 has {} rows, but campaign.json has {}: they belong to different runs.",
                                   table_rows, counted->get<std::uint64_t>()));
   } catch (const std::exception& error) {
     notes.push_back("No single cases, only statistics: " + without_folder(error.what(), folder));

@@ -13,16 +13,16 @@
 
 namespace grapnel {
 
-/// One number per row that was read; NaN where there is nothing.
+/// One number per row that was read; NaN if it does not exist.
 struct CampaignColumn : CampaignTable::Head {
   std::vector<float> values = {};
 };
 
-/// Which rows are wanted. Names are those of campaign.json.
+/// Requested rows and columns. Names are those of campaign.json.
 struct CampaignQuery {
-  std::string sha256;                                // of the campaign; empty: whatever the table's
+  std::string sha256;                                // of the campaign; empty: any
   std::vector<std::string> design, inputs, columns;  // names
-  std::vector<std::uint64_t> cases;                  // always, where they are in the table
+  std::vector<std::uint64_t> cases;                  // included if they are in the table
   std::size_t most = 5000;                           // rows of the even sample
   std::size_t most_without_success = 500;            // added to it, if there are more
 };
@@ -37,11 +37,11 @@ struct CampaignRows {
   std::vector<CampaignColumn> design, inputs, columns;
 };
 
-/// Reads table.h5 one dataset at a time: memory grows by 20 bytes per row of the file. Of a table with more than
-/// `query.most` rows those are taken whose k has the least hash: an even sample, which no pattern in the order of the
-/// cases can bend (every n-th of a Sobol sequence is no sample of it), and the same for the same table. The rows of
-/// `query.cases` and some without success are added.
-/// @throws std::runtime_error naming path and fault: missing, damaged, of another campaign.
+/// Reads table.h5 one dataset at a time: memory grows by 20 bytes per row of the file. From a table with more than
+/// `query.most` rows the rows with the smallest hash of k are selected: an even sample, independent of patterns in the
+/// order of the cases (every n-th point of a Sobol sequence is not an even sample), and identical for the same table.
+/// The rows of `query.cases` and some without success are added.
+/// @throws std::runtime_error naming path and error: missing, damaged, of another campaign.
 CampaignRows read_campaign_rows(const std::filesystem::path& path, const CampaignQuery& query);
 
 /// The rows that make up the sample: positions in `index`, increasing, and for each whether it is of the even sample.

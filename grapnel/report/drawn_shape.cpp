@@ -13,8 +13,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kRodRadius = 0.035;  // of a rod's length
 constexpr double kLeastRod = 1e-6;    // [m]
-constexpr double kPointMass = 0.05;   // [m] radius of what has mass and no inertia
-constexpr double kThinnest = 0.02;    // of a box's longest edge, so that it can be seen
+constexpr double kPointMass = 0.05;   // [m] radius of a point mass
+constexpr double kThinnest = 0.02;    // minimum thickness relative to the longest edge, for visibility
 
 // A capsule from a to b in the body's frame.
 SceneShape rod(const Vector3d& a, const Vector3d& b) {
@@ -221,7 +221,7 @@ std::vector<Point2> convex_hull(std::vector<Point2> points) {
   const auto turn = [](const Point2& o, const Point2& a, const Point2& b) {
     return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
   };
-  // Corners that only rounding makes are none: an edge-on circle is a line.
+  // Corners at the level of rounding error are removed: an edge-on circle is a line.
   double largest = 0;
   for (const Point2& p : points)
     largest = std::max({largest, std::abs(p[0] - points[0][0]), std::abs(p[1] - points[0][1])});

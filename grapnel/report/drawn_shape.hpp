@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a body is drawn as, and triangles of it: for pictures and for glTF.
+/// Shapes of bodies for drawing, and their triangles: for pictures and for glTF.
 
 #include <array>
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace grapnel {
 
-/// The shapes of a body in its frame. A body that has none in the scene gets some: a link rods (capsules) from its
-/// joint to the joints and end-effectors it carries; anything else the box of uniform density that has its inertia, or
-/// a small sphere if it is a point mass. A link whose rods would have no length gets a box, too.
+/// The shapes of a body in its frame. A body without shapes in the scene gets default shapes: a link rods (capsules)
+/// from its joint to its child joints and end-effectors; any other body the box of uniform density with the same
+/// inertia, or a small sphere for a point mass. A link with rods of zero length gets a box.
 std::vector<SceneShape> drawn_shapes(const Scene& scene, std::size_t body);
 
 /// The box [edge lengths] of uniform density with this inertia about its centre, turned by X_BG.R.
@@ -36,7 +36,7 @@ using Point2 = std::array<double, 2>;
 /// An orthographic view: unit vectors in W to the right, upwards, and towards the reader.
 struct View {
   Vector3d right, up, towards;
-  std::string right_name, up_name;  // of the axes, "x"; empty where the picture's axes are none of W's
+  std::string right_name, up_name;  // of the axes, "x"; empty if the picture's axes are not axes of W
 
   Point2 operator()(const Vector3d& p) const { return {dot(right, p), dot(up, p)}; }
 };
@@ -47,7 +47,7 @@ View view_along(const std::string& name);
 /// The convex hull of points, counter-clockwise, without its first point repeated.
 std::vector<Point2> convex_hull(std::vector<Point2> points);
 
-/// A shape made ready to be seen in many poses.
+/// A shape prepared for drawing in many poses.
 class Silhouette {
  public:
   Silhouette(const Scene& scene, const SceneShape& shape);

@@ -13,7 +13,7 @@ namespace grapnel {
 
 namespace {
 
-// The first eight after Okabe and Ito; those behind are told apart from them by their brightness.
+// The first eight after Okabe and Ito; the others differ from them by brightness.
 constexpr std::array<const char*, 16> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a7400", "#56b4e9",
                                               "#e69f00", "#777777", "#332288", "#a01010", "#0b5d2e", "#e6194b",
                                               "#5a3a1a", "#40d0c0", "#9a32cd", "#111111"};
@@ -57,18 +57,17 @@ std::vector<FigureOffer> study_offers() {
 std::vector<FigureOffer> run_offers(const RunSource& run) {
   std::vector<FigureOffer> offers = series_offers(run);
   if (has_impulses(run)) offers.push_back({"impulse", "impulse and angular impulse of every grasp"});
-  if (has_window(run)) offers.push_back({"window", "times of capture that were looked at, and what limits them"});
+  if (has_window(run)) offers.push_back({"window", "evaluated capture times, and their limits"});
   if (run.scene) offers.push_back({"strobe", "superposed configurations of the whole system"});
   return offers;
 }
 
 void require_folder(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) throw std::runtime_error(folder.string() + ": there is no such folder");
+  if (!std::filesystem::is_directory(folder)) throw std::runtime_error(folder.string() + ": no such folder");
   if (!is_sweep(folder) && !is_campaign_folder(folder) && !std::filesystem::exists(folder / "timeseries.h5"))
-    throw std::runtime_error(
-        folder.string() +
-        ": neither timeseries.h5 of a run nor study.json of a sweep nor campaign.json of a campaign "
-        "is in there");
+    throw std::runtime_error(folder.string() +
+                             ": the folder contains neither timeseries.h5 of a run nor study.json of a sweep nor "
+                             "campaign.json of a campaign");
 }
 
 [[noreturn]] void not_offered(const FigureRequest& request, const std::vector<FigureOffer>& offers) {
@@ -122,7 +121,7 @@ FigureFiles write_figure(const Figure& figure, const std::filesystem::path& imag
   const std::string script = figure_script(figure, image.filename().string(), files.data.filename().string());
   write_file_atomically(files.data, figure_data(figure));
   write_file_atomically(files.script, script);
-  // The same script with another output: gnuplot follows links, and leaves half an image where it is stopped.
+  // The same script with another output: gnuplot follows links, and leaves a partial image if it is stopped.
   AtomicFile drawn(image), drawing(files.script);
   const auto name = [](const AtomicFile& file) { return file.temporary().filename().string(); };
   drawing.write(figure_script(figure, image.filename().string(), files.data.filename().string(), name(drawn)));

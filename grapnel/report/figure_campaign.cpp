@@ -105,7 +105,7 @@ Figure criteria_figure(const CampaignSource& source, const FigureRequest& reques
 
 // ---- Distributions ----
 
-// What criteria ask of single numbers.
+// Limits of criteria on single numbers.
 std::vector<double> limits_of(const CampaignSource& source, const std::string& name) {
   std::vector<double> limits;
   for (const Json& criterion : list_of(source.statistics, "criteria", source.path)) {
@@ -124,7 +124,7 @@ bool has_numbers(const Json& distribution) {
   return std::isfinite(least) && std::isfinite(largest) && least < largest;
 }
 
-// Those asked for; else those that criteria limit, then the first that are not all the same.
+// The requested columns; else those that criteria limit, then the first that are not constant.
 std::vector<std::string> distributions_shown(const CampaignSource& source, const FigureRequest& request) {
   std::vector<std::string> all, shown;
   std::set<std::string> varying;
@@ -172,7 +172,7 @@ const CampaignColumn& column_named(const CampaignRows& rows, const std::string& 
   throw std::runtime_error("the table has no column '" + name + "'");
 }
 
-// The share of the finite numbers that are at most so large, as steps.
+// The share of finite numbers up to each value, as steps.
 FigureBlock cumulative(const CampaignColumn& column) {
   std::vector<double> values;
   for (const float value : column.values)
@@ -219,7 +219,7 @@ Figure distribution_figure(const CampaignSource& source, const FigureRequest& re
 
 // ---- Success over a design ----
 
-// An axis and which of its values each point has: the first axis varies slowest.
+// An axis and the value index of each point: the first axis varies slowest.
 StudyColumn map_axis(const Json& axis, std::size_t points, std::size_t inner, const std::filesystem::path& path) {
   StudyColumn column{text_of(axis, "name", path, "success_map.axes"), text_of(axis, "unit", path, "success_map.axes"),
                      ""};

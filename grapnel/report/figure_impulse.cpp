@@ -103,7 +103,7 @@ bool has_impulses(const RunSource& run) { return !bars_of(run).empty(); }
 
 Figure impulse_figure(const RunSource& run, const FigureRequest& request) {
   const std::vector<Bar> bars = bars_of(run);
-  if (bars.empty()) throw std::runtime_error((run.folder / "summary.json").string() + ": there was no impact");
+  if (bars.empty()) throw std::runtime_error((run.folder / "summary.json").string() + ": the run has no impact");
   Figure figure;
   figure.what = request.what;
   figure.heads = figure_heads(run, request);

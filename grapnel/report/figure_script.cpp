@@ -35,7 +35,7 @@ std::size_t character_length(std::string_view text, std::size_t at) {
   for (std::size_t i = 1; i < length; ++i) {
     if ((byte(at + i) & 0xc0) != 0x80) return 0;
   }
-  if (length > 2) {  // overlong forms, surrogates, beyond the last character
+  if (length > 2) {  // overlong forms, surrogates, beyond the last code point
     const unsigned char second = byte(at + 1);
     if ((first == 0xe0 && second < 0xa0) || (first == 0xed && second > 0x9f) || (first == 0xf0 && second < 0x90) ||
         (first == 0xf4 && second > 0x8f))
@@ -65,7 +65,7 @@ std::string plain_line(std::string_view text) {
 namespace {
 
 // A constant of gnuplot, which reads two apostrophes as one within a constant but not four as two, nor three at its
-// beginning: such apostrophes stand in a constant of their own, between double quotes.
+// beginning: such apostrophes are written in a separate constant in double quotes.
 std::string gnuplot_constant(std::string_view text) {
   std::string quoted = "'";
   for (std::size_t at = 0; at < text.size();) {
@@ -96,7 +96,7 @@ std::string gnuplot_file(std::string_view name) {
     throw std::invalid_argument("a figure's file name must not have control characters: '" + plain_line(name) + "'");
   const bool plain = !name.empty() && ((name[0] >= 'a' && name[0] <= 'z') || (name[0] >= 'A' && name[0] <= 'Z') ||
                                        (name[0] >= '0' && name[0] <= '9'));
-  return gnuplot_constant(plain ? std::string(name) : "./" + std::string(name));  // bytes as they are
+  return gnuplot_constant(plain ? std::string(name) : "./" + std::string(name));  // bytes unchanged
 }
 
 namespace {
@@ -169,7 +169,7 @@ constexpr double kStrip = 0.3, kTitle = 0.42, kLegendLine = 0.33, kLetter = 0.16
 constexpr double kSample = 0.55, kSampleGap = 0.1, kEntryGap = 0.3;  // of a legend's entry
 constexpr double kBareMargin = 0.15;
 constexpr double kTallest = 22.5;  // [cm] of a figure whose height follows from its aspect
-// The cairo terminals set letters through Pango, which takes 96 dots for an inch, also where 72 units are one.
+// The cairo terminals set text through Pango, which assumes 96 dots per inch even for 72 units per inch.
 constexpr double kPangoPoint = 72.0 / 96;
 
 struct Place {
@@ -214,7 +214,7 @@ Legend legend_of(const FigurePanel& panel, double room) {
     return std::accumulate(widths.begin(), widths.end(), 0.0);
   };
   while (columns > 1 && width(columns) > room) --columns;
-  // As few columns as give the same number of lines: the last line is then not nearly empty.
+  // The minimum number of columns with the same number of lines, so that the last line is not nearly empty.
   const auto lines = [&](std::size_t n) { return (legend.entries.size() + n - 1) / n; };
   while (columns > 1 && lines(columns - 1) == lines(columns)) --columns;
   legend.widths = column_widths(legend.entries, columns);
@@ -347,7 +347,7 @@ std::string plot_command(const Figure& figure, const FigurePanel& panel, const s
   return text + "\n";
 }
 
-// Drawn by labels and arrows, so that its place does not depend on what gnuplot thinks of its size. `bottom`: [cm].
+// Drawn by labels and arrows, so that its position does not depend on gnuplot's estimate of its size. `bottom`: [cm].
 std::string legend_text(const Legend& legend, const Layout& layout, const Figure& figure, int index, double bottom) {
   std::string text;
   const auto x = [&](double cm) { return fmt::format("screen {:.5f}", cm / figure.width); };
@@ -403,7 +403,7 @@ std::string panel_text(const Figure& figure, FigurePanel panel, const Layout& la
                         x((at.left + at.right) / 2), y(at.bottom - 0.76));
   }
   if (!panel.y_label.empty()) {
-    // A long label gets smaller letters rather than run over its neighbours.
+    // A long label gets a smaller font instead of overlapping its neighbours.
     const double room = layout.axes_height() + 0.1, wants = text_width(panel.y_label) * kFont / kSmallFont;
     text += fmt::format("set label {} at screen {}, screen {} center rotate by 90 {}font ',{:.3g}'\n",
                         gnuplot_quoted(panel.y_label), x(at.left - kLeft + 0.24), y((at.bottom + at.top) / 2),
@@ -457,10 +457,10 @@ std::string figure_data(const Figure& figure) {
 std::string figure_script(const Figure& figure, const std::string& image, const std::string& data,
                           const std::string& output) {
   const Layout layout(figure);
-  std::string text = "# gnuplot draws the figure anew from this file and its data: gnuplot " +
+  std::string text = "# To draw the figure again from this file and its data: gnuplot " +
                      plain_line(std::filesystem::path(image).stem().string()) + ".gp\n";
   for (const std::string& head : figure.heads) text += "# " + plain_line(head) + "\n";
-  text += "#\n";  // a head that ends with a backslash takes the next line into its comment
+  text += "#\n";  // a head that ends with a backslash would continue the comment on the next line
   text += "set encoding utf8\n";
   text += terminal_of(image, figure.width, layout.height()) + "\n";
   text += "set output " + gnuplot_file(output.empty() ? image : output) + "\n";

@@ -11,11 +11,11 @@
 
 namespace grapnel {
 
-// Names and other foreign text in gnuplot scripts. Nothing in them is executed or set as mark-up: the strings are
+// Names and other external text in gnuplot scripts. It is neither executed nor interpreted as mark-up: the strings are
 // single-quoted, where gnuplot expands neither backquotes, macros nor escapes, and the scripts write all texts
 // `noenhanced`.
 
-/// One line of valid UTF-8: control characters become spaces, bytes that are no UTF-8 become '?'.
+/// One line of valid UTF-8: control characters become spaces, bytes that are not UTF-8 become '?'.
 std::string plain_line(std::string_view text);
 
 /// A gnuplot string constant.
@@ -33,18 +33,18 @@ std::string gnuplot_file(std::string_view name);
 struct GnuplotOutcome {
   bool found = true;    // whether there is a gnuplot in PATH
   int status = 0;       // 0: it drew the figure
-  std::string message;  // what it said
+  std::string message;  // its output
 };
 
 /// Runs gnuplot on `script`, a file of `folder`, in that folder and without the user's start-up files. @throws
-/// std::runtime_error if the process cannot be started for another reason than that there is none.
+/// std::runtime_error if the process cannot be started although gnuplot exists.
 GnuplotOutcome run_gnuplot(const std::filesystem::path& folder, const std::string& script);
 
 /// The data file: a head of comments, then the blocks, two empty lines between them (gnuplot's `index`).
 std::string figure_data(const Figure& figure);
 
 /// The script: `image`, `data` and the script itself are names in one folder; the image's ending chooses the terminal.
-/// `output`: where the image is drawn instead, for the time being.
+/// `output`: temporary output path in place of `image`.
 /// @throws std::invalid_argument if the ending is none of .pdf, .svg, .png.
 std::string figure_script(const Figure& figure, const std::string& image, const std::string& data,
                           const std::string& output = "");

@@ -35,7 +35,7 @@ bool all_zero(const std::vector<double>& values) {
   return true;
 }
 
-// A vector over time with what it is drawn as.
+// A vector over time with its style.
 struct Vectors {
   std::string title;
   std::array<std::vector<double>, 3> xyz;
@@ -46,7 +46,7 @@ struct Vectors {
 
 Vectors vectors_of(const Series& series, const std::string& title, const std::string& color, int dash = 0,
                    double width = 1.3) {
-  if (series.width() != 3) throw std::runtime_error("the time series '" + series.path + "' are no vectors");
+  if (series.width() != 3) throw std::runtime_error("the time series '" + series.path + "' are not vectors");
   return {title, {component(series, 0), component(series, 1), component(series, 2)}, color, dash, width};
 }
 
@@ -136,7 +136,7 @@ Drawing torques(const RunSource& run) {
   return drawing;
 }
 
-// The velocity of the point that an end-effector is to grasp, or nothing.
+// The velocity of an end-effector's grasp point, or empty.
 struct GraspPointMotion {
   bool known = false;
   Vectors linear, angular;
@@ -274,7 +274,7 @@ Drawing base(const RunSource& run) {
       unwrap(angles[k]);
       attitude.curves.push_back({names[k], angles[k], color_of(k)});
     }
-  } else {  // near pitch of a quarter turn the other two angles mean nothing
+  } else {  // near a pitch of a quarter turn the other two angles are undefined
     const Series& quaternion = wanted(run, "base/quaternion_wxyz");
     attitude.quantity = "base quaternion", attitude.unit = "1";
     for (std::size_t k = 0; k < 4; ++k)
@@ -314,7 +314,7 @@ std::vector<std::string> closing_grasps(const RunSource& run) {
 Drawing loops(const RunSource& run) {
   Drawing drawing;
   const std::vector<std::string> names = closing_grasps(run);
-  if (names.empty()) throw std::runtime_error("the run closed no loop");
+  if (names.empty()) throw std::runtime_error("the run has no closed loops");
   const std::array<std::array<const char*, 4>, 2> kinds{
       {{"position_defect", "loop defect", "m", "loop_closure_position"},
        {"angle_defect", "loop defect", "rad", "loop_closure_angle"}}};
@@ -391,8 +391,7 @@ Drawing thrusters(const RunSource& run) {
   SeriesPanel given, used;
   given.quantity = "impulse of thrusters", given.unit = "N s";
   used.quantity = "propellant", used.unit = "kg";
-  // Of those that fire. Forces at the samples would show pulses that are shorter than the interval as none, or as one
-  // that lasts.
+  // Impulses of firing thrusters. Forces at the samples would miss or lengthen pulses shorter than the interval.
   const Series& impulses = wanted(run, "thrusters/impulse");
   for (int i = 0; i < static_cast<int>(impulses.width()); ++i) {
     const std::vector<double> values = component(impulses, i);
@@ -405,7 +404,7 @@ Drawing thrusters(const RunSource& run) {
   return {{given, used}, 1};
 }
 
-// The panels of a drawing that are there; without, where the run has not recorded them.
+// The panels of a drawing, or empty if the run has not recorded them.
 void append(Drawing (*draw)(const RunSource&), const RunSource& run, std::size_t most, Panels& panels) {
   try {
     const Drawing drawing = draw(run);
@@ -417,7 +416,7 @@ void append(Drawing (*draw)(const RunSource&), const RunSource& run, std::size_t
   }
 }
 
-// A capture on one page: where it goes, what moves and turns, and what it costs. Two columns, row by row.
+// A capture on one page: positions, motion, and efforts. Two columns, row by row.
 Drawing summary(const RunSource& run) {
   Drawing page;
   page.columns = 2;
@@ -431,7 +430,7 @@ Drawing summary(const RunSource& run) {
   append(gyros, run, 1, page.panels);
   append(thrusters, run, 1, page.panels);
   append(loops, run, 1, page.panels);
-  if (page.panels.empty()) throw std::runtime_error("the run has recorded nothing that a summary shows");
+  if (page.panels.empty()) throw std::runtime_error("the run has recorded no quantity of the summary figure");
   for (SeriesPanel& panel : page.panels) panel.legend = panel.curves.size() > 1;
   return page;
 }
@@ -446,7 +445,7 @@ constexpr std::array<Kind, 15> kKinds{{
     {"summary", "a capture on one page: distances, energy, joints, base, efforts, clearance, actuators, loops",
      summary},
     {"joints", "joint angles and rates", joints},
-    {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
+    {"velocities", "velocities of end-effectors and of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
     {"distance", "distance of end-effectors from their grasp points",
      [](const RunSource& run) {
@@ -460,7 +459,7 @@ constexpr std::array<Kind, 15> kKinds{{
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
-    {"gyros", "angles and torques of control moment gyros' gimbals, and how near the array is to a singularity", gyros},
+    {"gyros", "angles and torques of control moment gyros' gimbals, and the singularity measure of the array", gyros},
     {"thrusters", "impulse of thrusters that fire, and propellant used", thrusters},
 }};
 
@@ -472,7 +471,7 @@ std::vector<FigureOffer> series_offers(const RunSource& run) {
     try {
       kind.draw(run);
       offers.push_back({kind.what, kind.about});
-    } catch (const std::runtime_error&) {  // not recorded: not offered
+    } catch (const std::runtime_error&) {  // not recorded
     }
   }
   return offers;

@@ -87,7 +87,7 @@ std::size_t named_axis(const StudySource& study, const std::string& name) {
   throw std::runtime_error(fmt::format("the study has no axis '{}'; it has: {}", name, names_of(study.axes)));
 }
 
-// To the right goes the numeric axis with the most values; the first other one with several has the lines.
+// The numeric axis with the most values is x; the first other axis with several values gives the lines.
 Choice choose_axes(const StudySource& study, const FigureRequest& request, Figure& figure) {
   Choice choice;
   if (!request.x_axis.empty()) choice.x = named_axis(study, request.x_axis);
@@ -128,7 +128,7 @@ std::vector<double> padded_range(const std::vector<double>& values) {
   }
   if (!(low <= high)) return {0, 1};
   if (low == high) return {low - 0.5 * std::max(std::abs(low), 1e-12), high + 0.5 * std::max(std::abs(high), 1e-12)};
-  // Zero is shown where it is near: an impulse of half the size then looks like it.
+  // The range includes zero if it is near, so that sizes are comparable.
   if (low >= 0 && low < 0.5 * high) low = 0;
   return {low == 0 ? 0 : low - 0.06 * (high - low), high + 0.06 * (high - low)};
 }
@@ -210,7 +210,7 @@ void line_panels(const StudySource& study, const Choice& choice, const std::vect
   figure.panel_height = shown.size() == 1 ? 5.2 : 4.0;
 }
 
-// Half way to the neighbours.
+// Cell edges half-way to the neighbours.
 std::pair<double, double> cell(const std::vector<double>& values, double at) {
   const auto here = std::lower_bound(values.begin(), values.end(), at);
   const std::size_t i = static_cast<std::size_t>(here - values.begin());
@@ -251,7 +251,7 @@ void heat_panels(const StudySource& study, const Choice& choice, const std::vect
     }
     if (!(low <= high)) low = 0, high = 1;
     if (low == high) high = low + std::max(std::abs(low) * 0.01, 1e-12);
-    // Equally spaced in lightness, and to colour-blind readers.
+    // Equally spaced in lightness, also for colour-blind readers.
     panel.settings.push_back(
         "set palette defined (0 '#440154', 1 '#414487', 2 '#2a788e', 3 '#22a884', 4 '#7ad151', 5 '#fde725')");
     panel.settings.push_back(
@@ -270,7 +270,7 @@ Figure study_figure(const StudySource& study, const FigureRequest& request) {
     throw std::runtime_error(study.folder.string() + ": the study has no points");
   for (const StudyColumn& axis : study.axes) {
     if (!std::all_of(axis.values.begin(), axis.values.end(), [](double v) { return std::isfinite(v); }))
-      throw std::runtime_error(fmt::format("{}: axis '{}' has a value that is no finite number",
+      throw std::runtime_error(fmt::format("{}: axis '{}' has a value that is not finite",
                                            (study.folder / "table.csv").string(), axis.name));
   }
   Figure figure;

@@ -34,7 +34,7 @@ enum Column { kTime = 1, kShare, kSpeed, kAngle, kObjective, kReachable };
 
 FigureBlock block_of(const Json& window) {
   FigureBlock block;
-  block.about = "times of capture that were looked at";
+  block.about = "evaluated capture times";
   block.columns = {"time [s]",  "reach share [1]",   "speed of the grasp point [m/s]", "direction off [deg]",
                    "objective", "reachable (1: yes)"};
   for (const Json& point : window["points"]) {
@@ -74,12 +74,12 @@ FigurePanel window_panel(const FigureBlock& block, Column column, const std::str
   panel.legend = first;
   panel.items.push_back(
       {0, fmt::format("using {}:{} with lines lc rgb '#b5b5b5' lw 0.8", int{kTime}, int{column}), "", {}});
-  panel.items.push_back({0, marks(1, dot.c_str()), first ? "can be reached" : "", {LegendSample::Kind::point, dot}});
+  panel.items.push_back({0, marks(1, dot.c_str()), first ? "reachable" : "", {LegendSample::Kind::point, dot}});
   panel.items.push_back({0, marks(0, cross.c_str()), first ? "cannot" : "", {LegendSample::Kind::point, cross}});
   return panel;
 }
 
-// What forbids a capture beyond it.
+// A limit beyond which no capture is possible.
 void add_limit(FigurePanel& panel, double limit) {
   panel.settings.push_back(fmt::format(
       "set arrow from graph 0, first {0:.17g} to graph 1, first {0:.17g} nohead lc rgb '{1}' lw 0.8", limit, kInk));
@@ -91,7 +91,7 @@ bool has_window(const RunSource& run) { return window_of(run) != nullptr; }
 
 Figure window_figure(const RunSource& run, const FigureRequest& request) {
   const Json* window = window_of(run);
-  if (!window) throw std::runtime_error((run.folder / "summary.json").string() + ": no time of capture was looked for");
+  if (!window) throw std::runtime_error((run.folder / "summary.json").string() + ": the run has no capture window");
   Figure figure;
   figure.what = request.what;
   figure.heads = figure_heads(run, request);
@@ -100,8 +100,9 @@ Figure window_figure(const RunSource& run, const FigureRequest& request) {
   figure.panel_height = 2.4;
   const FigureBlock block = block_of(*window);
   const double chosen = value_in(*window, "time"), earliest = value_in(*window, "not_before");
-  if (std::isfinite(chosen)) figure.heads.push_back(fmt::format("chosen: t = {:.9g} s", chosen));
-  if (std::isfinite(earliest)) figure.heads.push_back(fmt::format("by distance none before t = {:.9g} s", earliest));
+  if (std::isfinite(chosen)) figure.heads.push_back(fmt::format("selected: t = {:.9g} s", chosen));
+  if (std::isfinite(earliest))
+    figure.heads.push_back(fmt::format("by distance alone, none before t = {:.9g} s", earliest));
   figure.blocks.push_back(block);
   figure.panels.push_back(window_panel(block, kShare, "reach share", chosen));
   add_limit(figure.panels.back(), 1);

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Numbers that glTF 2.0 gives these things.
+// Constants of glTF 2.0.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertexData = 34962, kIndexData = 34963;
 constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 
@@ -92,11 +92,11 @@ int GltfFile::add(const char* array, Json entry) {
 std::string GltfFile::bytes() const {
   Json document = document_;
   document["buffers"] = Json::array({Json{{"byteLength", buffer_.size()}}});
-  // Names of bodies come from outside: bytes that are no UTF-8 are replaced.
+  // Names of bodies are external input: bytes that are not UTF-8 are replaced.
   std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
   pad(text, ' ');
   if (12 + 8 + text.size() + 8 + buffer_.size() > std::numeric_limits<std::uint32_t>::max())
-    throw std::runtime_error("more than 4 GB, which a .glb file cannot hold");
+    throw std::runtime_error("more than 4 GB, the limit of a .glb file");
   std::string file;
   append(kMagic, file);
   append(kVersion, file);
@@ -196,7 +196,7 @@ double distance(const Numbers& a, const Numbers& b) {
       dot4({a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}, {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}));
 }
 
-// What is missed between keyframes: largest position [m] and angle [rad].
+// The largest errors between keyframes: position [m] and angle [rad].
 std::array<double, 2> deviations(const TimeSeries& motion, const std::vector<std::size_t>& kept) {
   std::array<double, 2> largest{0, 0};
   for (std::size_t s = 0; s < motion.series.size(); ++s) {
@@ -343,7 +343,7 @@ Json asset_of(const RunSource& run, const std::string& version, const TimeSeries
 std::string glb_bytes(const RunSource& run, const std::string& version) {
   if (!run.scene)
     throw std::runtime_error((run.folder / "scene.json").string() +
-                             ": missing, and it has the bodies' shapes; run the scenario again");
+                             ": missing, but required for the bodies' shapes; run the scenario again");
   const Scene& scene = *run.scene;
   const TimeSeries motion = body_motion(run);
   const Keyframes frames = keyframes_of(motion);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A capture as an animated scene that Blender and other programs play.
+/// Export of a capture as an animated scene for Blender and other programs.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,10 +17,10 @@ namespace grapnel {
 
 class GltfFile {
  public:
-  /// What is put into the buffer; each returns the number of its accessor. `width`: components of an element, 1, 3
+  /// Adds data to the buffer and returns the index of its accessor. `width`: components of an element, 1, 3
   /// or 4.
   int add_floats(const std::vector<float>& values, int width);
-  /// Vertices and normals of meshes, indices of triangles: the buffer's views then say so.
+  /// Purpose of the data (vertices and normals, or indices of triangles), for the buffer's views.
   int add_vertices(const std::vector<float>& values);
   int add_indices(const std::vector<std::uint32_t>& values);
 
@@ -38,18 +38,18 @@ class GltfFile {
   std::string buffer_;
 };
 
-/// At most so many keyframes, where decimate() can leave out the others.
+/// Target number of keyframes for decimate().
 inline constexpr std::size_t kMostKeyframes = 2000;
 
-/// A binary glTF 2.0 file: below a root node that turns z-up into glTF's y-up a node per body (base, links, targets),
+/// A binary glTF 2.0 file: a root node converts z-up to glTF's y-up; below it a node per body (base, links, targets),
 /// named as in the scenario, with its shape as a mesh and its pose in W as keyframes. Grasp points are marked on
-/// targets. Samples are left out as decimate() allows; `asset.extras` says how many, by how much positions [m] and
-/// angles [rad] between keyframes then differ at most from what was recorded, and by how much keyframes of equal times
-/// (an impact) were moved apart [s], which glTF demands. Throws std::runtime_error naming what is missing.
+/// targets. decimate() reduces the samples; `asset.extras` states their number, the largest errors of positions [m] and
+/// angles [rad] between keyframes, and the separation of keyframes of equal times at an impact [s], which glTF
+/// requires. Throws std::runtime_error naming missing files.
 std::string glb_bytes(const RunSource& run, const std::string& version);
 
 /// Reads a run's folder, writes capture.glb there (atomically) and returns its path. Throws std::runtime_error naming
-/// the file and the fault.
+/// the file and the error.
 std::filesystem::path export_glb(const std::filesystem::path& folder, const std::string& version);
 
 }  // namespace grapnel

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// A kind of results by the file that settles it.
+// A kind of results and its characteristic file.
 struct Mark {
   ResultKind kind;
   const char* file;
@@ -54,8 +54,7 @@ ResultKind kind_of_results(const fs::path& folder) {
     looked_for += fmt::format("{}{} (of {})", looked_for.empty() ? "" : ", ", mark.file, mark.of);
     if (fs::exists(folder / mark.file)) found.push_back(&mark);
   }
-  if (found.empty())
-    throw std::runtime_error(fmt::format("{}: no results: looked for {}", folder.string(), looked_for));
+  if (found.empty()) throw std::runtime_error(fmt::format("{}: no results: expected {}", folder.string(), looked_for));
   if (found.size() > 1)
     throw std::runtime_error(fmt::format("{}: results of several kinds, {} (of {}) and {} (of {}): move one elsewhere",
                                          folder.string(), found[0]->file, found[0]->of, found[1]->file, found[1]->of));

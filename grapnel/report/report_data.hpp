@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a report holds, from result folders alone: the JSON of web/src/data.ts (both change together).
+/// Data of a report, from result folders: the JSON of web/src/data.ts (change both together).
 
 #include <filesystem>
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace grapnel {
 
-/// What a result folder holds: of `grapnel run` (summary.json), `sweep` (study.json, table.csv), `optimize`
+/// Kind of a result folder: of `grapnel run` (summary.json), `sweep` (study.json, table.csv), `optimize`
 /// (comparison.json, evaluations.csv), `campaign` or `map` (campaign.json, table.h5).
 enum class ResultKind { run, sweep, optimization, campaign };
 
-/// By the files in it. @throws std::runtime_error naming the folder and what was looked for, or what there is too much
-/// of.
+/// Determined by its files. @throws std::runtime_error naming the folder and the expected files, or the conflicting
+/// ones.
 ResultKind kind_of_results(const std::filesystem::path& folder);
 
-/// Results that no page could show.
+/// Results too large for a page.
 class TooLarge : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -29,9 +29,9 @@ struct ReportData {
   std::string json;   // ReportData of web/src/data.ts, in UTF-8
 };
 
-/// The data of one result folder; `kind` if the folder may hold results of several. `version`: of Grapnel. Of a run
-/// only summary.json must be sound: what is missing or damaged besides is a note in the data. @throws
-/// std::runtime_error naming path and fault, TooLarge.
+/// The data of one result folder; `kind` if the folder may hold results of several. `version`: of Grapnel. For a run
+/// only summary.json is required: other missing or damaged files become notes in the data. @throws std::runtime_error
+/// naming path and error, TooLarge.
 ReportData report_data(const std::filesystem::path& folder, std::string_view version,
                        std::optional<ResultKind> kind = std::nullopt);
 

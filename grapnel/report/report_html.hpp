@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A report: one HTML file with the data and the viewer, which asks no network for anything. The same results give the
-/// same bytes.
+/// A report: one HTML file with the data and the viewer, without network requests. The same results give the same
+/// bytes.
 
 #include <filesystem>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-// The page's program and style (web/), bundled and embedded when Grapnel was built.
+// The page's program and style (web/), bundled and embedded at build time.
 
 struct Viewer {
   std::string_view script, style;
@@ -22,14 +22,14 @@ struct Viewer {
 /// Empty in programs that were built without Node.js.
 Viewer embedded_viewer();
 
-/// Reports above this are slow to open; programs that write them warn.
+/// Size above which reports are slow to open; programs that write them give a warning.
 inline constexpr std::size_t kLargeReport = 20'000'000;  // [bytes]
 
-/// The page. Whatever names and texts the data hold, they stay data.
+/// The page. Names and texts in the data are never interpreted as markup.
 std::string report_html(const ReportData& data, const Viewer& viewer);
 
 /// Writes the page with the embedded viewer, in one step (write_file_atomically). Returns its size in bytes. @throws
-/// std::runtime_error naming the path and the reason; also where there is no viewer.
+/// std::runtime_error naming the path and the reason; also if the viewer is not embedded.
 std::size_t write_report(const ReportData& data, const std::filesystem::path& path);
 
 }  // namespace grapnel

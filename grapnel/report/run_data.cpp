@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kSeriesBytes = 1'500'000;  // in the report, where the bound allows it
+constexpr std::size_t kSeriesBytes = 1'500'000;  // in the report, if the bound allows it
 constexpr std::size_t kMostPhases = 256;
 
 // The capture that a file belongs to.
@@ -33,7 +33,7 @@ std::string described(const Origin& origin) {
   return fmt::format("scenario '{}' (sha256 {})", origin.name, origin.sha256.substr(0, 12));
 }
 
-// What a run has besides its summary.
+// Files of a run other than its summary.
 struct Parts {
   Json scene, series, source;  // null: there is none
   std::vector<std::string> notes;
@@ -52,7 +52,7 @@ void add_scene(const fs::path& folder, const Origin& origin, Parts& parts) {
     return;
   }
   try {
-    read_scene(path);  // which checks all of it
+    read_scene(path);  // checks the whole file
     parts.scene = read_json_document(path, "grapnel-scene/2");
     const Origin own{required_text(parts.scene, "/scenario/name", path),
                      required_text(parts.scene, "/scenario/sha256", path)};
@@ -63,7 +63,7 @@ void add_scene(const fs::path& folder, const Origin& origin, Parts& parts) {
   }
 }
 
-// Bodies of the scene whose motion is nowhere.
+// Bodies of the scene without recorded motion.
 void note_still_bodies(const Json& scene, const TimeSeries& series, Parts& parts) {
   std::set<std::string> paths;
   for (const Series& one : series.series) paths.insert(one.path);
@@ -77,7 +77,7 @@ void note_still_bodies(const Json& scene, const TimeSeries& series, Parts& parts
 void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
   const fs::path path = folder / "timeseries.h5";
   if (!fs::exists(path)) {
-    parts.notes.push_back("timeseries.h5 is missing: there is no motion and there are no plots");
+    parts.notes.push_back("timeseries.h5 is missing: motion and plots are not available");
     return;
   }
   try {
@@ -90,18 +90,18 @@ void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
     parts.series = packed_series(series);
     if (read.head.every > 1)
       parts.notes.push_back(
-          fmt::format("timeseries.h5 has {} samples; what is shown is made from every {}th of them and the ends of the "
-                      "phases, so that shorter peaks may be missing; the extremes in the summary have seen all",
+          fmt::format("timeseries.h5 has {} samples; the page uses every {}th of them and the ends of the phases, so "
+                      "shorter peaks may be missing; the extremes in the summary include all samples",
                       read.head.samples, read.head.every));
     note_other_origin("timeseries.h5", {metadata.scenario_name, metadata.scenario_sha256}, origin, parts);
     if (!parts.scene.is_null()) note_still_bodies(parts.scene, series, parts);
   } catch (const std::exception& error) {
     parts.series = nullptr;
-    parts.notes.push_back("there is no motion and there are no plots: " + without_folder(error.what(), folder));
+    parts.notes.push_back("motion and plots are not available: " + without_folder(error.what(), folder));
   }
 }
 
-// Results of earlier versions have no scenario.json; the page says that the text is not there.
+// Results of earlier versions have no scenario.json; the page reports that the text is missing.
 void add_source(const fs::path& folder, const Origin& origin, Parts& parts) {
   const fs::path path = folder / "scenario.json";
   if (!fs::exists(path)) return;
@@ -139,7 +139,8 @@ Json packed_series(const TimeSeries& series, std::size_t most_bytes) {
   const Decimation d = decimate(series, kSeriesBytes * 3 / 4 / sample_bytes);
   if (d.kept.size() > most_bytes / sample_bytes)
     throw std::runtime_error(fmt::format(
-        "{} samples of {} numbers are too much for a page, and more cannot be left out", d.kept.size(), width));
+        "{} samples of {} numbers exceed the limit of a page, and the tolerance admits no further reduction",
+        d.kept.size(), width));
   const auto base64 = [](const auto& values) { return base64_of(std::span(values)); };
 
   Json list = Json::array();
@@ -147,7 +148,7 @@ Json packed_series(const TimeSeries& series, std::size_t most_bytes) {
     const bool thinned = shows_peaks(one.path) && d.kept.size() < series.time.size();
     list.push_back({{"path", one.path},
                     {"unit", one.unit},
-                    {"description", one.description + (thinned ? "; here the peaks alone" : "")},
+                    {"description", one.description + (thinned ? "; only the peaks are shown" : "")},
                     {"components", one.components},
                     {"data", base64(gathered<float>(one.data, d.kept, static_cast<std::size_t>(one.width())))}});
   }
@@ -174,7 +175,8 @@ Json run_data(const fs::path& folder, const std::string& label) {
             {"series", std::move(parts.series)},
             {"source", std::move(parts.source)},
             {"notes", std::move(parts.notes)}};
-  if (!label.empty()) data["folder"] = folder_name(folder);  // of two runs: the page of one is the same in every place
+  if (!label.empty())
+    data["folder"] = folder_name(folder);  // only for two runs: the page of one run does not depend on its location
   return data;
 }
 

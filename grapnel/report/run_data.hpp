@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A run's result folder, as a report holds it and as figures and exports need it.
+/// A run's result folder, for reports, figures and exports.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,35 +15,35 @@
 
 namespace grapnel {
 
-/// RunData of web/src/data.ts. What is odd about scene.json or timeseries.h5 becomes a note. @throws std::runtime_error
-/// naming path and fault where there is no summary to go by.
+/// RunData of web/src/data.ts. Problems of scene.json or timeseries.h5 become notes. @throws std::runtime_error naming
+/// path and error without a valid summary.
 nlohmann::ordered_json run_data(const std::filesystem::path& folder, const std::string& label);
 
-/// What a browser still opens of a time series.
+/// Limit on the size of a time series for browsers.
 inline constexpr std::size_t kMostSeriesBytes = 100'000'000;
 
-/// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, or more where decimate() leaves out no
-/// more. @throws std::runtime_error where that are more than `most_bytes`.
+/// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, or more if decimate() cannot reduce them
+/// further. @throws std::runtime_error above `most_bytes`.
 nlohmann::ordered_json packed_series(const TimeSeries& series, std::size_t most_bytes = kMostSeriesBytes);
 
-/// A message without the folder before its files' names: pages do not say where results lie.
+/// A message without the folder of its files: pages do not show the location of results.
 std::string without_folder(std::string text, const std::filesystem::path& folder);
 
 /// The last part of a folder's path, also where that ends with "/" or "..".
 std::string folder_name(const std::filesystem::path& folder);
 
-// A run's result folder as figures and exports need it.
+// A run's result folder for figures and exports.
 
 struct RunSource {
   std::filesystem::path folder;
   TimeSeriesMetadata metadata;
   TimeSeries series;
-  std::uint64_t every = 1;     // of the file's samples every n-th is in `series`, where it has more than can be shown
-  std::optional<Scene> scene;  // absent: no scene.json
+  std::uint64_t every = 1;                        // `series` has every n-th sample of a file with too many samples
+  std::optional<Scene> scene;                     // absent: no scene.json
   std::optional<nlohmann::ordered_json> summary;  // absent: no summary.json
 };
 
-/// Reads `folder`. Throws std::runtime_error naming file and fault if timeseries.h5 is missing or any file is damaged.
+/// Reads `folder`. Throws std::runtime_error naming file and error if timeseries.h5 is missing or any file is damaged.
 RunSource read_run_source(const std::filesystem::path& folder);
 
 /// The series, or null.
@@ -66,11 +66,11 @@ class RecordedPose {
   const Series* quaternion_;
 };
 
-/// Whether nothing leaves the plane z = 0.
+/// Whether all motion stays in the plane z = 0.
 bool is_planar(const RunSource& run);
 
-/// Which arm of the robot a link belongs to: the branch of the base that it hangs on, counted from 0, and how many
-/// joints it is away from the base.
+/// The arm of a link: the index of its branch at the base, from 0, and the number of joints between the base and the
+/// link.
 struct ArmPlace {
   int arm = 0, joint = 0;
 };
@@ -81,7 +81,7 @@ std::vector<ArmPlace> joint_places(const RunSource& run, const std::vector<std::
 /// Of each body of the scene; the base's and targets' are {0, 0}.
 std::vector<ArmPlace> body_places(const Scene& scene);
 
-/// "post_impact" as a reader wants it: "after the impact".
+/// Readable name of a phase: "post_impact" becomes "after the impact".
 std::string phase_title(const std::string& phase);
 
 }  // namespace grapnel

@@ -13,9 +13,9 @@
 namespace grapnel {
 namespace {
 
-constexpr double kMilliseconds = 2;     // [s] what is shorter is shown in milliseconds
-constexpr double kLeastDefect = 1e-18;  // of a logarithmic axis: less is rounding of zero
-constexpr double kNoise = 1e-7;         // of the largest range of a group: less is drawn as zero
+constexpr double kMilliseconds = 2;     // [s] shorter spans are shown in milliseconds
+constexpr double kLeastDefect = 1e-18;  // of a logarithmic axis: smaller values are rounding errors
+constexpr double kNoise = 1e-7;         // relative to the largest range of a group: smaller ranges are drawn as zero
 
 // The axis of times.
 struct Clock {
@@ -86,7 +86,7 @@ void decimal_range(FigurePanel& out, const SeriesPanel& panel, Span span) {
   }
 }
 
-// The impact's instant or span, and what follows it on a tinted ground; names above the first row.
+// The impact's instant or span, and the motion after it on a tinted background; names above the first row.
 void mark_phases(FigurePanel& panel, const TimeSeries& series, const std::vector<std::size_t>& samples,
                  const Clock& clock, bool names, double letters) {
   for (std::size_t k = 0; k < samples.size();) {
@@ -120,7 +120,7 @@ void mark_phases(FigurePanel& panel, const TimeSeries& series, const std::vector
   }
 }
 
-// The axes of the panel `index`; what is drawn in them comes later.
+// The axes of the panel `index`, without its curves.
 FigurePanel axes_of(const std::vector<SeriesPanel>& panels, std::size_t index, int columns,
                     const std::vector<std::size_t>& samples, const Clock& clock) {
   const SeriesPanel& panel = panels[index];
@@ -168,7 +168,7 @@ std::vector<std::size_t> samples_shown(const TimeSeries& series, const FigureReq
       samples.push_back(i);
   }
   if (samples.empty())
-    throw std::runtime_error(fmt::format("no sample is in the range asked for; the run goes from {:g} to {:g} s",
+    throw std::runtime_error(fmt::format("no sample is in the requested range; the run spans {:g} to {:g} s",
                                          series.time.front(), series.time.back()));
   return samples;
 }
@@ -238,7 +238,7 @@ namespace {
 constexpr double kFloatRounding = 0x1p-23;
 constexpr double kDriftOfRounding = 1e-11;  // the ledger's bound for drifts, of scale
 constexpr std::size_t kStretches = 64;      // for peaks, per run
-// How far a line is looked for beyond the last one found, at least.
+// Minimum search length for a line beyond the last one.
 constexpr std::size_t kLookAhead = 16;
 
 struct Extent {
@@ -308,7 +308,7 @@ std::vector<Stretch> equal_stretches(const std::vector<double>& time) {
   return stretches;
 }
 
-// What stays whatever the bound.
+// Samples that are always kept.
 std::vector<std::size_t> samples_that_matter(const TimeSeries& series) {
   const std::size_t n = series.time.size();
   std::vector<bool> marked(n, false);
@@ -368,7 +368,7 @@ class Lines {
   };
   struct Step {
     bool fits;  // a line may end here
-    bool shut;  // and none goes on
+    bool shut;  // and no line continues
   };
 
   Step pass(std::size_t from, std::size_t at) {

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Which samples of a run a report keeps, those that a figure shows, as a table, and what all panels over time have in
-/// common.
+/// Selection of a run's samples for reports, samples of figures as a table, and common parts of all panels over time.
 
 #include <cstddef>
 #include <limits>
@@ -30,7 +29,7 @@ struct SeriesPanel {
   std::string quantity;  // "joint rate"
   std::string unit;      // "rad/s"
   std::string symbol;    // for the axis in place of the quantity, with gnuplot's mark-up: "v_x"; may be empty
-  std::string group;     // panels of one group are compared: noise beside large values is drawn as the zero it is
+  std::string group;     // panels of one group share a scale: noise relative to large values is drawn as zero
   std::vector<SeriesCurve> curves;
   bool logarithmic = false;
   double bound = 0;  // of a logarithmic panel: a line at this value; 0: none
@@ -42,23 +41,23 @@ std::vector<std::size_t> samples_shown(const TimeSeries& series, const FigureReq
 
 /// Lines above a figure's data: scenario, version, hash, command.
 std::vector<std::string> figure_heads(const TimeSeriesMetadata& metadata, const FigureRequest& request);
-/// And that samples are left out, where they are.
+/// The same with a line about omitted samples, if there are any.
 std::vector<std::string> figure_heads(const RunSource& run, const FigureRequest& request);
 
-/// The figure of these panels, `columns` of them side by side. Samples of equal time stay apart by phase: lines jump at
-/// an impact. Times of less than 2 s are in milliseconds.
+/// The figure of these panels in `columns` columns. Samples of equal time remain separate by phase: lines jump at an
+/// impact. Times of less than 2 s are in milliseconds.
 Figure assemble(const RunSource& run, const FigureRequest& request, const std::vector<SeriesPanel>& panels,
                 int columns);
 
-// Which samples of a time series a report keeps, so that long runs stay small and what is left out is known.
-// docs/formats/report.md states the rule.
+// Selection of the samples in a report, which limits its size with a known error. docs/formats/report.md states the
+// rule.
 
 inline constexpr double kFinestBound = 1e-4;
 inline constexpr double kCoarsestBound = 1e-2;
 
-/// Per series: by how much straight lines between kept samples may miss what was left out, per component, in the
+/// Per series: the largest deviation of omitted samples from straight lines between kept samples, per component, in the
 /// series' unit. `bound` times its range (largest minus smallest value of all components over the run; of quaternions
-/// 1), but never less than what is rounding: one unit in the last place of a float of its largest magnitude, and 1e-11
+/// 1), but at least the rounding error: one unit in the last place of a float of its largest magnitude, and 1e-11
 /// (the ledger's bound for drifts) of the largest magnitude that any series of the same unit has. Infinite for series
 /// of which peaks are kept instead, see shows_peaks().
 std::vector<double> deviations_allowed(const TimeSeries& series, double bound);
@@ -67,7 +66,7 @@ std::vector<double> deviations_allowed(const TimeSeries& series, double bound);
 /// the largest value of each of 64 equal stretches of the run, and of each phase, is kept.
 bool shows_peaks(std::string_view path);
 
-/// Numbers of the samples that stay, ascending: the first and the last of each phase, all of equal times, the largest
+/// Indices of the kept samples, ascending: the first and the last of each phase, all of equal times, the largest
 /// grasp forces and moments of each phase, the peaks of shows_peaks(), and as few others as a single pass finds, so
 /// that deviations_allowed(series, bound) holds. Where a component changes to or from NaN or infinity both sides stay.
 /// Empty if there would be more than `at_most`.
@@ -76,7 +75,7 @@ std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, d
 
 struct Decimation {
   std::vector<std::size_t> kept;
-  double bound = 0;  // 0: nothing was left out
+  double bound = 0;  // 0: no samples are omitted
 };
 
 /// With the finest bound of 1e-4, 2e-4, 4e-4, ... 1e-2 that keeps at most `at_most` samples; else with the coarsest.

@@ -14,9 +14,9 @@ namespace grapnel {
 namespace {
 
 constexpr int kInstants = 6;
-constexpr double kShortPhase = 0.05;  // of the run: shorter phases get no panel of their own
-constexpr double kPathBound = 1e-3;   // of a path's size: what straight lines between its points may miss
-constexpr double kMargin = 0.05;      // around what is drawn, of its size
+constexpr double kShortPhase = 0.05;  // relative to the run: shorter phases get no separate panel
+constexpr double kPathBound = 1e-3;   // relative to a path's size: tolerance of straight lines between its points
+constexpr double kMargin = 0.05;      // margin around the drawing, relative to its size
 
 // A body ready to be drawn.
 struct Actor {
@@ -69,7 +69,7 @@ class Stage {
   Stage(Figure& figure, FigurePanel& panel, Box& box, const View& view)
       : figure_(figure), panel_(panel), box_(box), view_(view) {}
 
-  // Begins something drawn in one style.
+  // Begins an item in one style.
   void begin(const std::string& about, const std::string& style) {
     FigureBlock block;
     block.about = about;
@@ -166,15 +166,15 @@ void draw_instant(Stage& stage, const std::vector<Actor>& actors, std::size_t sa
   }
 }
 
-// Of the points between two, the one that the straight line between these misses most, if by more than `bound`; else
-// the first of the two.
+// The point between two others with the largest distance from their straight line, if it exceeds `bound`; else the
+// first of the two.
 std::size_t worst_missed(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound) {
   const double dx = path[last][0] - path[first][0], dy = path[last][1] - path[first][1], length = std::hypot(dx, dy);
   std::size_t worst = first;
   double most = bound;
   for (std::size_t i = first + 1; i < last; ++i) {
     const double x = path[i][0] - path[first][0], y = path[i][1] - path[first][1];
-    // A path that turns back leaves its chord lengthways.
+    // A path that reverses leaves its chord in the direction of the chord.
     const double along = length > 0 ? (x * dx + y * dy) / length : 0;
     const double aside = length > 0 ? std::abs(x * dy - y * dx) / length : std::hypot(x, y);
     const double miss = along < 0 || along > length ? std::min(std::hypot(x, y), std::hypot(x - dx, y - dy)) : aside;
@@ -200,7 +200,7 @@ std::vector<bool> corners_of(const std::vector<Point2>& path, double bound) {
   return kept;
 }
 
-// The path of a point over the samples, without those that cannot be told from a straight line.
+// The path of a point over the samples, without points on straight lines.
 void draw_path(Stage& stage, const std::vector<std::size_t>& samples, const RecordedPose& pose,
                const std::string& about, const std::string& color) {
   std::vector<Point2> path;
@@ -325,7 +325,7 @@ double nice_length(double longest) {
   return decade;
 }
 
-// A scale and the directions of W's axes, where there are no axes to read from: in a strip below what is drawn.
+// A scale and the directions of W's axes for drawings without axes, in a strip below the drawing.
 void add_scale(Figure& figure, FigurePanel& panel, const Box& box, const View& view) {
   const double width = box.size(0), length = nice_length(0.3 * width), arm = 0.07 * width;
   const double x = box.low[0] + 0.01 * width, y = box.low[1] - 0.09 * width;
@@ -358,7 +358,7 @@ void add_scale(Figure& figure, FigurePanel& panel, const Box& box, const View& v
 Figure strobe_figure(const RunSource& run, const FigureRequest& request) {
   if (!run.scene)
     throw std::runtime_error((run.folder / "scene.json").string() +
-                             ": missing, and it has the bodies' shapes; run the scenario again");
+                             ": missing, but required for the bodies' shapes; run the scenario again");
   const bool planar = run.scene->planar;
   const View view = view_along(planar ? "z" : request.view);
   const std::vector<Actor> actors = actors_of(run);
@@ -369,7 +369,7 @@ Figure strobe_figure(const RunSource& run, const FigureRequest& request) {
   for (const std::string& phase : phases_of(run.series, request))
     draw_panel(figure, box, run, actors, request, phase, view, planar);
   if (figure.panels.empty())
-    throw std::runtime_error(fmt::format("no instant is in the range asked for; the run goes from {:g} to {:g} s",
+    throw std::runtime_error(fmt::format("no instant is in the requested range; the run spans {:g} to {:g} s",
                                          run.series.time.front(), run.series.time.back()));
   if (view.right_name.empty()) {
     for (FigurePanel& panel : figure.panels) add_scale(figure, panel, box, view);

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostNumbers = 5'000'000;  // about 50 MB
 
-// Nine digits are more than a plot shows; the table beside the report has all. JSON has no NaN.
+// Nine digits are sufficient for plots; the table beside the report has all. JSON has no NaN.
 Json shown_number(double value) {
   if (!std::isfinite(value)) return nullptr;
   const std::string text = fmt::format("{:.9g}", value);
@@ -68,7 +68,7 @@ Json axis_heads(const std::vector<StudyColumn>& axes) {
   return heads;
 }
 
-// How a point is simulated alone, in the result folder, where the settings say which file the study was.
+// The command for a single point, in the result folder, if the settings name the study file.
 std::string point_command(const Json& settings, const fs::path& folder) {
   const Json::json_pointer file("/study/file");
   if (!settings.contains(file) || !settings.at(file).is_string()) return {};
@@ -106,7 +106,7 @@ Json optimization_data(const fs::path& folder) {
   const StudyColumn goal{"objective", text_of(objective, "unit", path, "objective"),
                          text_of(objective, "name", path, "objective")};
 
-  // The columns of numbers, as the report shows them and as the table heads them; a limit's name has its unit.
+  // The columns of numbers, with names in the report and in the table; a limit's name includes its unit.
   std::vector<StudyColumn> columns{{"point", "1", "in the order of the search"}};
   std::vector<std::string> expected{"point", "search"};
   const auto add = [&](const StudyColumn& column, const std::string& head) {
@@ -117,7 +117,7 @@ Json optimization_data(const fs::path& folder) {
   expected.insert(expected.end(), {"status", "reason"});
   add({"acceptable", "1", "1: within all limits"}, "acceptable");
   add(goal, table_head(goal));
-  add({"violation", "1", "how far beyond limits, relative to these"}, "violation");
+  add({"violation", "1", "relative violation of limits"}, "violation");
   for (const StudyColumn& limit : described_columns(comparison, "limits", path, "limited")) add(limit, limit.name);
   for (const StudyColumn& c : described_columns(comparison, "columns", path)) add(c, table_head(c));
 

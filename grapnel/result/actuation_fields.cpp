@@ -34,9 +34,10 @@ const Type& type_of<SaturationReport>() {
   static constexpr Field fields[] = {
       field<&S::actuator>("actuator", "kind of actuator"),
       field<&S::name>("name", "of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z`"),
-      field<&S::quantity>("quantity", "that is at its limit."),
+      field<&S::quantity>("quantity", "saturated quantity."),
       field<&S::limit>("limit", "rad/s, N m, N or 1",
-                       "of a thruster the share of time 1, of a singularity the measure below which an array is near"),
+                       "limit of the quantity: the share of time 1 for a thruster; for a singularity the measure below "
+                       "which the array is near it"),
       field<&S::first_time>("first_time", "s", "start of the first saturation"),
       field<&S::duration>("duration", "s", "total time at the limit, by integration steps"),
       field<&S::share>("share", "1", "duration over the simulated time of all phases of motion"),
@@ -63,14 +64,14 @@ template <>
 const Type& type_of<StabilityReport>() {
   using S = StabilityReport;
   static constexpr Field fields[] = {
-      field<&S::phase>("phase", "of motion"),
-      field<&S::verdict>("verdict", "of the phase."),
-      field<&S::reason>("reason", "for the verdict"),
-      field<&S::of>("of", "the rate that decides, `base x` or a joint's error of rate; empty: none"),
-      field<&S::period>("period", "s", "of its oscillation at the end of the phase; 0: it does not oscillate"),
+      field<&S::phase>("phase", "phase of motion"),
+      field<&S::verdict>("verdict", "verdict for the phase."),
+      field<&S::reason>("reason", "reason for the verdict"),
+      field<&S::of>("of", "decisive rate, `base x` or a joint's rate error; empty: none"),
+      field<&S::period>("period", "s", "period of its oscillation at the end of the phase; 0: no oscillation"),
       field<&S::amplitude_before>("amplitude_before", "rad/s or m/s",
-                                  "largest in the first third of the oscillation, or of the phase"),
-      field<&S::amplitude_after>("amplitude_after", "rad/s or m/s", "largest in the last third"),
+                                  "largest amplitude in the first third of the oscillation, or of the phase"),
+      field<&S::amplitude_after>("amplitude_after", "rad/s or m/s", "largest amplitude in the last third"),
       field<&S::saturated_share>("saturated_share", "1",
                                  "share of the last third in which the actuators of this rate saturated"),
   };
@@ -83,18 +84,18 @@ template <>
 const Type& type_of<RestReport>() {
   using R = RestReport;
   static constexpr Field fields[] = {
-      field<&R::at_rest>("at_rest", "whether all rates were below their limits from `time` on to the end"),
-      field<&R::time>("time", "s", "from which on they were; null: they were not").or_null(),
-      field<&R::angular_velocity>("angular_velocity", "rad/s", "of the base, in W, at the end"),
+      field<&R::at_rest>("at_rest", "whether all rates stayed below their limits from `time` to the end"),
+      field<&R::time>("time", "s", "time from which they stayed below; null: they did not").or_null(),
+      field<&R::angular_velocity>("angular_velocity", "rad/s", "angular velocity of the base, in W, at the end"),
       field<&R::angular_velocity_limit>("angular_velocity_limit", "rad/s", "post_impact.at_rest.angular_velocity"),
-      field<&R::joint>("joint", "with the largest rate at the end; empty: joints are not evaluated"),
-      field<&R::joint_rate>("joint_rate", "rad/s or m/s", "its magnitude at the end"),
+      field<&R::joint>("joint", "joint with the largest rate at the end; empty: joints are not evaluated"),
+      field<&R::joint_rate>("joint_rate", "rad/s or m/s", "magnitude of that rate at the end"),
       field<&R::joint_rate_limit>("joint_rate_limit", "rad/s or m/s",
                                   "post_impact.at_rest.joint_rate; null: joints are not evaluated")
           .or_null(),
   };
   static constexpr Type type =
-      structure<R>("RestReport", "whether the motion after the impact came to rest, post_impact.at_rest.", fields);
+      structure<R>("RestReport", "whether the motion after the impact came to rest (post_impact.at_rest).", fields);
   return type;
 }
 

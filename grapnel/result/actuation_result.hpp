@@ -1,15 +1,15 @@
 #pragma once
 
 /// @file
-/// What a run reports of its actuators and control loops: saturation, stability, and whether the system came to rest.
-/// Part of CaptureResult. What each field is: actuation_fields.cpp. Public, kept stable.
+/// Reports on actuators and control loops: saturation, stability, and rest. Part of CaptureResult. actuation_fields.cpp
+/// describes the fields. Public, kept stable.
 
 #include <limits>
 #include <string>
 
 namespace grapnel {
 
-/// An actuator at its limit.
+/// A saturated actuator.
 struct SaturationReport {
   enum class Actuator { wheel, gyro, gyros, thruster, joint, base_control };
   /// singularity: of an array of gyros that is steered.
@@ -31,7 +31,7 @@ struct StabilityReport {
   std::string phase;
   Stability verdict = Stability::not_evaluated;
   std::string reason;
-  std::string of;  // the rate that decides; empty: none
+  std::string of;  // decisive rate; empty: none
   double period = 0;
   double amplitude_before = 0, amplitude_after = 0;
   double saturated_share = 0;

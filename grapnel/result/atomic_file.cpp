@@ -32,7 +32,7 @@ std::filesystem::path temporary_for(const std::filesystem::path& path) {
                                std::to_string(count.fetch_add(1)));
 }
 
-/// The process whose temporary has this name; 0: it is none. As temporary_for() makes them.
+/// The process id in the name of a temporary made by temporary_for(); 0: not such a name.
 long process_in(const std::string& name) {
   const std::size_t mark = name.rfind(".tmp-");
   if (!name.starts_with('.') || mark == std::string::npos || mark < 2) return 0;
@@ -69,7 +69,7 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!path_.has_filename()) throw CannotWrite("cannot write '" + path_.string() + "': not the name of a file");
   if (const std::string why = why_not_replace(path_); !why.empty())
     throw CannotWrite("cannot write " + path_.string() + ": " + why);
-  // O_EXCL: never somebody else's file. A name in use was left by a killed process with our number; take the next.
+  // O_EXCL: never open an existing file. A name in use was left by a killed process with the same id; take the next.
   do {
     temporary_ = temporary_for(path_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -113,8 +113,8 @@ ScratchFolder::ScratchFolder() {
   const std::filesystem::path parent = std::filesystem::temp_directory_path(error);
   if (error) {
     const char* const named = std::getenv("TMPDIR");
-    throw CannotWrite(std::string("cannot make a temporary folder: TMPDIR is '") + (named ? named : "") +
-                      "', which is no folder");
+    throw CannotWrite(std::string("cannot create a temporary folder: TMPDIR is '") + (named ? named : "") +
+                      "', which is not a folder");
   }
   std::string name = (parent / "grapnel-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) fail(parent, errno);
@@ -122,7 +122,7 @@ ScratchFolder::ScratchFolder() {
 }
 ScratchFolder::~ScratchFolder() {
   std::error_code ignored;
-  // Somebody may have made it one that nobody may write to.
+  // A caller may have removed the write permission.
   std::filesystem::permissions(path_, std::filesystem::perms::owner_all, ignored);
   std::filesystem::remove_all(path_, ignored);
 }

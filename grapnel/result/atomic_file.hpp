@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Files that are either the old one or the new one, complete: bytes go to a temporary in the same folder, are flushed
-/// to disk, and take the final name by one rename. A program killed in between leaves the previous file as it was (and
-/// perhaps a `.NAME.tmp-PID-N`, which may be deleted).
+/// Atomic replacement of files: bytes go to a temporary in the same folder, are flushed to disk, and take the final
+/// name by one rename. A program that is killed before the rename leaves the previous file unchanged, and possibly a
+/// `.NAME.tmp-PID-N`, which may be deleted.
 
 #include <filesystem>
 #include <stdexcept>
@@ -11,8 +11,8 @@
 
 namespace grapnel {
 
-/// A file could not be written: with its path and the system's reason. Where files are read and written, it tells the
-/// one failure from the other.
+/// A file could not be written: path and the system's reason. Callers that read and write files distinguish the two
+/// failures by this type.
 struct CannotWrite : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -39,18 +39,17 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
-/// Removes temporaries that killed processes left in a folder: plain files with the names that AtomicFile gives, of
-/// whatever file. With age 0, where nobody else writes, all of them; else none of a process that runs on this machine,
-/// and none that was written to later than `age` seconds ago, maybe by another machine.
+/// Removes temporaries that killed processes left in a folder: regular files with names of AtomicFile. Age 0, for
+/// folders without another writer, removes all of them. Otherwise temporaries of running processes on this machine, and
+/// temporaries modified within the last `age` seconds (possibly by another machine), remain.
 void remove_leftovers(const std::filesystem::path& folder, double age);
 
-/// Throws CannotWrite if the path is a symbolic link: somebody may have put it where we write, to have something else
-/// written.
+/// Throws CannotWrite if the path is a symbolic link, which could redirect the output to another file.
 void refuse_link(const std::filesystem::path& path);
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// A folder of its own among the system's temporary ones, which is gone with the object and with all that is in it.
+/// A unique temporary folder, removed with all its contents by the destructor.
 class ScratchFolder {
  public:
   /// @throws CannotWrite

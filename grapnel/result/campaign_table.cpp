@@ -28,7 +28,7 @@ Handle open_table(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream.read(begin.data(), begin.size()) || std::string_view(begin.data(), begin.size()) != "\x89HDF\r\n\x1a\n")
     throw std::runtime_error("not an HDF5 file");
-  check_file_seal(path);  // before HDF5 sees it: it can loop without end on a damaged file
+  check_file_seal(path);  // before HDF5 opens it: HDF5 can loop endlessly on a damaged file
   return hdf5::open_on_disk(path);
 }
 
@@ -37,7 +37,7 @@ struct OrderedHead {
   CampaignTable::Head head;
 };
 
-// What of a group's datasets is looked at while HDF5 visits them: an exception must not pass through C.
+// State of the visit of a group's datasets: an exception must not pass through C.
 struct Visit {
   hid_t file;
   std::string group;
@@ -64,7 +64,7 @@ herr_t visit_dataset(hid_t, const char* name, const H5O_info_t* info, void* data
   }
 }
 
-// What the parent asks for, and of which numbers: memory_type() of them.
+// The question of the parent, and the number type of the answer (memory_type()).
 enum class Ask : char { heads = 'h', numbers = 'n', texts = 't' };
 
 template <class Number>
@@ -96,7 +96,7 @@ void send_heads(ToParent& parent, const std::vector<CampaignTable::Head>& heads)
 std::vector<CampaignTable::Head> take_heads(FromChild& child) {
   constexpr std::uint64_t kMost = 1 << 20;
   const std::uint64_t count = child.count();
-  if (count > kMost) throw std::runtime_error("damaged: there are impossibly many columns");
+  if (count > kMost) throw std::runtime_error("damaged: implausible number of columns");
   std::vector<CampaignTable::Head> heads;
   for (std::uint64_t i = 0; i < count; ++i) {
     CampaignTable::Head head;
@@ -107,7 +107,7 @@ std::vector<CampaignTable::Head> take_heads(FromChild& child) {
   return heads;
 }
 
-// --- In the child: HDF5, which a damaged file can crash or send round in circles ---
+// --- In the child: HDF5, which can crash or loop on a damaged file ---
 
 // The parts of a question, in order.
 class Question {
@@ -120,7 +120,7 @@ class Question {
   }
   std::uint64_t number() {
     std::uint64_t value = 0;
-    if (at_ + sizeof value > bytes_.size()) throw std::runtime_error("a question is cut short");
+    if (at_ + sizeof value > bytes_.size()) throw std::runtime_error("a question is truncated");
     std::memcpy(&value, bytes_.data() + at_, sizeof value);
     at_ += sizeof value;
     return value;
@@ -220,10 +220,10 @@ struct OpenTable {
     const Handle opened = dataset(name), space(H5Dget_space(opened.id()), H5Sclose, name);
     hsize_t length = 0;
     if (H5Sget_simple_extent_ndims(space.id()) != 1 || H5Sget_simple_extent_dims(space.id(), &length, nullptr) < 0)
-      throw std::runtime_error("damaged: '" + name + "' is no list");
+      throw std::runtime_error("damaged: '" + name + "' is not a list");
     // Deflate gains a factor of 1032 at most: larger claims are damage, and must not exhaust the memory.
     if (static_cast<double>(length) > 1100.0 * static_cast<double>(bytes))
-      throw std::runtime_error("damaged: '" + name + "' claims more than the file can hold");
+      throw std::runtime_error("damaged: '" + name + "' declares more data than the file can hold");
     return length;
   }
   void check_length(const std::string& name) const {
@@ -249,7 +249,8 @@ struct OpenTable {
     check(H5Sselect_elements(on_disk.id(), H5S_SELECT_SET, places.size(), places.data()), name);
     const Handle in_memory(H5Screate_simple(1, &count, nullptr), H5Sclose, name);
     const Handle stored(H5Dget_type(opened.id()), H5Tclose, name);
-    if (H5Tis_variable_str(stored.id()) <= 0) throw std::runtime_error("damaged: '" + name + "' are no texts");
+    if (H5Tis_variable_str(stored.id()) <= 0)
+      throw std::runtime_error("damaged: '" + name + "' does not contain texts");
     const Handle type = hdf5::string_type(H5Tget_cset(stored.id()) == H5T_CSET_ASCII);
     std::vector<char*> raw(places.size(), nullptr);
     check(H5Dread(opened.id(), type.id(), in_memory.id(), on_disk.id(), H5P_DEFAULT, raw.data()),
@@ -263,7 +264,7 @@ struct OpenTable {
 
 }  // namespace
 
-// --- Here: what comes from the child ---
+// --- In the parent: data from the child ---
 
 struct CampaignTable::File {
   fs::path path;
@@ -277,7 +278,7 @@ struct CampaignTable::File {
     return std::runtime_error("cannot read " + path.string() + ": " + what);
   }
 
-  /// Whatever goes wrong is one error that names the file.
+  /// All failures become one error that names the file.
   void ask(const std::string& question, const std::function<void(FromChild&)>& take) const {
     try {
       child->ask(question, take);
@@ -293,7 +294,7 @@ struct CampaignTable::File {
         throw std::runtime_error(fs::exists(path, error) ? "not a file" : "no such file");
       const std::uintmax_t size = fs::file_size(path, error);
       if (error) throw std::runtime_error(error.message());
-      const hdf5::Session session;  // the child inherits HDF5: no other thread may be in the middle of using it
+      const hdf5::Session session;  // the child inherits the state of HDF5: no other thread may be using it
       child = std::make_unique<AskedChild>(reading_seconds(static_cast<double>(size)), [this] {
         const auto table = std::make_shared<const OpenTable>(path);
         return [table](const std::string& question, ToParent& parent) { table->answer(question, parent); };

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// table.h5 of a campaign as its analysis and its report read it. docs/formats/campaign.md is its contract. Thread
-/// safety: const members may be called from several threads at once; they take turns with HDF5.
+/// Reader of table.h5 of a campaign, for its analysis and its report. docs/formats/campaign.md is its contract. Thread
+/// safety: const members may be called from several threads concurrently; access to HDF5 is serialized.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,10 +14,10 @@
 
 namespace grapnel {
 
-/// One dataset at a time, as a whole or in part: a table may be larger than what memory should hold.
+/// Reads one dataset at a time, whole or in part, because a table may exceed the memory.
 class CampaignTable {
  public:
-  /// @throws std::runtime_error naming path and fault, as the others.
+  /// @throws std::runtime_error naming path and error, as the other members.
   explicit CampaignTable(const std::filesystem::path& table);
   ~CampaignTable();
   CampaignTable(const CampaignTable&) = delete;
@@ -35,10 +35,10 @@ class CampaignTable {
   std::uint64_t rows() const;
   const std::string& sha256() const;  // of the campaign
 
-  /// Of every row: 8 bytes each as double, 4 as float.
+  /// Values of all rows: 8 bytes each as double, 4 as float.
   template <class Number = double>
   std::vector<Number> numbers(const Head& head) const;
-  /// Of rows from `first` on, as many as `out` holds.
+  /// Values of rows from `first` on, as many as `out` holds.
   void read(const Head& head, std::uint64_t first, std::span<double> out) const;
 
   std::vector<std::uint64_t> indices() const;  // k of every row: with gaps if cases are missing
@@ -48,7 +48,7 @@ class CampaignTable {
   std::vector<std::int32_t> reasons() const;  // per row, a number for reason_texts(); 0: none
   std::vector<std::string> reason_texts(const std::vector<std::int32_t>& numbers) const;
 
-  /// What is thrown where the table's content is wrong.
+  /// The exception for invalid content of the table.
   std::runtime_error fault(const std::string& what) const;
 
  private:

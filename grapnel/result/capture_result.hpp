@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise. What
-/// each field is, with its unit, stands where it is described: motion_fields.cpp, impact_fields.cpp,
-/// summary_fields.cpp. Filled by simulate_capture(), read by the writers and reports. Public, kept stable.
+/// The result of a capture: plain data, SI units, vectors in the world frame W unless a name specifies otherwise.
+/// motion_fields.cpp, impact_fields.cpp and summary_fields.cpp describe each field with its unit. Filled by
+/// simulate_capture(), read by the writers and reports. Public, kept stable.
 
 #include <algorithm>
 #include <cmath>
@@ -23,9 +23,9 @@
 
 namespace grapnel {
 
-// What planning an approach has found. What each field is: motion_fields.cpp.
+// The plan of an approach. motion_fields.cpp describes the fields.
 
-/// How far an end-effector stays from its goal when the joints follow the plan exactly.
+/// Deviation of an end-effector from its goal when the joints follow the plan exactly.
 struct PlannedMiss {
   std::string end_effector;
   double distance = 0;
@@ -34,7 +34,7 @@ struct PlannedMiss {
   std::optional<double> angular_velocity = {};
 };
 
-/// The piece straight in.
+/// The final straight approach.
 struct StraightInReport {
   double begin = 0;
   double stand_off = 0;
@@ -48,20 +48,20 @@ struct StraightInReport {
   double self_motion = 0;
 };
 
-/// One of the terms that a plan's objective is the sum of.
+/// One term of the sum that is a plan's objective.
 struct PlanTerm {
   std::string name;
   double weight = 0;
   double value = 0;
 };
 
-/// What a wheel is to hold on a planned way.
+/// Predicted load of a reaction wheel on the planned trajectory.
 struct WheelShare {
   std::string wheel;
   double share = 0;
 };
 
-/// What a planned segment does on its way.
+/// Properties of a planned segment.
 struct PlannedWay {
   int knots = 0;
   std::optional<double> position_margin;
@@ -75,7 +75,7 @@ struct PlannedWay {
   std::vector<WheelShare> wheels;
 };
 
-/// A time of capture that was looked at.
+/// A capture time that the planner evaluated.
 struct WindowPoint {
   double time = 0;
   bool reachable = false;
@@ -86,7 +86,7 @@ struct WindowPoint {
   double reach_share = 0;
 };
 
-/// The times of capture that were looked at, and the one that was taken.
+/// The evaluated capture times and the selected one.
 struct WindowReport {
   double time = 0;
   std::optional<double> not_before;
@@ -99,7 +99,7 @@ struct PlanReport {
   std::vector<double> final_rates;
   double unmet_rate = 0;
 
-  bool searched = false;  // final positions were looked for; the rest is meaningful then
+  bool searched = false;  // final positions were searched; the fields below are valid only then
   bool found = false;
   std::string objective;
   double objective_value = 0;
@@ -134,7 +134,7 @@ struct JointMotion {
   std::vector<double> velocity;
 };
 
-/// An end-effector against the grasp point it is to meet (relative: end-effector minus grasp point).
+/// An end-effector and its motion relative to its grasp point (end-effector minus grasp point).
 struct EndEffectorMotion {
   std::string name;
   Vector3d position;
@@ -147,11 +147,11 @@ struct EndEffectorMotion {
   Vector3d relative_angular_velocity = Vector3d::zero();
 };
 
-/// Whether a capture happened. assumed: nothing says what the gripper can close on (no envelope), so that it was taken
-/// to hold whatever it met: nobody judged it.
+/// Whether the capture succeeded. assumed: no envelope states the gripper's capture range, so the grasp is assumed to
+/// close without an evaluation.
 enum class Captured { no, assumed, yes };
 
-/// Whether one grasp closes at the instant of capture: what success means.
+/// Whether one grasp closes at the instant of capture, the criterion of success.
 struct GraspOutcome {
   std::string end_effector;
   std::string target;
@@ -164,7 +164,7 @@ struct GraspOutcome {
   double angular_velocity = 0;
   double time = 0;
   std::optional<double> released = {};
-  bool judged = false;  // by an envelope
+  bool judged = false;  // an envelope was evaluated
   std::string limiting = {};
   double target_moved = 0;
   Captured verdict() const { return !captured ? Captured::no : judged ? Captured::yes : Captured::assumed; }
@@ -179,7 +179,7 @@ struct PhaseEnd {
   std::vector<BodyMotion> targets;
 };
 
-/// A contact that does not hold: how it rebounded.
+/// The rebound of a contact, which does not hold.
 struct ContactRebound {
   Vector3d normal;
   double normal_impulse = 0;
@@ -191,7 +191,7 @@ struct ContactRebound {
   double spread = 0;
 };
 
-/// A contact or grasp that was resolved in time.
+/// Force history of a contact or grasp in a compliant impact.
 struct ForceProfile {
   double peak_force = 0, peak_force_time = 0;
   double peak_moment = 0, peak_moment_time = 0;
@@ -201,8 +201,8 @@ struct ForceProfile {
   int touches = 0;
 };
 
-/// One grasp or contact of the impact. Impulses act on the robot, at the common contact point; the target gets the
-/// opposite there.
+/// One grasp or contact of the impact. Impulses act on the robot at the common contact point; the opposite impulses act
+/// on the target.
 struct GraspImpulse {
   std::string end_effector;
   std::string target;
@@ -225,7 +225,7 @@ struct GraspImpulse {
   std::optional<ForceProfile> profile;
 };
 
-/// What a joint passes on during the impact, at its origin, from parent to child.
+/// Impulse that a joint transmits during the impact, at its origin, from parent to child.
 struct JointImpulse {
   std::string joint;
   std::string body;
@@ -235,8 +235,8 @@ struct JointImpulse {
   double peak_force = 0, peak_moment = 0, peak_driving = 0;
 };
 
-/// A joint that brake or drive held during the impact, or was to hold: where the rates that drives are told contradict
-/// the grasps, drives give way (docs/theory.md, section 7).
+/// A joint that a brake or drive held during the impact, or was commanded to hold. Drives are overpowered by the
+/// constraint where their commanded rates contradict the grasps (docs/theory, section 7).
 struct HeldJoint {
   std::string joint;
   double impulse = 0;
@@ -255,8 +255,8 @@ struct LoadMargin {
   double margin() const { return load == 0 ? 1 : 1 - load / rating; }
 };
 
-/// How much faster an arm's end-effector might meet its target before one of the arm's ratings is reached, all relative
-/// velocities of the impact scaled alike.
+/// The maximum speed of an arm's end-effector at its target before one of the arm's ratings is reached; all relative
+/// velocities of the impact are scaled by the same factor.
 struct SpeedLimit {
   std::string end_effector;
   double factor = 0;
@@ -264,7 +264,7 @@ struct SpeedLimit {
   std::string of, quantity;
 };
 
-/// An impact that was resolved in time.
+/// A compliant impact.
 struct CompliantReport {
   std::string end;
   double duration = 0;
@@ -274,25 +274,25 @@ struct CompliantReport {
   double energy_residual = 0;
   double motor_work = 0;
   long rhs_evaluations = 0;
-  int modes = 0;              // of vibration of what bends, as the bodies met, joints as they are in the impact
-  int slower_modes = 0;       // of these, with a period longer than `duration`
-  double slowest_period = 0;  // [s]; 0 where nothing bends
+  int modes = 0;              // flexible modes in the posture of first contact, joints as in the impact
+  int slower_modes = 0;       // number of modes with a period longer than `duration`
+  double slowest_period = 0;  // [s]; 0 without flexible bodies
   double fastest_period = 0;  // [s]
 };
 
-/// A hand's mass as a contact meets it, and the target's, along the contact's normal.
+/// Effective masses of end-effector and target along the contact's normal.
 struct EffectiveMass {
   std::string end_effector;
   std::string target;
   double hand = 0;                 // without control, joints free [kg]
-  std::optional<double> apparent;  // by the impedance law, contact forces sensed [kg]
+  std::optional<double> apparent;  // under the impedance law with sensed contact forces [kg]
   double of_target = 0;            // [kg]
-  double restitution = 0;          // e of the contact between such masses, springs and dampers of the law at rest
-  double target_speed_before = 0;  // along the normal, into the robot, relative to the hand [m/s]
-  double target_speed_after = 0;   // of the target along it, of what it had [m/s]
+  double restitution = 0;  // coefficient e of the contact between such masses, springs and dampers of the law at rest
+  double target_speed_before = 0;  // along the normal, into the robot, relative to the end-effector [m/s]
+  double target_speed_after = 0;   // of the target along the normal [m/s]
 };
 
-/// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.
+/// The thesis's estimate, (3.8)-(3.13), in addition to the exact one. Absent fields: undefined for this capture.
 struct AsPublished {
   struct Grasp {
     std::string end_effector;
@@ -308,7 +308,7 @@ struct AsPublished {
   double relative_angular_momentum_error = 0;
 };
 
-/// Joints locked at once after the grasp: a second impulse with its own checks.
+/// Joints that lock immediately after the grasp: a second impulse with separate checks.
 struct BrakeGrasp {
   std::string end_effector;
   std::string target;
@@ -325,8 +325,8 @@ struct BrakeReport {
   Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
-/// Two grasps of one target, and whether both can be where they are meant to be: no motion of the target changes the
-/// distances, so their difference is what remains open, or is welded as found.
+/// Geometric consistency of two grasps of one target. No motion of the target changes the two distances, so their
+/// difference remains as the gap of the loop.
 struct LoopGap {
   std::string target;
   std::string end_effectors[2];
@@ -336,7 +336,7 @@ struct LoopGap {
   double gap() const { return std::abs(end_effector_distance - grasp_point_distance); }
 };
 
-/// What a body received in the impact: unique, also where the impulses of single grasps are not.
+/// Total impulse on a body in the impact: unique, even if the impulses of single grasps are not.
 struct BodyImpulse {
   std::string body;
   Vector3d impulse;
@@ -350,8 +350,8 @@ struct SelfStress {
   std::vector<Vector3d> angular_impulse;
 };
 
-/// What an impulse at one grasp does, and what the present motion asks for: measures of the configuration at the
-/// contact point, everything else free (but for joints that are held). Vectors and axes in W.
+/// Effect of an impulse at one grasp, and the impulse that the present motion requires: measures of the configuration
+/// at the contact point, with all joints free except held joints. Vectors and axes in W.
 struct EndEffectorMeasure {
   std::string end_effector;
   std::vector<double> inverse_inertia, pair_inverse_inertia;  // 6 x 6, row by row
@@ -364,7 +364,7 @@ struct EndEffectorMeasure {
   double miss_of_system_com = 0;
 };
 
-/// The same for all grasps together.
+/// The same measures for all grasps together.
 struct ImpactMeasures {
   std::vector<EndEffectorMeasure> end_effectors;
   double largest_impulse = 0, smallest_impulse = 0, coupled_index = 0;
@@ -374,7 +374,7 @@ struct ImpactMeasures {
   std::vector<SelfStress> zero_base_angular_velocity;
 };
 
-/// Derivatives of the impact with respect to what is uncertain.
+/// Derivatives of the impact with respect to an uncertain parameter.
 struct ImpactSensitivity {
   std::string parameter;
   std::string unit;
@@ -386,7 +386,7 @@ struct ImpactSensitivity {
   Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
-/// What a plastic impact would be if only the slowest modes of vibration could answer it.
+/// The plastic impact if only the slowest flexible modes deform.
 struct ModesKept {
   int modes = 0;
   double frequency = 0;          // of the fastest one [Hz]; 0 without any
@@ -426,14 +426,14 @@ struct ImpactReport {
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
   std::vector<EffectiveMass> effective_masses;
-  std::vector<ModesKept> by_modes;  // where something bends and the law is plastic
+  std::vector<ModesKept> by_modes;  // with flexible bodies and the law `plastic`
   std::optional<ImpactMeasures> measures;
   std::vector<ImpactSensitivity> sensitivities;
   std::vector<LoadMargin> margins;
   std::vector<SpeedLimit> speed_limits;
 };
 
-/// How loops were kept closed in one phase.
+/// Closure of the loops in one phase.
 struct LoopReport {
   std::string phase;
   std::vector<std::string> closures;
@@ -459,8 +459,8 @@ struct GraspLoad {
   std::vector<bool> determined;  // per component [angular; linear] in W
 };
 
-/// The largest of one load in one phase, impacts included: found by the integrator in every step, whatever the interval
-/// of output.
+/// The largest value of one load in one phase, impacts included: evaluated in every step of the integrator,
+/// independently of the output interval.
 struct PeakLoad {
   std::string of;
   std::string quantity;
@@ -472,7 +472,7 @@ struct PeakLoad {
   double margin() const { return peak == 0 ? 1 : 1 - peak / rating; }
 };
 
-/// The first thing that a real robot could not have done, in the order of time.
+/// A violation that makes the motion infeasible for a real robot.
 struct Violation {
   std::string kind;
   std::string what;
@@ -480,24 +480,24 @@ struct Violation {
   double time = 0;
 };
 
-/// How a law that moves all joints together came to its end.
+/// Why a control law that moves all joints ended.
 enum class LawEnd {
-  running,      // it had not when the run ended
-  at_rest,      // what it was to bring to rest was
-  rank_lost,    // near a configuration in which the joints cannot do what it asks for
+  running,      // still active at the end of the run
+  at_rest,      // its target came to rest
+  rank_lost,    // near a singular configuration
   joint_limit,  // a joint reached the end of its range
-  released      // what it works on was let go
+  released      // its target was released
 };
 
-/// Of hands under impedance control, in one phase.
+/// End-effectors under impedance control, in one phase.
 struct ImpedanceReport {
   double begin = 0;
   double end = 0;
   LawEnd ended = LawEnd::running;
-  std::string joint;            // whose range ended it
-  double largest_distance = 0;  // of a hand from its reference [m]
+  std::string joint;            // joint whose range ended the law
+  double largest_distance = 0;  // of an end-effector from its reference [m]
   double largest_distance_time = 0;
-  double distance_after = 0;  // largest of the hands
+  double distance_after = 0;  // largest of the end-effectors
   double largest_angle = 0;   // [rad]
   double largest_angle_time = 0;
   double angle_after = 0;
@@ -508,9 +508,9 @@ struct ImpedanceReport {
   double least_condition_time = 0;
 };
 
-/// Of a target that several grasps hold and squeeze.
+/// A target that several grasps hold and squeeze.
 struct GraspForceReport {
-  /// Of one pair of grasps.
+  /// One pair of grasps.
   struct Pair {
     std::vector<std::string> between;
     double reference = 0;      // at the end [N]
@@ -524,9 +524,9 @@ struct GraspForceReport {
   LawEnd ended = LawEnd::running;
   std::string joint;
   std::vector<Pair> pairs;
-  int internal_rank = 0;            // internal directions that the efforts reach
-  double other_internal_force = 0;  // largest of what else the grasps bear inside, in the law's metric [N]
-  double largest_distance = 0;      // of the target from where it is to be held [m]
+  int internal_rank = 0;            // number of internal directions that the efforts control
+  double other_internal_force = 0;  // largest other internal wrench of the grasps, in the law's metric [N]
+  double largest_distance = 0;      // of the target from its reference position [m]
   double largest_angle = 0;         // [rad]
   double least_scale = 1;
   double least_scale_time = 0;
@@ -535,13 +535,13 @@ struct GraspForceReport {
   double least_condition_time = 0;
 };
 
-/// Of a target that is brought to rest through its grasps.
+/// A target that is brought to rest through its grasps.
 struct DetumblingReport {
   std::string target;
   double begin = 0;
   double end = 0;
   LawEnd ended = LawEnd::running;
-  std::string joint;  // whose range ended it
+  std::string joint;  // joint whose range ended the law
   double torque_bound = 0;
   double largest_torque = 0;
   double angular_momentum_before = 0;
@@ -560,12 +560,12 @@ struct DetumblingReport {
   double least_condition_time = 0;
 };
 
-/// Of a base whose attitude the joints keep.
+/// A base whose attitude the joints control.
 struct BaseKeepingReport {
   double begin = 0;
   double end = 0;
   LawEnd ended = LawEnd::running;
-  std::string joint;  // whose range ended it
+  std::string joint;  // joint whose range ended the law
   double largest_angle = 0;
   double largest_angle_time = 0;
   double angle_after = 0;
@@ -578,7 +578,7 @@ struct BaseKeepingReport {
   double least_condition_time = 0;
 };
 
-/// Grasps that are released.
+/// Grasps that are released together.
 struct ReleaseReport {
   double time = 0;
   std::vector<std::string> end_effectors;
@@ -593,7 +593,7 @@ struct OrbitReport {
   double period = 0;
 };
 
-/// A mode of vibration, as frequencies of three supports; NaN where that has fewer modes.
+/// A mode of vibration with its frequencies for three supports; NaN if a support has fewer modes.
 struct ElasticModeReport {
   double held = std::numeric_limits<double>::quiet_NaN();  // [Hz]
   double braked = held, free = held;
@@ -602,7 +602,7 @@ struct ElasticModeReport {
   Vector3d effective_inertia = Vector3d::zero();
 };
 
-/// What bends, at an instant of a run.
+/// Flexible modes at an instant of a run.
 struct ElasticReport {
   std::string at;   // start, or captured
   double time = 0;  // [s]
@@ -624,8 +624,8 @@ struct WheelReport {
   std::string name;
   double inertia = 0;  // about its axis
   double rate_before = 0, rate_after = 0;
-  double largest_rate = 0;                                           // at the instants that were looked at
-  double largest_torque = std::numeric_limits<double>::quiet_NaN();  // likewise; unknown where nobody looked
+  double largest_rate = 0;                                           // at the evaluated instants
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();  // likewise; NaN: not evaluated
   double rate_limit = 0, torque_limit = 0;                           // infinite: none
   double momentum_after() const { return inertia * rate_after; }
 };
@@ -635,16 +635,16 @@ struct GyroReport {
   std::string name;
   double momentum = 0;  // of the rotor in its gimbal [N m s]
   double angle_before = 0, angle_after = 0;
-  double largest_rate = 0;                                                // at the instants that were looked at
-  double largest_torque = std::numeric_limits<double>::quiet_NaN();       // likewise; unknown where nobody looked
+  double largest_rate = 0;                                                // at the evaluated instants
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();       // likewise; NaN: not evaluated
   double rate_limit = 0, torque_limit = 0;                                // infinite: none
   double largest_spin_torque = std::numeric_limits<double>::quiet_NaN();  // of the rotor's motor, likewise
 };
-/// A time in which an array that is steered is near a singularity.
+/// An interval in which a steered array is near a singularity.
 struct SingularityHazard {
   double begin = 0, end = 0;          // [s]
   double least_measure = 0;           // GyroArray::singularity_measure
-  double largest_torque_lacking = 0;  // of what was asked for [N m]
+  double largest_torque_lacking = 0;  // of the commanded torque [N m]
   double duration() const { return end - begin; }
 };
 /// The control moment gyros of a run.
@@ -652,12 +652,13 @@ struct GyrosReport {
   std::vector<GyroReport> each;
   double least_singularity_measure = std::numeric_limits<double>::infinity();
   bool steered = false;                                    // by attitude control or a controller
-  double near = std::numeric_limits<double>::quiet_NaN();  // measure below which it is; unknown if never steered
+  double near = std::numeric_limits<double>::quiet_NaN();  // measure below which the array is near a singularity; NaN
+                                                           // if never steered
   double largest_torque_lacking = std::numeric_limits<double>::quiet_NaN();  // [N m]; likewise
   std::vector<SingularityHazard> hazards;
 };
 
-/// A joint that has met a stop at the end of its range.
+/// Impact of a joint on a stop at the end of its range.
 struct StopImpact {
   double time = 0;
   std::string joint;
@@ -667,24 +668,25 @@ struct StopImpact {
   double energy_lost = 0;  // by the whole system
 };
 
-/// What a joint with sticking friction, stops or a motor whose electricity is known did in one phase.
+/// Motion in one phase of a joint with sticking friction, stops or an electrically modelled motor.
 struct JointReport {
-  /// At the phase's end. prescribed: it moves as prescribed, and neither sticks nor meets its stops.
+  /// State at the end of the phase. prescribed: on a prescribed motion, which neither sticks nor meets stops.
   enum class Mode { moving, stuck, at_lower_stop, at_upper_stop, prescribed };
   std::string phase;
   std::string joint;
   Mode mode = Mode::moving;
-  int sticks = 0;      // times that it came to rest
-  int breakaways = 0;  // times that it left it
-  /// Largest part of its breakaway effort that friction gave while it was held; absent: it does not stick.
+  int sticks = 0;      // transitions to sticking
+  int breakaways = 0;  // transitions to motion
+  /// Largest friction while held, over the breakaway effort; absent: its friction does not stick.
   std::optional<double> friction_share;
-  bool friction_determined = true;  // false: closed loops left that friction open, and one admissible set is reported
-  double friction_heat = 0;         // that friction made
+  bool friction_determined =
+      true;                  // false: closed loops leave the friction undetermined, and one admissible set is reported
+  double friction_heat = 0;  // heat of joint friction
   int stop_impacts = 0;
   double stop_energy_lost = 0;
   double motor_work = 0;              // mechanical, at the joint
   std::optional<double> copper_loss;  // in the winding; absent: not known
-  /// What the motor took, less what it gave back.
+  /// Energy drawn by the motor minus energy returned.
   std::optional<double> electrical_energy() const {
     return copper_loss ? std::optional(*copper_loss + motor_work) : std::nullopt;
   }
@@ -695,19 +697,19 @@ struct ThrusterReport {
   std::string name;
   long firings = 0;
   double on_time = 0;     // of its valve [s]
-  double duty = 0;        // on_time over the time of the phases in which thrusters are at work
+  double duty = 0;        // on_time over the time of the phases in which thrusters are active
   double impulse = 0;     // of its force [N s]
   double propellant = 0;  // [kg]
 };
-/// A body in the plume of a thruster that fires.
+/// A body in the plume of a firing thruster.
 struct PlumeHazard {
   std::string thruster, body;
   double first_time = 0;  // [s]
   double duration = 0;    // of firing with a point of the body in the plume [s]
 };
-/// Thrusters take the wheels' momentum out.
+/// Unloading of the wheels' momentum by thrusters.
 struct DumpingReport {
-  long begun = 0;               // how often
+  long begun = 0;               // number of times
   double first_begin = 0;       // [s]
   double duration = 0;          // of all [s]
   bool active = false;          // as the run ended
@@ -717,7 +719,7 @@ struct DumpingReport {
 struct ThrustersReport {
   std::vector<ThrusterReport> each;
   double propellant = 0;                                      // used [kg]
-  double at_hand = std::numeric_limits<double>::quiet_NaN();  // [kg]; unknown: nobody says
+  double at_hand = std::numeric_limits<double>::quiet_NaN();  // [kg]; NaN: not given
   double excess() const { return propellant > at_hand ? propellant - at_hand : 0; }
   std::optional<DumpingReport> dumping;
   std::vector<PlumeHazard> hazards;
@@ -725,7 +727,7 @@ struct ThrustersReport {
 
 /// A phase of motion after the approach.
 struct MotionPhaseReport {
-  /// How it ended. duration: after its duration. condition: what it is `until` held.
+  /// How it ended. duration: after its duration. condition: its `until` condition was met.
   enum class End { duration, condition };
   std::string name;
   double begin = 0;
@@ -749,22 +751,22 @@ struct CaptureResult {
   std::string scenario_name;
   std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
   std::vector<std::string> warnings;
-  std::optional<OrbitReport> orbit;    // with which W falls
-  std::vector<ElasticReport> elastic;  // where something bends: at the start, and when a target has been caught
+  std::optional<OrbitReport> orbit;    // of the frame W
+  std::vector<ElasticReport> elastic;  // with flexible bodies: at the start, and with captured targets
   std::optional<ControlReport> control;
-  std::vector<SensorReport> sensors;  // read at its ticks
+  std::vector<SensorReport> sensors;  // read at its sample times
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
   std::optional<PlanReport> plan;            // of the approach
-  std::vector<NavigationReport> navigation;  // where targets are estimated or the approach is replanned
+  std::vector<NavigationReport> navigation;  // if targets are estimated or the approach is replanned
   double capture_time = 0;                   // when the grasps were to close [s]
-  std::vector<GraspOutcome> grasps;          // per grasp; empty where the run did not come so far
+  std::vector<GraspOutcome> grasps;          // per grasp; empty if the run ended before
   /// All grasps closed.
   bool captured() const {
     return !grasps.empty() &&
            std::all_of(grasps.begin(), grasps.end(), [](const GraspOutcome& g) { return g.captured; });
   }
-  /// Whether all of them did, as far as anybody judged it.
+  /// The verdict over all grasps.
   Captured capture_verdict() const {
     Captured verdict = grasps.empty() ? Captured::no : Captured::yes;
     for (const GraspOutcome& g : grasps) verdict = std::min(verdict, g.verdict());
@@ -777,7 +779,7 @@ struct CaptureResult {
   std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
   std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase
   bool without_impact = false;                         // the scenario has none: motion alone
-  std::vector<MotionPhaseReport> phases;               // after the impact, or of motion alone; that have ended
+  std::vector<MotionPhaseReport> phases;               // completed phases after the impact, or of motion alone
   std::optional<PhaseEnd> post_impact_end;             // of the last of them
   std::optional<DetumblingReport> detumbling;          // in it
   std::optional<BaseKeepingReport> base_keeping;       // in it
@@ -787,21 +789,20 @@ struct CaptureResult {
   std::optional<IdentificationReport> identification;  // in it
   std::vector<WheelReport> wheels;                     // of the base, in the robot's order
   std::optional<GyrosReport> gyros;                    // of the base, where it has any
-  std::vector<JointReport> joints;           // per phase in motion, of joints of which there is something to say
+  std::vector<JointReport> joints;           // per phase in motion, of joints with sticking friction, stops or motors
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all
   std::optional<ThrustersReport> thrusters;  // of the base, where it has any
   std::vector<SaturationReport> saturation;  // the longest first
   std::vector<StabilityReport> stability;    // per phase in motion that was observed in every step
-  std::optional<RestReport> rest;            // where the problem states at which rates the system is at rest
-  std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were watched
+  std::optional<RestReport> rest;            // if the problem states the rates of rest
+  std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were monitored
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp until it opens; ignored pairs
   std::vector<LimitEvent> limit_events;
   std::optional<Violation> first_violation;
-  /// From here on bodies overlap, which the model lets them do and nature does not: what follows is beyond its validity
-  /// [s].
+  /// From this time on bodies overlap, and the model is not valid [s].
   std::optional<double> valid_until;
   Ledger ledger;
   std::vector<PhaseCost> cost;

@@ -18,12 +18,12 @@
 namespace grapnel {
 namespace {
 
-// Blocks of the stream: a length, then so many bytes. These two lengths say that it ends.
+// Blocks of the stream: a length, then that number of bytes. These two lengths mark the end.
 constexpr std::uint32_t kWell = 0xffffffff, kFault = 0xfffffffe;
 constexpr std::size_t kPipeBlock = 1 << 16;
 constexpr std::uint64_t kLongestText = 1 << 24;
 
-// All of it, or the end of the child: without a parent there is nothing left to do.
+// Writes everything or ends the child: without a parent there is no further work.
 void write_all(int descriptor, const char* bytes, std::size_t size) {
   while (size > 0) {
     const ssize_t written = ::write(descriptor, bytes, size);
@@ -33,7 +33,7 @@ void write_all(int descriptor, const char* bytes, std::size_t size) {
   }
 }
 
-// To a child that may have crashed, which must not end this process by SIGPIPE: its answer says what became of it.
+// Writes to a child that may have crashed. SIGPIPE must not end this process: the answer reports the crash.
 void send_question(int descriptor, const std::string& bytes) {
   sigset_t pipe, before;
   sigemptyset(&pipe);
@@ -58,7 +58,7 @@ int reap(pid_t child) {
   return status;
 }
 
-// So much processor time from now on.
+// Limits the processor time from now on.
 void allow_time(double seconds) {
   rusage used{};
   ::getrusage(RUSAGE_SELF, &used);
@@ -113,7 +113,7 @@ void ToParent::texts(const std::vector<std::string>& values) {
 }
 
 void ToParent::end(const std::string* fault) {
-  // What was said before a fault is of no use.
+  // Output before an error is discarded.
   if (fault) buffer_.clear();
   flush();
   const std::uint32_t mark = fault ? kFault : kWell;
@@ -128,13 +128,12 @@ void ToParent::end(const std::string* fault) {
 void FromChild::died() {
   const int status = reap(std::exchange(child_, 0));
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
-    throw std::runtime_error("damaged: reading it does not come to an end");
+    throw std::runtime_error("damaged: reading exceeds its time limit");
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM || WTERMSIG(status) == SIGHUP))
-    throw std::runtime_error("reading it was stopped");
+    throw std::runtime_error("reading was interrupted");
   if (WIFSIGNALED(status))
-    throw std::runtime_error(std::string("damaged: reading it ends in a crash (") + ::strsignal(WTERMSIG(status)) +
-                             ")");
-  throw std::runtime_error("damaged: reading it ends too early");
+    throw std::runtime_error(std::string("damaged: the reader crashed (") + ::strsignal(WTERMSIG(status)) + ")");
+  throw std::runtime_error("damaged: the reader ended too early");
 }
 
 void FromChild::read(void* bytes, std::size_t size) {
@@ -153,7 +152,7 @@ bool FromChild::fill() {
   read(&size, sizeof size);
   if (size == kWell) return false;
   if (size != kFault) {
-    if (size == 0 || size > kPipeBlock) throw std::runtime_error("damaged: reading it goes wrong");
+    if (size == 0 || size > kPipeBlock) throw std::runtime_error("damaged: the reader returned invalid data");
     left_ = size;
     return true;
   }
@@ -167,7 +166,7 @@ bool FromChild::fill() {
 void FromChild::get(void* bytes, std::size_t size) {
   char* to = static_cast<char*>(bytes);
   while (size > 0) {
-    if (left_ == 0 && !fill()) throw std::runtime_error("damaged: reading it ends too early");
+    if (left_ == 0 && !fill()) throw std::runtime_error("damaged: the reader ended too early");
     const std::size_t now = std::min(size, left_);
     read(to, now);
     to += now, size -= now, left_ -= now;
@@ -182,7 +181,7 @@ std::uint64_t FromChild::count() {
 
 std::string FromChild::text() {
   const std::uint64_t size = count();
-  if (size > kLongestText) throw std::runtime_error("damaged: a text has an impossible size");
+  if (size > kLongestText) throw std::runtime_error("damaged: implausible size of a text");
   std::string value(static_cast<std::size_t>(size), '\0');
   get(value.data(), value.size());
   return value;
@@ -195,7 +194,7 @@ std::vector<std::string> FromChild::texts() {
 }
 
 void FromChild::expect_end() {
-  if (left_ > 0 || fill()) throw std::runtime_error("damaged: it goes on behind its end");
+  if (left_ > 0 || fill()) throw std::runtime_error("damaged: data after the end");
 }
 
 namespace {
@@ -207,12 +206,12 @@ struct Ended {
   ~Ended() {
     if (descriptor >= 0) ::close(std::exchange(descriptor, -1));
     if (child <= 0) return;
-    ::kill(child, SIGKILL);  // the rest is not wanted
+    ::kill(child, SIGKILL);  // the rest is discarded
     reap(std::exchange(child, 0));
   }
 };
 
-// Runs `work`; what it throws goes to the parent.
+// Runs `work`; exceptions are sent to the parent.
 void answer(int descriptor, const std::function<void(ToParent&)>& work) {
   ToParent parent(descriptor);
   std::string fault;
@@ -234,17 +233,19 @@ void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
                    const std::function<void(FromChild&)>& take) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
-  pid_t child = ::fork();
+  const pid_t parent = ::getpid();
+  const pid_t child = ::fork();
   if (child < 0) {
     const int error = errno;
     ::close(ends[0]), ::close(ends[1]);
-    throw NoProcess("no process to read it in: " + std::generic_category().message(error));
+    throw NoProcess("cannot start a process for reading: " + std::generic_category().message(error));
   }
   if (child == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(1);  // killed before the request
     settle_in_child(seconds);
     answer(ends[1], work);
-    ::_exit(0);  // nothing of the parent's is flushed or destroyed a second time
+    ::_exit(0);  // the parent's buffers and objects are not flushed or destroyed a second time
   }
   ::close(ends[1]);
   const Ended ended{child, ends[0]};
@@ -312,7 +313,7 @@ AskedChild::AskedChild(double seconds, const std::function<Answer()>& open) {
   questions_ = to_child[1], answers_ = to_parent[0];
   if (child_ > 0) return;
   end();
-  throw NoProcess("no process to read it in: " + std::generic_category().message(error));
+  throw NoProcess("cannot start a process for reading: " + std::generic_category().message(error));
 }
 
 AskedChild::~AskedChild() { end(); }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Reading a file in a child process, with a library that a damaged or hostile file can crash or send round in circles:
-/// what happens to the child is an error message here. For .cpp files that read such files.
+/// Reads a file in a child process, with a library that can crash or loop on a damaged or hostile file: failures of the
+/// child become error messages in the parent. For .cpp files that read such files.
 
 #include <sys/types.h>
 
@@ -17,12 +17,12 @@
 
 namespace grapnel {
 
-/// No child could be made; nothing is known of the file.
+/// No child process could be started; the state of the file is unknown.
 struct NoProcess : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The child's end: numbers and texts go to the parent. Writing ends the child where the parent no longer listens.
+/// The child's end: sends numbers and texts to the parent. Writing ends the child if the parent has closed the pipe.
 class ToParent {
  public:
   explicit ToParent(int descriptor) : descriptor_(descriptor) {}
@@ -44,8 +44,8 @@ class ToParent {
   std::string buffer_;
 };
 
-/// The parent's end. It trusts nothing: sizes are believed as far as bytes come. Throws std::runtime_error with what
-/// the child threw, or with what became of the child.
+/// The parent's end. It does not trust sizes beyond the received bytes. Throws std::runtime_error with the child's
+/// exception, or with the way in which the child ended.
 class FromChild {
  public:
   FromChild(int descriptor, pid_t& child) : descriptor_(descriptor), child_(child) {}
@@ -69,7 +69,7 @@ class FromChild {
     }
     return values;
   }
-  /// Nothing more may come: the child has ended well.
+  /// Checks that no further data arrives and that the child ended without an error.
   void expect_end();
 
  private:
@@ -78,31 +78,31 @@ class FromChild {
   void read(void* bytes, std::size_t size);
   int descriptor_;
   pid_t& child_;          // 0 once it is reaped
-  std::size_t left_ = 0;  // of the block under way
+  std::size_t left_ = 0;  // of the current block
 };
 
-/// Processor time for reading a file of so many bytes: generous.
+/// Generous limit of processor time for reading a file of this size.
 inline double reading_seconds(double bytes) { return 4 + 2e-7 * bytes; }
 
-/// Runs `work` in a child of this process and `take` here, on what it sends. The child has `seconds` of processor time;
-/// it prints nothing and changes nothing here. `work` may use what the calling thread uses, and must not wait for other
-/// threads, which the child does not have.
+/// Runs `work` in a child process and `take` in the caller, on the data of the child. The child has `seconds` of
+/// processor time; it prints nothing and changes no state of the parent. `work` may use the state of the calling
+/// thread, and must not wait for other threads, which do not exist in the child.
 void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
                    const std::function<void(FromChild&)>& take);
 
-/// A child that opens a file once and answers questions about it until this object is destroyed. Thread safety: callers
-/// take turns.
+/// A child that opens a file once and answers questions about it until this object is destroyed. Thread safety: calls
+/// are serialized.
 class AskedChild {
  public:
   using Answer = std::function<void(const std::string& question, ToParent&)>;
-  /// `open` runs in the child and returns what answers there; what it throws is the reply to every question. Each
+  /// `open` runs in the child and returns the function that answers; its exception is the reply to every question. Each
   /// answer, and the opening, has `seconds` of processor time. @throws std::runtime_error without a process
   AskedChild(double seconds, const std::function<Answer()>& open);
   ~AskedChild();
   AskedChild(const AskedChild&) = delete;
   AskedChild& operator=(const AskedChild&) = delete;
 
-  /// Asks, and runs `take` on the answer. After a failure all later questions fail likewise.
+  /// Sends a question and runs `take` on the answer. After a failure all later questions fail with the same error.
   void ask(const std::string& question, const std::function<void(FromChild&)>& take);
 
  private:

@@ -1,5 +1,5 @@
-// The fields of summary.json that say what drove the robot and what that asked of it: loads of grasps, joints and
-// loops, control laws, reaction wheels.
+// The fields of summary.json about loads and actuation: loads of grasps, joints and loops, control laws, reaction
+// wheels.
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 
@@ -11,28 +11,30 @@ template <>
 const Type& type_of<LoopReport>() {
   using L = LoopReport;
   static constexpr Field fields[] = {
-      field<&L::phase>("phase", "with closed loops"),
+      field<&L::phase>("phase", "phase with closed loops"),
       field<&L::closures>("closures", "`end-effector - target`: the grasps that close loops of the tree"),
-      field<&L::rows>("rows", "1", "of all closures"),
+      field<&L::rows>("rows", "1", "constraint rows of all closures"),
       field<&L::rank>("rank", "1",
-                      "as the phase began; smaller than `rows`: some say the same, and internal loads are not all "
-                      "determined"),
+                      "rank of these rows at the start of the phase; less than `rows`: some rows are redundant, and "
+                      "internal loads are not all determined"),
       field<&L::unprojected_position>("unprojected_position", "m",
-                                      "largest defect that one step left before projection"),
-      field<&L::unprojected_angle>("unprojected_angle", "rad", "likewise"),
-      field<&L::unprojected_velocity>("unprojected_velocity", "m/s", "the same of its rate"),
-      field<&L::unprojected_angular_velocity>("unprojected_angular_velocity", "rad/s", "likewise"),
+                                      "largest position defect of one step before projection"),
+      field<&L::unprojected_angle>("unprojected_angle", "rad", "largest angle defect of one step before projection"),
+      field<&L::unprojected_velocity>("unprojected_velocity", "m/s",
+                                      "largest velocity defect of one step before projection"),
+      field<&L::unprojected_angular_velocity>("unprojected_angular_velocity", "rad/s",
+                                              "largest angular velocity defect of one step before projection"),
       field<&L::correction_total>("correction_total", "1",
-                                  "sum of all corrections, in the norm that judges steps, times the tolerance"),
+                                  "sum of all corrections, in the error norm of the integrator, times the tolerance"),
       field<&L::integration_error>("integration_error", "1",
-                                   "sum of the steps' error estimates in the same measure: larger, or projection would "
-                                   "hide faults"),
+                                   "sum of the error estimates of all steps in the same measure; if it is smaller than "
+                                   "`correction_total`, projection may hide errors"),
   };
-  static constexpr Type type = structure<L>(
-      "LoopReport",
-      "how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains "
-      "after projection is in the ledger (`loop_closure_...`).",
-      fields);
+  static constexpr Type type =
+      structure<L>("LoopReport",
+                   "closure of the kinematic loops in one phase, including an approach in which a grasp closed before "
+                   "its end. The ledger has the defect that remains after projection (`loop_closure_...`).",
+                   fields);
   return type;
 }
 
@@ -40,22 +42,21 @@ template <>
 const Type& type_of<GraspLoad>() {
   using G = GraspLoad;
   static constexpr Field fields[] = {
-      field<&G::phase>("phase", "in which the grasp held"),
-      field<&G::end_effector>("end_effector", "of the grasp"),
-      field<&G::target>("target", "of the grasp"),
-      field<&G::largest_force>("largest_force", "N", "on the robot, at the grasp"),
-      field<&G::force_time>("force_time", "s", "when that was"),
-      field<&G::largest_moment>("largest_moment", "N m", "about the grasp"),
-      field<&G::moment_time>("moment_time", "s", "when that was"),
+      field<&G::phase>("phase", "phase in which the grasp held"),
+      field<&G::end_effector>("end_effector", "end-effector of the grasp"),
+      field<&G::target>("target", "target of the grasp"),
+      field<&G::largest_force>("largest_force", "N", "largest force on the robot at the grasp"),
+      field<&G::force_time>("force_time", "s", "time of the largest force"),
+      field<&G::largest_moment>("largest_moment", "N m", "largest moment about the grasp"),
+      field<&G::moment_time>("moment_time", "s", "time of the largest moment"),
       field<&G::determined>(
           "determined",
-          "six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a "
-          "self-stress leaves components open, the least in the metric of the impact is given"),
+          "six values, one per component, angular x, y, z then linear x, y, z, in W, at the start of the phase; false: "
+          "a self-stress leaves the component undetermined, and the minimum in the metric of the impact is reported"),
   };
   static constexpr Type type = structure<G>("GraspLoad",
-                                            "the load on one grasp while it holds, in one phase. Its course is in the "
-                                            "time series `grasps/END_EFFECTOR/force` "
-                                            "and `moment`.",
+                                            "the load on one grasp in one phase while it holds. The time series "
+                                            "`grasps/END_EFFECTOR/force` and `moment` have its history.",
                                             fields);
   return type;
 }
@@ -65,28 +66,29 @@ const Type& type_of<PeakLoad>() {
   using L = PeakLoad;
   static constexpr Field fields[] = {
       field<&L::of>("of", "joint, end-effector, or `base control`"),
-      field<&L::quantity>(
-          "quantity",
-          "in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grasp at the "
-          "grasp; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, "
-          "`driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, "
-          "`driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over "
-          "`impact.duration`"),
-      field<&L::phase>("phase", "impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"),
+      field<&L::quantity>("quantity",
+                          "in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a "
+                          "grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for "
+                          "base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In "
+                          "impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: "
+                          "the peaks of a compliant impact, else means over `impact.duration`"),
+      field<&L::phase>("phase",
+                       "phase of the load; impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"),
       field<&L::peak>("peak", "N, N m, N s or N m s", "largest magnitude"),
-      field<&L::time>("time", "s", "when that is"),
+      field<&L::time>("time", "s", "time of the peak"),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.rating) : std::nullopt; }>(
           "rating", "as `peak`",
-          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`")
+          "rating in the robot file; null: none. For a drive in motion the smaller of `rating.driving` and "
+          "`limits.effort`")
           .or_null(),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.margin()) : std::nullopt; }>(
           "margin", "1",
-          "1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating")
+          "1 - peak over rating; negative: exceeded; 0 for a drive: saturated at its effort limit; null: no rating")
           .or_null(),
-      field<&L::assumed_duration>("assumed_duration",
-                                  "a mean over `impact.duration`, which is an assumption; the peak may be larger"),
+      field<&L::assumed_duration>(
+          "assumed_duration", "whether the load is a mean over the assumed `impact.duration`; the peak may be larger"),
   };
-  static constexpr Type type = structure<L>("PeakLoad", "the largest of one load in one phase.", fields);
+  static constexpr Type type = structure<L>("PeakLoad", "the largest value of one load in one phase.", fields);
   return type;
 }
 
@@ -94,9 +96,9 @@ template <>
 const Type& type_of<ReleaseReport>() {
   using R = ReleaseReport;
   static constexpr Field fields[] = {
-      field<&R::time>("time", "s", "when they were released"),
-      field<&R::end_effectors>("end_effectors", "that released their targets"),
-      field<&R::targets>("targets", "that each of them held"),
+      field<&R::time>("time", "s", "time of the release"),
+      field<&R::end_effectors>("end_effectors", "end-effectors that released their targets"),
+      field<&R::targets>("targets", "targets that these end-effectors held, in their order"),
   };
   static constexpr Type type = structure<R>("ReleaseReport", "grasps that are released together.", fields);
   return type;
@@ -117,46 +119,48 @@ template <>
 const Type& type_of<DetumblingReport>() {
   using D = DetumblingReport;
   static constexpr Field fields[] = {
-      field<&D::target>("target", "that is brought to rest"),
-      field<&D::begin>("begin", "s", "when the law begins"),
-      field<&D::end>("end", "s", "when it ends; from then on the joints hold"),
-      field<&D::ended>("ended",
-                       "`at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end "
-                       "of its range. `released`: the target was let go. `running`: the run ended before. Near "
-                       "configurations in which the arms cannot move the target in all directions (`least_condition`) "
-                       "the law goes on with the others"),
-      field<&D::joint>("joint", "whose range ended it; empty otherwise"),
-      field<&D::torque_bound>("torque_bound", "N m", "on the torque about the target's centre of mass"),
+      field<&D::target>("target", "target that is detumbled"),
+      field<&D::begin>("begin", "s", "start of the control law"),
+      field<&D::end>("end", "s", "end of the control law; afterwards the joints hold"),
+      field<&D::ended>(
+          "ended",
+          "`at_rest`: the angular momentum fell to a millionth. `joint_limit`: a joint reached the end of its range. "
+          "`released`: the target was released. `running`: the run ended first. Near configurations in which the arms "
+          "cannot move the target in all directions (`least_condition`), the law continues in the other directions"),
+      field<&D::joint>("joint", "joint whose range ended the law; empty otherwise"),
+      field<&D::torque_bound>("torque_bound", "N m", "bound on the torque about the target's centre of mass"),
       field<&D::largest_torque>("largest_torque", "N m",
-                                "of the grasps about the target's centre of mass, by the target's motion: at the ends "
-                                "and in the middle of every step"),
+                                "largest torque of the grasps about the target's centre of mass, from the target's "
+                                "motion: at the ends and in the middle of every step"),
       field<&D::angular_momentum_before>("angular_momentum_before", "N m s",
-                                         "of the target about its centre of mass, at the begin"),
-      field<&D::angular_momentum_after>("angular_momentum_after", "N m s", "at the end"),
-      field<&D::speed_before>("speed_before", "m/s",
-                              "of the target's centre of mass, relative to that of servicer and held targets"),
-      field<&D::speed_after>("speed_after", "m/s", "at the end"),
+                                         "angular momentum of the target about its centre of mass, at the start"),
+      field<&D::angular_momentum_after>("angular_momentum_after", "N m s",
+                                        "angular momentum of the target about its centre of mass, at the end"),
+      field<&D::speed_before>(
+          "speed_before", "m/s",
+          "speed of the target's centre of mass relative to that of servicer and held targets, at the start"),
+      field<&D::speed_after>("speed_after", "m/s", "the same speed at the end"),
       field<&D::expected_duration>("expected_duration", "s",
-                                   "angular_momentum_before over torque_bound: what it takes where efforts suffice"),
+                                   "angular_momentum_before over torque_bound: the duration with sufficient efforts"),
       field<&D::first_scale>("first_scale", "1",
-                             "part of the torque bound that effort limits and ratings of grasps allow as the law "
-                             "begins; expected_duration over it is what the detumbling takes at that pace"),
-      field<&D::least_scale>("least_scale", "1",
-                             "minimum part of the torque bound that these limits allow; 1: they always sufficed"),
-      field<&D::least_scale_time>("least_scale_time", "s", "when that was"),
-      field<&D::within_limits>(
-          "within_limits",
-          "whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down "
-          "and the target did not move as asked for"),
+                             "fraction of the torque bound that effort limits and grasp ratings admit at the start; "
+                             "expected_duration over this fraction estimates the duration"),
+      field<&D::least_scale>(
+          "least_scale", "1",
+          "minimum fraction of the torque bound that these limits admit; 1: they were always sufficient"),
+      field<&D::least_scale_time>("least_scale_time", "s", "time of that minimum"),
+      field<&D::within_limits>("within_limits",
+                               "whether a reduced torque kept all efforts and grasps within their limits; if not, "
+                               "efforts were scaled down and the target deviated from its commanded motion"),
       field<&D::largest_demand>("largest_demand", "1",
-                                "largest share of an effort limit or of a grasp's rating that the law asked for before "
-                                "efforts were scaled down; above 1: by how much the limits are too small"),
-      field<&D::largest_demand_time>("largest_demand_time", "s", "when that was"),
-      field<&D::limiting>("limiting", "which limit that was; empty: nothing has a limit"),
+                                "largest share of an effort limit or of a grasp rating that the law demanded before "
+                                "efforts were scaled down; above 1: factor by which the limits are too small"),
+      field<&D::largest_demand_time>("largest_demand_time", "s", "time of that demand"),
+      field<&D::limiting>("limiting", "limit with the largest demand; empty: no limits are stated"),
       field<&D::least_condition>("least_condition", "1",
-                                 "of the target's accelerations by the efforts: least singular value over the largest, "
-                                 "its least"),
-      field<&D::least_condition_time>("least_condition_time", "s", "when that was"),
+                                 "minimum ratio of the smallest to the largest singular value of the map from efforts "
+                                 "to the target's accelerations"),
+      field<&D::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
   static constexpr Type type = structure<D>("DetumblingReport", "a held target that the arms bring to rest.", fields);
   return type;
@@ -166,33 +170,34 @@ template <>
 const Type& type_of<ImpedanceReport>() {
   using I = ImpedanceReport;
   static constexpr Field fields[] = {
-      field<&I::begin>("begin", "s", "when the law begins"),
-      field<&I::end>("end", "s", "when it ends"),
-      field<&I::ended>(
-          "ended",
-          "`rank_lost`: the arms came near a configuration in which they cannot move the hands in all "
-          "directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of "
-          "its range. `released`: a target was let go. `running`: the phase ended before"),
-      field<&I::joint>("joint", "whose range ended it; empty otherwise"),
-      field<&I::largest_distance>("largest_distance", "m", "of a hand from its reference"),
-      field<&I::largest_distance_time>("largest_distance_time", "s", "when that was"),
-      field<&I::distance_after>("distance_after", "m", "the largest of the hands' at the end"),
-      field<&I::largest_angle>("largest_angle", "rad", "of a hand from its reference; 0 where it is not controlled"),
-      field<&I::largest_angle_time>("largest_angle_time", "s", "when that was"),
-      field<&I::angle_after>("angle_after", "rad", "the largest of the hands' at the end"),
+      field<&I::begin>("begin", "s", "start of the control law"),
+      field<&I::end>("end", "s", "end of the control law"),
+      field<&I::ended>("ended",
+                       "`rank_lost`: the arms came near a dynamic singularity, in which they cannot move the "
+                       "end-effectors in all controlled directions. `joint_limit`: a joint reached the end of its "
+                       "range. `released`: a target was released. `running`: the phase ended first"),
+      field<&I::joint>("joint", "joint whose range ended the law; empty otherwise"),
+      field<&I::largest_distance>("largest_distance", "m", "largest distance of an end-effector from its reference"),
+      field<&I::largest_distance_time>("largest_distance_time", "s", "time of that distance"),
+      field<&I::distance_after>("distance_after", "m", "largest distance of the end-effectors at the end"),
+      field<&I::largest_angle>(
+          "largest_angle", "rad",
+          "largest angle of an end-effector from its reference; 0 if orientation is not controlled"),
+      field<&I::largest_angle_time>("largest_angle_time", "s", "time of that angle"),
+      field<&I::angle_after>("angle_after", "rad", "largest angle of the end-effectors at the end"),
       field<&I::least_share>("least_share", "1",
-                             "least part of an effort that moves the hands that its joint's limit lets pass"),
-      field<&I::least_share_time>("least_share_time", "s", "when that was"),
-      field<&I::within_limits>(
-          "within_limits",
-          "whether these efforts stayed within the limits; if not, they were cut and the hands did "
-          "not move as asked for"),
+                             "minimum fraction of the commanded efforts that the joint limits admit"),
+      field<&I::least_share_time>("least_share_time", "s", "time of that minimum"),
+      field<&I::within_limits>("within_limits",
+                               "whether these efforts stayed within the limits; if not, they were reduced and the "
+                               "end-effectors deviated from their commanded motion"),
       field<&I::least_condition>("least_condition", "1",
-                                 "of the hands' motion by the joint rates, through the generalized Jacobian: least "
-                                 "singular value over the largest, its least"),
-      field<&I::least_condition_time>("least_condition_time", "s", "when that was"),
+                                 "minimum ratio of the smallest to the largest singular value of the generalized "
+                                 "Jacobian from joint rates to the end-effectors' motion"),
+      field<&I::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
-  static constexpr Type type = structure<I>("ImpedanceReport", "hands under impedance control, in a phase.", fields);
+  static constexpr Type type =
+      structure<I>("ImpedanceReport", "end-effectors under impedance control, in a phase.", fields);
   return type;
 }
 
@@ -201,10 +206,10 @@ const Type& type_of<GraspForceReport::Pair>() {
   using P = GraspForceReport::Pair;
   static constexpr Field fields[] = {
       field<&P::between>("between", "the two end-effectors"),
-      field<&P::reference>("reference", "N", "of the force with which they squeeze the target, at the end"),
-      field<&P::force>("force", "N", "with which they do, by the multipliers of the closed loops"),
+      field<&P::reference>("reference", "N", "commanded squeezing force on the target, at the end"),
+      field<&P::force>("force", "N", "squeezing force at the end, from the multipliers of the closed loops"),
       field<&P::largest_error>("largest_error", "N", "largest difference of the two"),
-      field<&P::largest_error_time>("largest_error_time", "s", "when that was"),
+      field<&P::largest_error_time>("largest_error_time", "s", "time of that difference"),
   };
   static constexpr Type type = structure<P>("Squeeze", "the internal force between two grasps.", fields);
   return type;
@@ -214,33 +219,35 @@ template <>
 const Type& type_of<GraspForceReport>() {
   using G = GraspForceReport;
   static constexpr Field fields[] = {
-      field<&G::target>("target", "that is held"),
-      field<&G::begin>("begin", "s", "when the law begins"),
-      field<&G::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&G::target>("target", "target that is held"),
+      field<&G::begin>("begin", "s", "start of the control law"),
+      field<&G::end>("end", "s", "end of the control law; afterwards the joints hold"),
       field<&G::ended>("ended",
                        "`rank_lost`: the arms came near a configuration in which they cannot move the target in all "
                        "directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two "
-                       "grasps hold the target. `running`: the run ended before"),
-      field<&G::joint>("joint", "whose range ended it; empty otherwise"),
-      field<&G::pairs>("pairs", "of grasps that squeeze"),
-      field<&G::internal_rank>("internal_rank", "1",
-                               "internal directions that the efforts reach beside the target's motion, at the begin"),
-      field<&G::other_internal_force>(
-          "other_internal_force", "N",
-          "largest difference of the grasps' internal wrenches from the reference, of all components, moments over the "
-          "metric's length"),
-      field<&G::largest_distance>("largest_distance", "m", "of the target from where it is held; 0 with brake"),
-      field<&G::largest_angle>("largest_angle", "rad", "likewise"),
+                       "grasps hold the target. `running`: the run ended first"),
+      field<&G::joint>("joint", "joint whose range ended the law; empty otherwise"),
+      field<&G::pairs>("pairs", "pairs of grasps that squeeze the target"),
+      field<&G::internal_rank>(
+          "internal_rank", "1",
+          "number of internal directions that the efforts control besides the target's motion, at the start"),
+      field<&G::other_internal_force>("other_internal_force", "N",
+                                      "largest difference of the grasps' internal wrenches from the reference, over "
+                                      "all components; moments are divided by the metric's length"),
+      field<&G::largest_distance>("largest_distance", "m",
+                                  "largest distance of the target from its reference position; 0 with brake"),
+      field<&G::largest_angle>("largest_angle", "rad",
+                               "largest angle of the target from its reference orientation; 0 with brake"),
       field<&G::least_scale>("least_scale", "1",
-                             "least part of the internal force that the joints' effort limits let pass"),
-      field<&G::least_scale_time>("least_scale_time", "s", "when that was"),
+                             "minimum fraction of the internal force that the joints' effort limits admit"),
+      field<&G::least_scale_time>("least_scale_time", "s", "time of that minimum"),
       field<&G::within_limits>("within_limits",
-                               "whether what moves the target stayed within the joints' effort limits; if not, efforts "
-                               "were cut and it did not move as asked for"),
+                               "whether the efforts that move the target stayed within the joints' limits; if not, "
+                               "they were reduced and the target deviated from its commanded motion"),
       field<&G::least_condition>("least_condition", "1",
-                                 "of the target's accelerations by the efforts: least singular value over the largest, "
-                                 "its least"),
-      field<&G::least_condition_time>("least_condition_time", "s", "when that was"),
+                                 "minimum ratio of the smallest to the largest singular value of the map from efforts "
+                                 "to the target's accelerations"),
+      field<&G::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
   static constexpr Type type =
       structure<G>("GraspForceReport", "a target that several grasps hold and squeeze.", fields);
@@ -251,31 +258,31 @@ template <>
 const Type& type_of<BaseKeepingReport>() {
   using B = BaseKeepingReport;
   static constexpr Field fields[] = {
-      field<&B::begin>("begin", "s", "when the law begins"),
-      field<&B::end>("end", "s", "when it ends; from then on the joints hold"),
-      field<&B::ended>("ended",
-                       "`rank_lost`: the joints came near a configuration in which they cannot turn the base about all "
-                       "the axes that they could. `joint_limit`: a joint reached the end of its range. `running`: the "
-                       "run ended before"),
-      field<&B::joint>("joint", "whose range ended it; empty otherwise"),
-      field<&B::largest_angle>("largest_angle", "rad", "largest turn of the base away from its attitude"),
-      field<&B::largest_angle_time>("largest_angle_time", "s", "when that was"),
-      field<&B::angle_after>("angle_after", "rad", "at the end"),
-      field<&B::angular_velocity_after>("angular_velocity_after", "rad/s", "of the base, at the end"),
-      field<&B::rank>("rank", "1", "axes about which the joints could turn the base, at the begin"),
-      field<&B::least_share>("least_share", "1",
-                             "least part of the motion that does not turn the base that the joints' effort limits "
-                             "let pass"),
-      field<&B::least_share_time>("least_share_time", "s", "when that was"),
+      field<&B::begin>("begin", "s", "start of the control law"),
+      field<&B::end>("end", "s", "end of the control law; afterwards the joints hold"),
+      field<&B::ended>(
+          "ended",
+          "`rank_lost`: the joints came near a configuration in which they cannot turn the base about all initially "
+          "controllable axes. `joint_limit`: a joint reached the end of its range. `running`: the run ended first"),
+      field<&B::joint>("joint", "joint whose range ended the law; empty otherwise"),
+      field<&B::largest_angle>("largest_angle", "rad", "largest rotation of the base from its reference attitude"),
+      field<&B::largest_angle_time>("largest_angle_time", "s", "time of that rotation"),
+      field<&B::angle_after>("angle_after", "rad", "rotation of the base from its reference attitude, at the end"),
+      field<&B::angular_velocity_after>("angular_velocity_after", "rad/s", "angular velocity of the base, at the end"),
+      field<&B::rank>("rank", "1", "number of axes about which the joints could turn the base, at the start"),
+      field<&B::least_share>(
+          "least_share", "1",
+          "minimum fraction of the self-motion (which does not turn the base) that the joints' effort limits admit"),
+      field<&B::least_share_time>("least_share_time", "s", "time of that minimum"),
       field<&B::within_limits>("within_limits",
-                               "whether what keeps the base stayed within the joints' effort limits; if not, efforts "
-                               "were cut and the base was not kept"),
+                               "whether the efforts that control the base stayed within the joints' limits; if not, "
+                               "they were reduced and the base deviated from its attitude"),
       field<&B::least_condition>("least_condition", "1",
-                                 "of the base's turning by the joint rates: the singular value of that rank over the "
-                                 "largest, its least"),
-      field<&B::least_condition_time>("least_condition_time", "s", "when that was"),
+                                 "minimum ratio of the singular value of that rank to the largest, of the map from "
+                                 "joint rates to the base's rotation"),
+      field<&B::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
-  static constexpr Type type = structure<B>("BaseKeepingReport", "a base whose attitude the joints keep.", fields);
+  static constexpr Type type = structure<B>("BaseKeepingReport", "a base whose attitude the joints control.", fields);
   return type;
 }
 
@@ -283,12 +290,14 @@ template <>
 const Type& type_of<ControlReport>() {
   using C = ControlReport;
   static constexpr Field fields[] = {
-      field<&C::period>("period", "s", "between samples"),
-      field<&C::delay>("delay", "s", "from a sample to the command that follows from it"),
+      field<&C::period>("period", "s", "time between samples"),
+      field<&C::delay>("delay", "s", "time from a sample to the command computed from it"),
       field<&C::plugin>("plugin",
-                        "the controller: a library or an FMU as the scenario names it, or the name of a class in "
-                        "Python; empty without one"),
-      field<&C::plugin_sha256>("plugin_sha256", "of its bytes, of a class in Python of its source; empty without one"),
+                        "the controller: a library or an FMU as named in the scenario, or the name of a Python class; "
+                        "empty without one"),
+      field<&C::plugin_sha256>(
+          "plugin_sha256",
+          "SHA-256 of the library's bytes, or of the source of a Python class; empty without a controller"),
   };
   static constexpr Type type = structure<C>("ControlReport", "the on-board computer that samples the control.", fields);
   return type;
@@ -298,16 +307,18 @@ template <>
 const Type& type_of<WheelReport>() {
   using W = WheelReport;
   static constexpr Field fields[] = {
-      field<&W::name>("name", "of the wheel"),
-      field<&W::inertia>("inertia", "kg m^2", "about its axis"),
-      field<&W::rate_before>("rate_before", "rad/s", "relative to the base, as the run began"),
-      field<&W::rate_after>("rate_after", "rad/s", "as it ended"),
-      derived<[](const W& w) { return w.momentum_after(); }>("momentum_after", "N m s",
-                                                             "inertia times rate relative to the base, as it ended"),
-      field<&W::largest_rate>("largest_rate", "rad/s", "of either sign, at the instants that were looked at"),
-      field<&W::rate_limit>("rate_limit", "rad/s", "null: none").or_null(),
-      field<&W::largest_torque>("largest_torque", "N m", "of its motor, likewise; null: nobody looked").or_null(),
-      field<&W::torque_limit>("torque_limit", "N m", "null: none").or_null(),
+      field<&W::name>("name", "name of the wheel"),
+      field<&W::inertia>("inertia", "kg m^2", "moment of inertia about its axis"),
+      field<&W::rate_before>("rate_before", "rad/s", "rate relative to the base at the start of the run"),
+      field<&W::rate_after>("rate_after", "rad/s", "rate relative to the base at the end of the run"),
+      derived<[](const W& w) { return w.momentum_after(); }>(
+          "momentum_after", "N m s", "inertia times rate relative to the base, at the end of the run"),
+      field<&W::largest_rate>("largest_rate", "rad/s", "largest magnitude of the rate at the evaluated instants"),
+      field<&W::rate_limit>("rate_limit", "rad/s", "limit of the rate; null: none").or_null(),
+      field<&W::largest_torque>("largest_torque", "N m",
+                                "largest magnitude of the motor torque at the evaluated instants; null: not evaluated")
+          .or_null(),
+      field<&W::torque_limit>("torque_limit", "N m", "limit of the motor torque; null: none").or_null(),
   };
   static constexpr Type type = structure<W>("WheelReport", "a reaction wheel of the base.", fields);
   return type;
@@ -317,18 +328,21 @@ template <>
 const Type& type_of<GyroReport>() {
   using G = GyroReport;
   static constexpr Field fields[] = {
-      field<&G::name>("name", "of the gyro"),
-      field<&G::momentum>("momentum", "N m s", "of its rotor relative to the gimbal"),
-      field<&G::angle_before>("angle_before", "rad", "of its gimbal, as the run began"),
-      field<&G::angle_after>("angle_after", "rad", "as it ended"),
+      field<&G::name>("name", "name of the gyro"),
+      field<&G::momentum>("momentum", "N m s", "momentum of its rotor relative to the gimbal"),
+      field<&G::angle_before>("angle_before", "rad", "gimbal angle at the start of the run"),
+      field<&G::angle_after>("angle_after", "rad", "gimbal angle at the end of the run"),
       field<&G::largest_rate>("largest_rate", "rad/s",
-                              "of the gimbal, of either sign, at the instants that were looked at"),
-      field<&G::rate_limit>("rate_limit", "rad/s", "largest that is commanded; null: none").or_null(),
-      field<&G::largest_torque>("largest_torque", "N m", "of the gimbal's motor, likewise; null: nobody looked")
+                              "largest magnitude of the gimbal rate at the evaluated instants"),
+      field<&G::rate_limit>("rate_limit", "rad/s", "largest rate that is commanded; null: none").or_null(),
+      field<&G::largest_torque>(
+          "largest_torque", "N m",
+          "largest magnitude of the gimbal motor's torque at the evaluated instants; null: not evaluated")
           .or_null(),
-      field<&G::torque_limit>("torque_limit", "N m", "null: none").or_null(),
-      field<&G::largest_spin_torque>("largest_spin_torque", "N m",
-                                     "of the motor that keeps the rotor's rate, likewise; null: nobody looked")
+      field<&G::torque_limit>("torque_limit", "N m", "limit of the gimbal motor's torque; null: none").or_null(),
+      field<&G::largest_spin_torque>(
+          "largest_spin_torque", "N m",
+          "largest magnitude of the torque of the rotor's motor, which keeps the rotor's rate; null: not evaluated")
           .or_null(),
   };
   static constexpr Type type = structure<G>("GyroReport", "a control moment gyro of the base.", fields);
@@ -339,14 +353,15 @@ template <>
 const Type& type_of<SingularityHazard>() {
   using H = SingularityHazard;
   static constexpr Field fields[] = {
-      field<&H::begin>("begin", "s", "when it began"),
+      field<&H::begin>("begin", "s", "start of the interval"),
       derived<[](const H& h) { return h.duration(); }>(
-          "duration", "s", "how long it lasted; each integration step counts as its middle is"),
-      field<&H::least_measure>("least_measure", "1", "of singularity, in these middles"),
-      field<&H::largest_torque_lacking>("largest_torque_lacking", "N m", "part of the torque asked for, likewise"),
+          "duration", "s", "duration of the interval; each integration step counts by the state at its middle"),
+      field<&H::least_measure>("least_measure", "1", "minimum singularity measure at these middles"),
+      field<&H::largest_torque_lacking>("largest_torque_lacking", "N m",
+                                        "largest missing part of the commanded torque at these middles"),
   };
   static constexpr Type type = structure<H>(
-      "SingularityHazard", "a time in which gyros that are steered are near a singular configuration.", fields);
+      "SingularityHazard", "an interval in which steered gyros are near a singular configuration.", fields);
   return type;
 }
 
@@ -354,19 +369,20 @@ template <>
 const Type& type_of<GyrosReport>() {
   using G = GyrosReport;
   static constexpr Field fields[] = {
-      field<&G::each>("each", "in the robot's order"),
+      field<&G::each>("each", "gyros in the robot's order"),
       field<&G::least_singularity_measure>(
           "least_singularity_measure", "1",
-          "least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the "
-          "instants that were looked at; 0: about one axis no torque can be given"),
-      field<&G::steered>("steered", "whether a torque was asked of them"),
-      field<&G::near>("near", "1", "measure below which they are near a singularity; null: never steered").or_null(),
+          "minimum of the root of det(A Aᵀ) at the evaluated instants, A the derivatives of the momenta with respect "
+          "to the gimbal angles over the largest momentum; 0: no torque is available about one axis"),
+      field<&G::steered>("steered", "whether the gyros were commanded a torque"),
+      field<&G::near>("near", "1", "measure below which the gyros are near a singularity; null: never steered")
+          .or_null(),
       field<&G::largest_torque_lacking>(
           "largest_torque_lacking", "N m",
-          "largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at "
-          "largest rates; null: never steered, or nobody looked")
+          "largest part of the commanded torque that the commanded gimbal rates do not produce, near singularities or "
+          "at rate limits; null: never steered, or not evaluated")
           .or_null(),
-      field<&G::hazards>("hazards", "times near a singularity while a torque is asked of them"),
+      field<&G::hazards>("hazards", "intervals near a singularity while a torque is commanded"),
   };
   static constexpr Type type = structure<G>("GyrosReport", "the control moment gyros of the base.", fields);
   return type;
@@ -386,38 +402,39 @@ template <>
 const Type& type_of<JointReport>() {
   using J = JointReport;
   static constexpr Field fields[] = {
-      field<&J::phase>("phase", "in motion"),
-      field<&J::joint>("joint", "of the robot"),
+      field<&J::phase>("phase", "phase of motion"),
+      field<&J::joint>("joint", "name of the joint"),
       field<&J::mode>("mode",
-                      "at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, "
-                      "`at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor "
-                      "meets its stops"),
-      field<&J::sticks>("sticks", "1", "times that it came to rest"),
-      field<&J::breakaways>("breakaways", "1", "times that it left it"),
+                      "state at the end of the phase. `moving`: free to move. `stuck`: held by friction. "
+                      "`at_lower_stop`, `at_upper_stop`: resting on a stop. `prescribed`: on a prescribed motion, "
+                      "which neither sticks nor meets stops"),
+      field<&J::sticks>("sticks", "1", "number of transitions to sticking"),
+      field<&J::breakaways>("breakaways", "1", "number of breakaways"),
       field<&J::friction_share>("friction_share", "1",
-                                "largest friction while it was held, at any sample or time step, over its breakaway "
-                                "effort `static`; null: its friction does not stick")
+                                "largest friction while held, at any sample or time step, over its breakaway effort "
+                                "`static`; null: its friction does not stick")
           .or_null(),
       field<&J::friction_determined>(
           "friction_determined",
-          "false: closed loops left the friction of this joint undetermined while it was held. The values reported "
-          "are the admissible set with the minimum sum of squared shares of breakaway"),
-      field<&J::friction_heat>("friction_heat", "J", "that its friction made, stops apart"),
-      field<&J::stop_impacts>("stop_impacts", "1", "times that it met a stop"),
-      field<&J::stop_energy_lost>("stop_energy_lost", "J", "in these impacts, by the whole system"),
+          "false: closed loops left the friction of this joint undetermined while it was held. The reported values are "
+          "the admissible set with the minimum sum of squared shares of breakaway"),
+      field<&J::friction_heat>("friction_heat", "J", "heat from joint friction, without stops"),
+      field<&J::stop_impacts>("stop_impacts", "1", "number of impacts on a stop"),
+      field<&J::stop_energy_lost>("stop_energy_lost", "J", "energy that the whole system lost in these impacts"),
       field<&J::motor_work>("motor_work", "J", "mechanical work of its motor on the joint"),
-      field<&J::copper_loss>("copper_loss", "J",
-                             "current squared times resistance, over time; null: its motor's torque constant is not "
-                             "known")
+      field<&J::copper_loss>(
+          "copper_loss", "J",
+          "current squared times resistance, over time; null: the motor's torque constant is not given")
           .or_null(),
       derived<[](const J& j) { return j.electrical_energy(); }>(
           "electrical_energy", "J",
-          "copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise")
+          "copper_loss + motor_work: energy drawn by the motor minus energy returned while braking; null: the motor's "
+          "torque constant is not given")
           .or_null(),
   };
   static constexpr Type type = structure<J>(
-      "JointReport",
-      "what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.", fields);
+      "JointReport", "motion in one phase of a joint with sticking friction, stops, or an electrically modelled motor.",
+      fields);
   return type;
 }
 
@@ -425,12 +442,12 @@ template <>
 const Type& type_of<ThrusterReport>() {
   using T = ThrusterReport;
   static constexpr Field fields[] = {
-      field<&T::name>("name", "of the thruster"),
-      field<&T::firings>("firings", "1", "how often its valve opened"),
-      field<&T::on_time>("on_time", "s", "how long it was open"),
-      field<&T::duty>("duty", "1", "on_time over the time of the phases in which thrusters are at work"),
-      field<&T::impulse>("impulse", "N s", "of its force, ramps included"),
-      field<&T::propellant>("propellant", "kg", "impulse over specific impulse and 9.80665 m/s^2"),
+      field<&T::name>("name", "name of the thruster"),
+      field<&T::firings>("firings", "1", "number of valve openings"),
+      field<&T::on_time>("on_time", "s", "total time with an open valve"),
+      field<&T::duty>("duty", "1", "on_time over the time of the phases in which thrusters are active"),
+      field<&T::impulse>("impulse", "N s", "impulse of its force, including ramps"),
+      field<&T::propellant>("propellant", "kg", "propellant mass: impulse over specific impulse and 9.80665 m/s^2"),
   };
   static constexpr Type type = structure<T>("ThrusterReport", "a thruster of the base.", fields);
   return type;
@@ -440,15 +457,16 @@ template <>
 const Type& type_of<StopImpact>() {
   using S = StopImpact;
   static constexpr Field fields[] = {
-      field<&S::time>("time", "s", "when it happened"),
-      field<&S::joint>("joint", "of the robot"),
-      field<&S::upper>("upper", "whether it was the upper end of its range"),
-      field<&S::rate_before>("rate_before", "rad/s or m/s", "of the joint"),
-      field<&S::rate_after>("rate_after", "rad/s or m/s", "of the joint"),
-      field<&S::impulse>("impulse", "N m s or N s", "of the stop on the joint, along its axis"),
-      field<&S::energy_lost>("energy_lost", "J", "by the whole system"),
+      field<&S::time>("time", "s", "time of the impact"),
+      field<&S::joint>("joint", "name of the joint"),
+      field<&S::upper>("upper", "true: upper end of the range; false: lower end"),
+      field<&S::rate_before>("rate_before", "rad/s or m/s", "joint rate before the impact"),
+      field<&S::rate_after>("rate_after", "rad/s or m/s", "joint rate after the impact"),
+      field<&S::impulse>("impulse", "N m s or N s", "impulse of the stop on the joint, along its axis"),
+      field<&S::energy_lost>("energy_lost", "J", "energy that the whole system lost"),
   };
-  static constexpr Type type = structure<S>("StopImpact", "a joint that met a stop at the end of its range.", fields);
+  static constexpr Type type =
+      structure<S>("StopImpact", "impact of a joint on a stop at the end of its range.", fields);
   return type;
 }
 
@@ -456,15 +474,15 @@ template <>
 const Type& type_of<PlumeHazard>() {
   using P = PlumeHazard;
   static constexpr Field fields[] = {
-      field<&P::thruster>("thruster", "that fires"),
-      field<&P::body>("body", "a link or a target, as the clearance names it"),
-      field<&P::first_time>("first_time", "s", "when it was first so"),
+      field<&P::thruster>("thruster", "name of the thruster"),
+      field<&P::body>("body", "link or target, named as in the clearance report"),
+      field<&P::first_time>("first_time", "s", "start of the first interval in the plume"),
       field<&P::duration>("duration", "s",
-                          "of firing with one of the body's points in the cone: corners, middles of edges and faces of "
-                          "boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each "
-                          "integration step counts as its middle is"),
+                          "duration of firing with one of the body's points in the plume cone: corners, midpoints of "
+                          "edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its "
+                          "centre of mass; each integration step counts by the state at its middle"),
   };
-  static constexpr Type type = structure<P>("PlumeHazard", "a body in the plume of a thruster that fires.", fields);
+  static constexpr Type type = structure<P>("PlumeHazard", "a body in the plume of a firing thruster.", fields);
   return type;
 }
 
@@ -472,14 +490,15 @@ template <>
 const Type& type_of<DumpingReport>() {
   using D = DumpingReport;
   static constexpr Field fields[] = {
-      field<&D::begun>("begun", "1", "how often it began"),
-      field<&D::first_begin>("first_begin", "s", "when it did first; 0 if never"),
-      field<&D::duration>("duration", "s", "how long it went on in all"),
-      field<&D::active>("active", "whether it went on as the run ended"),
-      field<&D::largest_momentum>("largest_momentum", "N m s",
-                                  "largest size of the wheels' momentum at the instants at which pulses may begin"),
+      field<&D::begun>("begun", "1", "number of times that unloading began"),
+      field<&D::first_begin>("first_begin", "s", "first start of unloading; 0: never"),
+      field<&D::duration>("duration", "s", "total duration of unloading"),
+      field<&D::active>("active", "whether unloading was active at the end of the run"),
+      field<&D::largest_momentum>(
+          "largest_momentum", "N m s",
+          "largest magnitude of the wheels' momentum at the instants at which pulses may begin"),
   };
-  static constexpr Type type = structure<D>("DumpingReport", "thrusters take out the wheels' momentum.", fields);
+  static constexpr Type type = structure<D>("DumpingReport", "unloading of the wheels' momentum by thrusters.", fields);
   return type;
 }
 
@@ -487,15 +506,17 @@ template <>
 const Type& type_of<ThrustersReport>() {
   using T = ThrustersReport;
   static constexpr Field fields[] = {
-      field<&T::each>("each", "in the robot's order"),
-      field<&T::propellant>("propellant", "kg", "used by all"),
-      field<&T::at_hand>("at_hand", "kg", "of the robot file; null: nobody says").or_null(),
-      derived<[](const T& t) { return t.excess(); }>("excess", "kg", "used beyond what is at hand; 0: none"),
-      derived<[](const T& t) { return t.dumping; }>("dumping", "", "absent without it"),
-      field<&T::hazards>("hazards", "plumes that met something"),
+      field<&T::each>("each", "thrusters in the robot's order"),
+      field<&T::propellant>("propellant", "kg", "propellant used by all thrusters"),
+      field<&T::at_hand>("at_hand", "kg", "available propellant of the robot file; null: not given").or_null(),
+      derived<[](const T& t) { return t.excess(); }>("excess", "kg",
+                                                     "propellant used beyond the available mass; 0: none"),
+      derived<[](const T& t) { return t.dumping; }>("dumping", "",
+                                                    "unloading of the wheels; absent if it is not requested"),
+      field<&T::hazards>("hazards", "plumes that met a body"),
   };
   static constexpr Type type =
-      structure<T>("ThrustersReport", "the thrusters of the base. The robot's mass stays what it is.", fields);
+      structure<T>("ThrustersReport", "the thrusters of the base. The robot's mass remains constant.", fields);
   return type;
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kMark = "GRAPNEL1";
 constexpr std::size_t kHashSize = 8;
 
-/// FNV-1a: every step is invertible, so that a single changed byte always shows.
+/// FNV-1a: every step is invertible, so that a single changed byte is always detected.
 class Hash {
  public:
   void add(std::string_view bytes) {

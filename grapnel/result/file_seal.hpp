@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// A checksum behind a file's last byte. HDF5 can loop without end on a damaged file, so damage has to be found before
-/// HDF5 sees it; HDF5 itself ignores what follows its data, and drops it when somebody changes the file. Beside it
-/// SHA-256, by which inputs are named.
+/// A checksum after a file's last byte. HDF5 can loop endlessly on a damaged file, so damage must be detected before
+/// HDF5 opens it. HDF5 ignores bytes after its data, and drops them when the file is changed. Also SHA-256, which
+/// identifies inputs.
 
 #include <filesystem>
 #include <string>
@@ -14,12 +14,11 @@ namespace grapnel {
 /// Appends 16 bytes: "GRAPNEL1" and the 64-bit FNV-1a hash of all bytes before, little endian.
 void seal(std::string& bytes);
 
-/// Takes the seal off, if there is one; a file without one passes. Throws std::runtime_error if it does not match.
+/// Removes the seal, if present; a file without a seal passes. Throws std::runtime_error if the seal does not match.
 void unseal(std::string& bytes);
 
-/// The same for files that are too large for the memory, a block at a time: appends the seal; looks whether there is
-/// one that does not match. Both throw std::runtime_error with the system's reason where the file cannot be read or
-/// written.
+/// The same for files that exceed the memory, one block at a time: the first appends the seal, the second checks an
+/// existing seal. Both throw std::runtime_error with the system's reason if the file cannot be read or written.
 void seal_file(const std::filesystem::path& path);
 void check_file_seal(const std::filesystem::path& path);
 

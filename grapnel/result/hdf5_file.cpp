@@ -27,7 +27,7 @@ struct StringBuffer {
   ~StringBuffer() { H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, strings.data()); }
 };
 
-// HDF5 reports what the system says among times, addresses and sizes.
+// HDF5 reports the system's message among times, addresses and sizes.
 std::string system_reason(const std::string& reason) {
   const std::string before = "error message = '";
   const std::size_t begin = reason.find(before);
@@ -39,8 +39,8 @@ std::string system_reason(const std::string& reason) {
 }  // namespace
 
 Session::Session() : lock_(library_mutex()) {
-  // Before anything else is asked of the library. A file that could not be written, on a full disk, could not be closed
-  // either: HDF5 would try it once more when the program ends, and crash.
+  // Before any other call of the library. A file that could not be written, on a full disk, cannot be closed either:
+  // HDF5 would retry when the program ends, and crash.
   [[maybe_unused]] static const herr_t no_second_try = H5dont_atexit();
   H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -106,7 +106,7 @@ std::vector<std::string> read_strings_attribute(const Handle& object, const char
   const Handle space(H5Aget_space(attribute.id()), H5Sclose, what);
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
   constexpr hssize_t kMost = 1 << 16;  // attributes hold at most 64 KiB
-  if (count < 0 || count > kMost) throw std::runtime_error(what + " has an impossible size");
+  if (count < 0 || count > kMost) throw std::runtime_error(what + " has an implausible size");
   const Handle type = string_type(H5Tget_cset(stored.id()) == H5T_CSET_ASCII);
   StringBuffer buffer{type, space, std::vector<char*>(static_cast<std::size_t>(count), nullptr)};
   if (count > 0) check(H5Aread(attribute.id(), type.id(), buffer.strings.data()), what);
@@ -137,7 +137,7 @@ namespace hdf5 {
 
 namespace {
 
-constexpr hsize_t kCompressAbove = 16 << 10;  // [bytes]; smaller datasets are stored as they are
+constexpr hsize_t kCompressAbove = 16 << 10;  // [bytes]; smaller datasets are not compressed
 constexpr hsize_t kChunk = 256 << 10;         // [bytes]
 
 // The oldest format that can hold it, so that MATLAB and old h5py read it.
@@ -149,7 +149,7 @@ Handle old_format() {
 
 Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, bool may_compress) {
   Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "dataset layout");
-  check(H5Pset_obj_track_times(layout.id(), false), "dataset layout");  // the same bytes tomorrow
+  check(H5Pset_obj_track_times(layout.id(), false), "dataset layout");  // no time stamps: reproducible bytes
   const hsize_t row = item_size * (extent.size() > 1 ? extent[1] : 1);
   if (!may_compress || row * extent[0] <= kCompressAbove) return layout;
   std::vector<hsize_t> chunk = extent;
@@ -224,7 +224,7 @@ int dimensions(const GrowingShape& shape) { return shape.width > 1 ? 2 : 1; }
 
 Handle layout_of(const GrowingShape& shape) {
   Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "dataset layout");
-  check(H5Pset_obj_track_times(layout.id(), false), "dataset layout");  // the same bytes tomorrow
+  check(H5Pset_obj_track_times(layout.id(), false), "dataset layout");  // no time stamps: reproducible bytes
   const std::array<hsize_t, 2> chunk{shape.chunk_rows, shape.width};
   check(H5Pset_chunk(layout.id(), dimensions(shape), chunk.data()), "chunks");
   check(H5Pset_shuffle(layout.id()), "shuffle");

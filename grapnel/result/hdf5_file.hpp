@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// HDF5 files made in memory, and their datasets; for .cpp files that write tables. Thread safety: within one Session.
+/// HDF5 files created in memory, and their datasets; for .cpp files that write tables. Thread safety: within one
+/// Session.
 
 #include <hdf5.h>
 #include <filesystem>
@@ -16,7 +17,7 @@ namespace grapnel {
 
 namespace hdf5 {
 
-/// While it lives: this thread alone uses HDF5 (whose library need not be thread-safe), and HDF5 prints nothing.
+/// During its lifetime only this thread uses HDF5 (the library may not be thread-safe), and HDF5 prints nothing.
 class Session {
  public:
   Session();
@@ -37,7 +38,7 @@ class Session {
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
-  /// Throws fail(what) if `id` says that making it failed.
+  /// Throws fail(what) if `id` is invalid.
   Handle(hid_t id, Close close, const std::string& what) : id_(id), close_(close) {
     if (id < 0) fail(what);
   }
@@ -67,7 +68,7 @@ inline void check(herr_t status, const std::string& what) {
   if (status < 0) fail(what);
 }
 
-/// The type of variable-length strings; marked UTF-8 only where needed, since old readers know ASCII alone.
+/// The type of variable-length strings; marked UTF-8 only if needed, because old readers support only ASCII.
 Handle string_type(bool ascii);
 
 void write_attribute(const Handle& object, const char* name, const std::string& value);
@@ -83,24 +84,24 @@ int read_int_attribute(const Handle& object, const char* name, int fallback);
 
 namespace hdf5 {
 
-/// A file in memory: nothing that HDF5 does can then half-write the disk. `name` is for HDF5's messages.
+/// A file in memory, so that HDF5 cannot leave a partial file on disk. `name` is for HDF5's messages.
 Handle create_in_memory(const char* name);
 
-/// A complete file, to be read. Without a lock: files are replaced as a whole, and a child that another thread has
-/// forked may still hold the writer's lock.
+/// Opens a complete file for reading, without a lock: files are replaced atomically, and a forked child of another
+/// thread may still hold the writer's lock.
 Handle open_on_disk(const std::filesystem::path& path);
-/// A file on disk that grows while it is written: a temporary, to be renamed once it is complete.
+/// A file on disk that grows while it is written: a temporary, renamed when it is complete.
 Handle create_on_disk(const std::filesystem::path& path);
 
 /// Rows of a chunk of a compressed dataset whose rows have so many bytes.
 hsize_t rows_of_chunk(hsize_t row_bytes);
-/// How much large datasets are compressed.
+/// Compression level of large datasets.
 inline constexpr unsigned kDeflateLevel = 4;
 
 /// The bytes of the file as they would be on disk.
 std::string image_of(const Handle& file);
 
-/// A dataset with its data, groups on the way made; large ones are compressed, if they may be.
+/// Writes a dataset and creates its groups; large datasets are compressed if allowed.
 Handle write_dataset(const Handle& file, const std::string& path, hid_t file_type, hid_t memory_type,
                      const std::vector<hsize_t>& extent, const void* data, bool may_compress = true);
 /// A dataset of texts.
@@ -113,19 +114,20 @@ Handle write_strings(const Handle& file, const std::string& path, const std::vec
 
 namespace hdf5 {
 
-/// Rows that a chunk holds, and best are appended at once.
+/// Rows of a chunk: the most efficient number of rows to append.
 inline constexpr hsize_t kRowsOfChunk = 8192;
 
 struct GrowingShape {
   hsize_t width = 1;  // numbers of a row; 1: the dataset has one dimension
   hsize_t chunk_rows = kRowsOfChunk;
-  unsigned deflate_level = 1;  // numbers drawn at random hardly shrink whatever the level
+  unsigned deflate_level = 1;  // random numbers barely compress at any level
 };
 
 class GrowingDataset {
  public:
-  /// Makes it in `group` (empty: in the root), with the groups on the way. A name that cannot be, as "b/x" beside a
-  /// dataset "b", gets dots for slashes, and a `_` behind if need be. Chunks are compressed (shuffle, deflate).
+  /// Creates the dataset in `group` (empty: in the root), with missing groups. An invalid name, such as "b/x" when a
+  /// dataset "b" exists, gets dots for slashes, and a trailing `_` if necessary. Chunks are compressed (shuffle,
+  /// deflate).
   GrowingDataset(const Handle& file, const std::string& group, const std::string& name, hid_t file_type,
                  const GrowingShape& shape = {});
   /// `count` rows.

@@ -21,7 +21,7 @@ using hdf5::Handle;
 
 constexpr int kDeepestGroup = 32;                // nested groups; deeper is a damaged file that points to itself
 constexpr std::uintmax_t kInMemory = 256 << 20;  // [bytes] larger files are read from the disk
-constexpr std::uint64_t kBlockBytes = 8 << 20;   // of numbers that are handed over at once
+constexpr std::uint64_t kBlockBytes = 8 << 20;   // size of one block of numbers
 
 // --- In the child: HDF5
 // -----------------------------------------------------------------------------------------------
@@ -46,7 +46,7 @@ std::string bytes_of(const fs::path& path) {
   if (size < 0) throw std::runtime_error("not a file");
   std::string bytes(static_cast<std::size_t>(size), '\0');
   stream.seekg(0);
-  if (!stream.read(bytes.data(), size)) throw std::runtime_error("reading failed");
+  if (!stream.read(bytes.data(), size)) throw std::runtime_error("the file cannot be read");
   return bytes;
 }
 
@@ -66,8 +66,8 @@ Source open_small(const fs::path& path) {
   check(H5Pset_file_image(access.id(), bytes.data(), bytes.size()), "file in memory");
   Handle file(H5Fopen("timeseries", H5F_ACC_RDONLY, access.id()), H5Fclose, "truncated or damaged");
   const ssize_t end = H5Fget_file_image(file.id(), nullptr, 0);
-  // A seal that was cut or overwritten, and who knows what before it.
-  if (end != static_cast<ssize_t>(bytes.size())) throw std::runtime_error("damaged: it goes on behind its end");
+  // A seal that was truncated or overwritten: the data before it may be damaged too.
+  if (end != static_cast<ssize_t>(bytes.size())) throw std::runtime_error("damaged: data after the end");
   return checked({bytes.size(), std::move(file)});
 }
 
@@ -102,7 +102,7 @@ std::vector<hsize_t> checked_extent(const Source& source, const Handle& dataset,
   // Deflate gains a factor of 1032 at most: larger claims are damage, and must not exhaust the memory.
   const double claimed = static_cast<double>(extent[0]) * (extent.size() > 1 ? static_cast<double>(extent[1]) : 1);
   if (claimed * static_cast<double>(number_size) > 1100.0 * static_cast<double>(source.bytes))
-    throw std::runtime_error("damaged: '" + name + "' claims more numbers than the file can hold");
+    throw std::runtime_error("damaged: '" + name + "' declares more numbers than the file can hold");
   return extent;
 }
 
@@ -150,7 +150,7 @@ std::string link_name(const Handle& group, hsize_t index) {
 
 void collect(const Source& source, const Handle& group, const std::string& prefix, int depth, hsize_t samples,
              std::vector<Ordered>& found) {
-  if (depth > kDeepestGroup) throw std::runtime_error("damaged: groups are nested without end");
+  if (depth > kDeepestGroup) throw std::runtime_error("damaged: groups are nested too deeply");
   H5G_info_t info;
   check(H5Gget_info(group.id(), &info), "damaged: group '" + prefix + "'");
   for (hsize_t i = 0; i < info.nlinks; ++i) {
@@ -170,7 +170,7 @@ void collect(const Source& source, const Handle& group, const std::string& prefi
   }
 }
 
-/// Which of these samples are handed over: every `every`-th, and the first and the last of each phase.
+/// Selects the samples to send: every `every`-th, and the first and the last of each phase.
 std::vector<std::size_t> kept(const std::vector<int>& phase, std::uint64_t begin, std::uint64_t end,
                               std::uint64_t every) {
   std::vector<std::size_t> which;
@@ -276,7 +276,7 @@ TimeSeriesHead take_head(FromChild& child) {
   head.metadata = take_metadata(child);
   head.names.phases = child.texts();
   const std::uint64_t count = child.count();
-  if (count > kMostSeries) throw std::runtime_error("damaged: there are impossibly many series");
+  if (count > kMostSeries) throw std::runtime_error("damaged: implausible number of series");
   for (std::uint64_t i = 0; i < count; ++i) {
     Series s;
     s.path = child.text();
@@ -305,8 +305,8 @@ void take_blocks(FromChild& child, const TimeSeriesHead& head, const std::functi
   }
 }
 
-/// Runs both sides; whatever goes wrong is one error that names the file. The child uses HDF5, which no other thread
-/// may be in the middle of using when it comes to be.
+/// Runs both sides; all failures become one error that names the file. The child uses HDF5, so no other thread may be
+/// using HDF5 at the fork.
 void reading(const fs::path& path, const std::function<void(ToParent&)>& send,
              const std::function<void(FromChild&)>& take) {
   try {

@@ -139,7 +139,7 @@ class TimeSeriesFile::Growing {
   }
 
  private:
-  // Chunks as the datasets of a file that is written at once have them.
+  // Chunks as in a file that is written in one step.
   GrowingDataset grow(const std::string& path, hid_t type, hsize_t width) const {
     return {*file_,
             "",
@@ -187,7 +187,7 @@ void TimeSeriesFile::take(TimeSeries& block) {
 
 void TimeSeriesFile::finish(TimeSeries& last) {
   if (!fault_.empty()) cannot_write(path_, fault_);
-  if (!file_) {  // few enough to be written at once, which takes less room
+  if (!file_) {  // few enough for writing in one step, which takes less space
     if (!last.time.empty()) write_timeseries_hdf5(last, metadata_, path_);
     samples_ += last.time.size();
     return;

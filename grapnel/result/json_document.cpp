@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Our files nest ten deep. What nests without end would exhaust the stack when it is written again.
+// Files of Grapnel have at most ten levels. Deeper nesting could exhaust the stack when the document is written again.
 constexpr int kDeepest = 64;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& fault) {
@@ -39,11 +39,11 @@ std::string file_bytes(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail(path, error.message());
-  if (!std::filesystem::is_regular_file(status)) fail(path, "not a file");  // a pipe would be waited for
+  if (!std::filesystem::is_regular_file(status)) fail(path, "not a file");  // reading a pipe would block
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, std::generic_category().message(errno));
-  // In large pieces until the end, since a file may grow or shrink meanwhile.
+  // Reads large blocks to the end, because the file may change its size during reading.
   constexpr std::size_t kPiece = std::size_t{1} << 16;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   std::string bytes;
@@ -55,10 +55,10 @@ std::string file_bytes(const std::filesystem::path& path) {
       stream.read(bytes.data() + read, static_cast<std::streamsize>(bytes.size() - read));
       read += static_cast<std::size_t>(stream.gcount());
       if (stream.eof()) break;
-      if (!stream) fail(path, "reading failed");
+      if (!stream) fail(path, "the file cannot be read");
     }
   } catch (const std::ios_base::failure&) {
-    fail(path, "reading failed");
+    fail(path, "the file cannot be read");
   }
   bytes.resize(read);
   return bytes;
@@ -75,7 +75,7 @@ std::string folder_seen_from(const std::filesystem::path& from, const std::files
 std::string folder_of_input(const std::filesystem::path& document) {
   try {
     return Json::parse(file_bytes(document)).value("file_folder", "");
-  } catch (const std::exception&) {  // it serves a command on a page alone
+  } catch (const std::exception&) {  // the folder is only shown in a command on the page
     return {};
   }
 }
@@ -102,7 +102,7 @@ std::string required_text(const Json& document, const std::string& pointer, cons
   const Json::json_pointer at(pointer);
   if (!document.contains(at)) fail(path, "key '" + pointer.substr(1) + "' is missing");
   const Json& value = document.at(at);
-  if (!value.is_string()) fail(path, "key '" + pointer.substr(1) + "' is no text");
+  if (!value.is_string()) fail(path, "key '" + pointer.substr(1) + "' is not a text");
   return value.get<std::string>();
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a run leaves behind of what its on-board computer knew: readings of sensors against the truth, estimates of
-/// targets and replanning, identification. Part of CaptureResult. Public, kept stable.
+/// Results about the knowledge of the on-board computer: sensor readings compared with true values, estimates of
+/// targets, replanning, identification. Part of CaptureResult. Public, kept stable.
 
 #include <limits>
 #include <optional>
@@ -13,18 +13,18 @@
 
 namespace grapnel {
 
-/// A sensor's readings against what they are of. Errors of all components and channels together.
+/// Errors of a sensor's readings, over all components and channels.
 struct SensorReport {
   std::string sensor;
   std::string unit;        // of the errors
   double sample_time = 0;  // between readings [s]
   long readings = 0;
-  double mean_error = 0;     // of all
+  double mean_error = 0;     // over all readings
   double rms_error = 0;      // root of the mean square
   double largest_error = 0;  // of either sign
 };
 
-/// An estimate of a target on which an approach, or what is left of it, was planned, against the truth.
+/// Error of an estimate of a target that a plan of the approach uses.
 struct EstimateReport {
   std::string target;
   double position_error = 0;          // [m]
@@ -33,11 +33,11 @@ struct EstimateReport {
   double angular_velocity_error = 0;  // [rad/s]
 };
 
-/// A plan of the approach, or of what is left of it.
+/// A plan of the approach, or of its remainder.
 struct NavigationReport {
   double time = 0;           // when [s]
-  bool found = false;        // else the plan before stays
-  long rhs_evaluations = 0;  // that it took
+  bool found = false;        // false: the previous plan continues
+  long rhs_evaluations = 0;  // while planning
   std::vector<EstimateReport> estimates;
   std::string failure;  // why not found
 };
@@ -54,7 +54,7 @@ struct IdentifiedParameter {
 
 enum class IdentificationEnd { running, done, released };
 
-/// A held target that has been identified, or that could not be.
+/// Identification of a held target.
 struct IdentificationReport {
   std::string target;
   double begin = 0, end = 0;  // of the samples [s]
@@ -66,9 +66,9 @@ struct IdentificationReport {
   double residual = 0;
   std::string mass, com, inertia;  // determined, ratio_only or not_determined
   std::vector<IdentifiedParameter> parameters;
-  std::vector<std::string> unseen;  // changes that no measurement shows
+  std::vector<std::string> unseen;  // changes that no measurement detects
   std::string impossible;           // why no body has these parameters
-  /// When laws began to work with it; absent: they did not.
+  /// Time from which control laws used the estimate; absent: they did not.
   std::optional<double> used_from;
 };
 

@@ -7,7 +7,7 @@
 namespace grapnel {
 namespace {
 
-// How often the bound goes into the value; what is not a number is beyond everything.
+// The value over its bound; NaN exceeds every bound.
 double factor(const LedgerEntry& entry) {
   if (!(entry.value <= std::numeric_limits<double>::max())) return std::numeric_limits<double>::infinity();
   return entry.bound > 0 ? entry.value / entry.bound : std::numeric_limits<double>::max();

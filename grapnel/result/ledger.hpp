@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The conservation checks of a capture: each conserved or balanced quantity with its largest deviation, the bound it
-/// must keep, and whether it did.
+/// The conservation checks of a capture: each conserved or balanced quantity with its largest deviation, its bound, and
+/// whether it passes.
 
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace grapnel {
 
-/// Three answers: a verdict never says more than was checked.
+/// `not_checked`: at least one check was not evaluated, and none failed.
 enum class Verdict { yes, no, not_checked };
 template <>
 const Type& type_of<Verdict>();
@@ -24,16 +24,16 @@ struct LedgerEntry {
   std::string unit = "1";
   std::string note;     // what is compared, over which phases
   bool applies = true;  // false: there is nothing to check in this run (no closed loop, say); value is then 0
-  /// conservation: a failure means that the computation cannot be trusted. feasibility: it means that the robot could
-  /// not do this (limits passed, bodies that overlap).
+  /// conservation: a failure invalidates the computation. feasibility: a failure means that a real robot could not
+  /// perform the motion (exceeded limits, overlapping bodies).
   enum class Kind { conservation, feasibility };
   Kind kind = Kind::conservation;
-  std::string not_checked = {};  // why nobody looked, although there is something to look at; empty: it was checked
-  std::string advice = {};       // of a row of conservation that fails: what mends it, or why nothing does
+  std::string not_checked = {};  // reason for which the check was not evaluated; empty: it was evaluated
+  std::string advice = {};       // for a failed conservation row: how to correct it, or why no correction exists
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
-/// What drifts are relative to; none can vanish while something moves (docs/theory.md, section 9).
+/// Scales of relative drifts; none vanishes while a body moves (docs/theory, section 9).
 struct LedgerScale {
   double linear_momentum = 0;   // max over time of sum |m v| [N s]
   double angular_momentum = 0;  // max over time of sum (|I w| + |r x m v|), r from the system's centre of mass [N m s]
@@ -43,13 +43,13 @@ struct LedgerScale {
 struct Ledger {
   std::vector<LedgerEntry> entries;
   LedgerScale scale;
-  /// Whether the physics was kept. If it was not, the run is no result.
+  /// Whether all conservation rows pass. If not, the run is not a valid result.
   bool pass() const { return passes(LedgerEntry::Kind::conservation); }
-  /// The row of conservation that is beyond its bound by the largest factor; null if all pass. The first of equals.
+  /// The conservation row that exceeds its bound by the largest factor, the first of equals; null if all pass.
   const LedgerEntry* worst_failure() const;
-  /// Whether joints stayed within their limits and bodies clear of each other.
+  /// Whether joints stayed within their limits and bodies kept their clearance.
   bool feasible() const { return passes(LedgerEntry::Kind::feasibility); }
-  /// The same as an answer: no, if anything was found; not checked, if anything was not looked at.
+  /// The same as a verdict: `no` with any violation; `not_checked` if a check was not evaluated.
   Verdict feasibility() const {
     Verdict verdict = Verdict::not_checked;
     for (const LedgerEntry& e : entries) {
@@ -72,7 +72,7 @@ struct Ledger {
   }
 };
 
-/// A row that fails, in words: "energy_drift is 1.35e-09, bound 1e-10".
+/// A failed row as text: "energy_drift is 1.35e-09, bound 1e-10".
 std::string failure_text(const LedgerEntry& entry);
 
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 namespace grapnel {
 namespace {
 
-// Worse first; what is not a number first of all.
+// The worst first; NaN before all others.
 bool is_heavier(const PeakLoad& a, const PeakLoad& b) {
   if (std::isnan(a.margin()) || std::isnan(b.margin())) return std::isnan(a.margin()) && !std::isnan(b.margin());
   return a.margin() < b.margin();
@@ -19,7 +19,7 @@ bool is_heavier(const PeakLoad& a, const PeakLoad& b) {
 
 bool is_rated(const PeakLoad& load) { return std::isfinite(load.rating); }
 
-// A drive that is cut at its effort limit has no margin, and is not close to a rating either.
+// A drive that is saturated at its effort limit has no margin, and does not exceed a rating.
 bool is_saturated(const PeakLoad& load) {
   return load.quantity.starts_with("driving") && std::abs(load.margin()) <= 1e-9;
 }
@@ -70,13 +70,13 @@ std::string worst_margin_line(const CaptureResult& result) {
   std::string out = paragraph(fmt::format("worst margin: {}; {}", percent(*worst), words(result, *worst)), "");
   if (!worst->assumed_duration) return out;
   const PeakLoad* sure = worst_margin(result, true);
-  if (!sure) return out + "  every margin rests on that assumption\n";
+  if (!sure) return out + "  every margin depends on that assumption\n";
   return out + paragraph(fmt::format("without assumed durations: {}; {}", percent(*sure), words(result, *sure)), "  ");
 }
 
 std::string margins_table(const CaptureResult& result) {
   constexpr std::size_t kShown = 12;
-  std::vector<const PeakLoad*> worst;  // of each thing that is rated
+  std::vector<const PeakLoad*> worst;  // one per rated joint or gripper
   for (const PeakLoad& load : result.peak_loads) {
     if (!is_rated(load)) continue;
     const auto at = std::find_if(worst.begin(), worst.end(), [&](const PeakLoad* w) { return w->of == load.of; });

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Loads of all phases against ratings, as people read them.
+/// Tables of the loads of all phases against ratings.
 
 #include <string>
 
@@ -9,20 +9,20 @@
 
 namespace grapnel {
 
-/// The load with the least margin over all phases; null where nothing is rated. `without_assumed`: of those alone whose
-/// size does not rest on an assumed duration.
+/// The load with the smallest margin over all phases; null without ratings. `without_assumed`: only loads that do not
+/// depend on an assumed duration.
 const PeakLoad* worst_margin(const CaptureResult& result, bool without_assumed = false);
 
-/// The load of which a peak is the mean over an assumed time: how long that is [s]; 0 where none is assumed.
+/// The assumed duration over which a load is a mean [s]; 0 if none is assumed.
 double assumed_duration(const CaptureResult& result, const PeakLoad& peak);
 
-/// Whether a margin of an impact rests on the duration that it is assumed to have.
+/// Whether a margin of an impact depends on its assumed duration.
 bool rests_on_duration(const ImpactReport& impact, const LoadMargin& margin);
 
-/// "worst margin: ...", for the head of a result; empty where nothing is rated.
+/// "worst margin: ...", for the head of a result; empty without ratings.
 std::string worst_margin_line(const CaptureResult& result);
-/// The worst load of everything that is rated, over all phases, least margin first; and which drives ran at their
-/// limits, when and how long.
+/// The worst load of each rated joint and gripper over all phases, in ascending order of margin; and the drives at
+/// their limits, with time and duration.
 std::string margins_table(const CaptureResult& result);
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-// The fields of bodies and joints in motion, of plans, and of grasps that close or miss.
+// The fields of summary.json about motion of bodies and joints, plans, and closed or missed grasps.
 #include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
@@ -6,11 +6,11 @@ namespace grapnel {
 template <>
 const Type& type_of<BodyMotion>() {
   static constexpr Field fields[] = {
-      field<&BodyMotion::name>("name", "of the body"),
-      field<&BodyMotion::position>("position", "m", "of the origin of the body's frame, in W"),
-      field<&BodyMotion::quaternion_wxyz>("quaternion_wxyz", "1", "turns the body's axes into W's"),
-      field<&BodyMotion::angular_velocity>("angular_velocity", "rad/s", "in W"),
-      field<&BodyMotion::velocity>("velocity", "m/s", "of the origin of the body's frame, in W"),
+      field<&BodyMotion::name>("name", "name of the body"),
+      field<&BodyMotion::position>("position", "m", "origin of the body's frame, in W"),
+      field<&BodyMotion::quaternion_wxyz>("quaternion_wxyz", "1", "rotation from the body's axes to those of W"),
+      field<&BodyMotion::angular_velocity>("angular_velocity", "rad/s", "angular velocity of the body, in W"),
+      field<&BodyMotion::velocity>("velocity", "m/s", "velocity of the origin of the body's frame, in W"),
   };
   static constexpr Type type =
       structure<BodyMotion>("BodyMotion", "motion of a free body's frame at one instant.", fields);
@@ -20,9 +20,11 @@ const Type& type_of<BodyMotion>() {
 template <>
 const Type& type_of<JointMotion>() {
   static constexpr Field fields[] = {
-      field<&JointMotion::names>("names", "of the joints"),
-      field<&JointMotion::position>("position", "rad or m", "in the order of `names`; m of prismatic joints"),
-      field<&JointMotion::velocity>("velocity", "rad/s or m/s", "likewise"),
+      field<&JointMotion::names>("names", "names of the joints"),
+      field<&JointMotion::position>("position", "rad or m",
+                                    "joint positions in the order of `names`; m for prismatic joints"),
+      field<&JointMotion::velocity>("velocity", "rad/s or m/s",
+                                    "joint velocities in the order of `names`; m/s for prismatic joints"),
   };
   static constexpr Type type = structure<JointMotion>("JointMotion", "the robot's joints at one instant.", fields);
   return type;
@@ -33,35 +35,39 @@ const Type& type_of<EndEffectorMotion>() {
   using E = EndEffectorMotion;
   constexpr auto grasps = [](const E& e) { return !e.target.empty(); };
   static constexpr Field fields[] = {
-      field<&E::name>("name", "of the end-effector"),
-      field<&E::position>("position", "m", "of the origin of the end-effector's frame, in W"),
-      field<&E::velocity>("velocity", "m/s", "of that origin, in W"),
-      field<&E::angular_velocity>("angular_velocity", "rad/s", "in W"),
-      field<&E::target>("target", "what it is to grasp; this and what follows are absent if it grasps nothing")
+      field<&E::name>("name", "name of the end-effector"),
+      field<&E::position>("position", "m", "origin of the end-effector's frame, in W"),
+      field<&E::velocity>("velocity", "m/s", "velocity of that origin, in W"),
+      field<&E::angular_velocity>("angular_velocity", "rad/s", "angular velocity of the end-effector, in W"),
+      field<&E::target>("target",
+                        "target to grasp; this key and the keys below are absent if the end-effector grasps nothing")
           .when<grasps>(),
-      field<&E::grasp_point>("grasp_point", "on the target").when<grasps>(),
-      field<&E::miss_distance>("miss_distance", "m", "from the end-effector's origin to the grasp point")
+      field<&E::grasp_point>("grasp_point", "grasp point on the target").when<grasps>(),
+      field<&E::miss_distance>("miss_distance", "m", "distance from the end-effector's origin to the grasp point")
           .when<grasps>(),
-      field<&E::relative_velocity>("relative_velocity", "m/s", "end-effector minus grasp point, in W").when<grasps>(),
-      field<&E::relative_angular_velocity>("relative_angular_velocity", "rad/s", "end-effector minus target, in W")
+      field<&E::relative_velocity>("relative_velocity", "m/s",
+                                   "velocity of the end-effector minus that of the grasp point, in W")
+          .when<grasps>(),
+      field<&E::relative_angular_velocity>("relative_angular_velocity", "rad/s",
+                                           "angular velocity of the end-effector minus that of the target, in W")
           .when<grasps>(),
   };
   static constexpr Type type =
-      structure<E>("EndEffectorMotion", "an end-effector, and how it stands to the grasp point it is to meet.", fields);
+      structure<E>("EndEffectorMotion", "an end-effector and its motion relative to its grasp point.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<PhaseEnd>() {
   static constexpr Field fields[] = {
-      field<&PhaseEnd::time>("time", "s", "of this state"),
-      field<&PhaseEnd::base>("base", "of the robot"),
-      field<&PhaseEnd::joints>("joints", "of the robot"),
-      field<&PhaseEnd::end_effectors>("end_effectors", "of the robot"),
-      field<&PhaseEnd::targets>("targets", "the free bodies that may be grasped"),
+      field<&PhaseEnd::time>("time", "s", "time of this state"),
+      field<&PhaseEnd::base>("base", "motion of the robot's base"),
+      field<&PhaseEnd::joints>("joints", "motion of the robot's joints"),
+      field<&PhaseEnd::end_effectors>("end_effectors", "motion of the robot's end-effectors"),
+      field<&PhaseEnd::targets>("targets", "motion of the free bodies that may be grasped"),
   };
   static constexpr Type type =
-      structure<PhaseEnd>("PhaseEnd", "the system's state where a phase begins or ends.", fields);
+      structure<PhaseEnd>("PhaseEnd", "the system's state at the beginning or the end of a phase.", fields);
   return type;
 }
 
@@ -77,37 +83,39 @@ template <>
 const Type& type_of<MotionPhaseReport>() {
   using P = MotionPhaseReport;
   static constexpr Field fields[] = {
-      field<&P::name>("name",
-                      "of the phase; its samples in the time series have it, pieces after an event NAME_2, ..."),
-      field<&P::begin>("begin", "s", "of the phase"),
-      field<&P::end>("end", "s", "of the phase"),
-      field<&P::ended>("ended", "`duration`: after its duration. `condition`: what it is `until` held before"),
-      field<&P::at_end>("state", "at its end"),
+      field<&P::name>(
+          "name",
+          "name of the phase and of its samples in the time series; after an event these continue as NAME_2, ..."),
+      field<&P::begin>("begin", "s", "start of the phase"),
+      field<&P::end>("end", "s", "end of the phase"),
+      field<&P::ended>(
+          "ended", "`duration`: the phase lasted for its duration. `condition`: its `until` condition was met earlier"),
+      field<&P::at_end>("state", "state at the end of the phase"),
   };
   static constexpr Type type =
-      structure<P>("MotionPhaseReport", "a phase of the motion after the approach that has ended.", fields);
+      structure<P>("MotionPhaseReport", "a completed phase of the motion after the approach.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<PlannedMiss>() {
   static constexpr Field fields[] = {
-      field<&PlannedMiss::end_effector>("end_effector", "whose miss it is"),
-      field<&PlannedMiss::distance>("distance", "m", "from its goal; null: unknown").or_null(),
-      field<&PlannedMiss::angle>("angle", "rad", "from what the grasp's orientation asks for; null: unknown").or_null(),
-      field<&PlannedMiss::velocity>(
-          "velocity", "m/s",
-          "of a piece straight in: how far the relative velocity in the end is from final_speed "
-          "along the approach direction"),
-      field<&PlannedMiss::angular_velocity>(
-          "angular_velocity", "rad/s",
-          "likewise the relative angular velocity from zero, of what the grasp's orientation and `roll` ask for"),
+      field<&PlannedMiss::end_effector>("end_effector", "end-effector that misses"),
+      field<&PlannedMiss::distance>("distance", "m", "distance from its goal; null: unknown").or_null(),
+      field<&PlannedMiss::angle>("angle", "rad", "angle from the required grasp orientation; null: unknown").or_null(),
+      field<&PlannedMiss::velocity>("velocity", "m/s",
+                                    "deviation of the final relative velocity from final_speed along the approach "
+                                    "direction, at the end of a final straight approach"),
+      field<&PlannedMiss::angular_velocity>("angular_velocity", "rad/s",
+                                            "deviation of the final relative angular velocity from zero, in the "
+                                            "components that the grasp's orientation and `roll` constrain"),
   };
-  static constexpr Type type = structure<PlannedMiss>(
-      "PlannedMiss",
-      "how far an end-effector stays from its goal when the plan is followed exactly, in flight with everything that "
-      "acts where planning corrects by flights; where nothing was found, in the closest attempt.",
-      fields);
+  static constexpr Type type =
+      structure<PlannedMiss>("PlannedMiss",
+                             "deviation of an end-effector from its goal when the joints follow the plan exactly. It "
+                             "comes from a forward simulation with all forces where the planner corrects by "
+                             "simulation. If no plan was found, it belongs to the closest attempt.",
+                             fields);
   return type;
 }
 
@@ -115,54 +123,56 @@ template <>
 const Type& type_of<StraightInReport>() {
   using S = StraightInReport;
   static constexpr Field fields[] = {
-      field<&S::begin>("begin", "s", "of the piece straight in"),
-      field<&S::stand_off>("stand_off", "m", "distance from the grasp point at which it begins"),
-      field<&S::final_speed>("final_speed", "m/s", "at which it meets the grasp point"),
-      field<&S::smallest_singular_value>("smallest_singular_value", "m/rad",
-                                         "of the generalized Jacobian's rows in use, over the piece")
+      field<&S::begin>("begin", "s", "start of the final straight approach"),
+      field<&S::stand_off>("stand_off", "m", "distance from the grasp point at the start"),
+      field<&S::final_speed>("final_speed", "m/s", "speed at which the end-effector meets the grasp point"),
+      field<&S::smallest_singular_value>(
+          "smallest_singular_value", "m/rad",
+          "minimum over the segment of the smallest singular value of the generalized Jacobian's rows in use")
           .or_null(),
-      field<&S::damped>("damped", "whether it came so near a singularity that rates were damped"),
+      field<&S::damped>("damped", "whether joint rates were damped near a singularity"),
       derived<[](const S& s) {
         return std::array{s.damped_begin, s.damped_end};
-      }>("damped_interval", "s", "when rates were damped"),
+      }>("damped_interval", "s", "interval in which rates were damped"),
       field<&S::unmet>("unmet", "m/s or rad/s",
-                       "largest component of the demanded motion that was missed, where it was damped or impossible"),
-      field<&S::unmet_time>("unmet_time", "s", "when that was"),
-      field<&S::fit_error>("fit_error", "rad or m", "of the series that keep the joint motion"),
+                       "largest component of the required motion that the joints do not produce, because of damping or "
+                       "a lack of freedom"),
+      field<&S::unmet_time>("unmet_time", "s", "time of the largest unmet component"),
+      field<&S::fit_error>("fit_error", "rad or m", "error of the series that store the joint motion"),
       field<&S::self_motion>("self_motion", "rad/s or m/s",
-                             "added to the rates of least norm to keep limits on the way, moving no end-effector: root "
-                             "mean square over the piece of the joints' rates together"),
+                             "self-motion added to the minimum-norm rates to keep limits, which moves no end-effector: "
+                             "root mean square over the segment of all joint rates together"),
   };
   static constexpr Type type =
-      structure<S>("StraightInReport", "the last piece of an approach, on a straight line to the grasp point.", fields);
+      structure<S>("StraightInReport", "the final straight approach to the grasp point.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<PlanTerm>() {
   static constexpr Field fields[] = {
-      field<&PlanTerm::name>("name", "as in approach.plan.weights"),
-      field<&PlanTerm::weight>("weight", "1", "in the reciprocal of the value's unit"),
+      field<&PlanTerm::name>("name", "name of the term, as in approach.plan.weights"),
+      field<&PlanTerm::weight>("weight", "1", "weight, in the reciprocal of the value's unit"),
       field<&PlanTerm::value>("value", "1",
-                              "[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, "
-                              "impulse_index, wheel_momentum: 1]")
+                              "value of the term [rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, "
+                              "manipulability, impulse_index, wheel_momentum: 1]")
           .or_null(),
   };
   static constexpr Type type =
-      structure<PlanTerm>("PlanTerm", "one of the terms that a plan's objective is the sum of.", fields);
+      structure<PlanTerm>("PlanTerm", "one term of the sum that is a plan's objective.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<WheelShare>() {
   static constexpr Field fields[] = {
-      field<&WheelShare::wheel>("wheel", "of the robot"),
-      field<&WheelShare::share>(
-          "share", "1",
-          "largest momentum on the way, over the most that it can hold, while the wheels keep the "
-          "base's attitude exactly"),
+      field<&WheelShare::wheel>("wheel", "name of the wheel"),
+      field<&WheelShare::share>("share", "1",
+                                "largest momentum along the trajectory over the wheel's capacity, while the wheels "
+                                "keep the base's attitude exactly"),
   };
-  static constexpr Type type = structure<WheelShare>("WheelShare", "what a wheel is to hold on a planned way.", fields);
+  static constexpr Type type =
+      structure<WheelShare>("WheelShare", "predicted load of a reaction wheel on the planned trajectory.", fields);
   return type;
 }
 
@@ -170,28 +180,28 @@ template <>
 const Type& type_of<PlannedWay>() {
   using P = PlannedWay;
   static constexpr Field fields[] = {
-      field<&P::knots>("knots", "1", "inner knots of the joints' splines; 0: one polynomial"),
+      field<&P::knots>("knots", "1", "inner knots of the joint splines; 0: one polynomial"),
       field<&P::position_margin>("position_margin", "rad or m",
-                                 "least distance of a joint from a limit of its position; negative: beyond it"),
+                                 "minimum distance of a joint from a position limit; negative: beyond it"),
       field<&P::rate_share>("rate_share", "1", "largest joint rate over its limit"),
-      field<&P::effort_share>("effort_share", "1", "largest joint effort over its limit; only where it was looked at"),
+      field<&P::effort_share>("effort_share", "1",
+                              "largest joint effort over its limit; present only if it was evaluated"),
       field<&P::clearance>("clearance", "m",
-                           "least distance of two bodies, a hand near its grasp point and its target left out; "
-                           "only where it was looked at"),
-      field<&P::body_a>("body_a", "they are this one"),
-      field<&P::body_b>("body_b", "and this one"),
-      field<&P::clearance_time>("clearance_time", "s", "when they are so near"),
-      field<&P::attitude_kept>(
-          "attitude_kept",
-          "whether it is the way of a base that keeps its attitude exactly, as attitude control is "
-          "taken to have it"),
+                           "minimum distance of two bodies, without an end-effector near its grasp point and its "
+                           "target; present only if it was evaluated"),
+      field<&P::body_a>("body_a", "first body of the closest pair"),
+      field<&P::body_b>("body_b", "second body of the closest pair"),
+      field<&P::clearance_time>("clearance_time", "s", "time of the minimum clearance"),
+      field<&P::attitude_kept>("attitude_kept",
+                               "whether the trajectory is planned for a base that keeps its attitude exactly, as "
+                               "assumed under attitude control"),
       field<&P::base_turn>("base_turn", "rad",
-                           "largest turn of the base from its initial attitude; where the attitude is kept, of the "
-                           "attitude that it is to have"),
-      field<&P::wheels>("wheels", "what wheels are to hold; empty: it was not looked at"),
+                           "largest rotation of the base from its initial attitude, or from its commanded attitude if "
+                           "the attitude is kept"),
+      field<&P::wheels>("wheels", "predicted loads of the reaction wheels; empty: not evaluated"),
   };
-  static constexpr Type type = structure<P>(
-      "PlannedWay", "what the last segment that was planned does on its way, the joints following it exactly.", fields);
+  static constexpr Type type =
+      structure<P>("PlannedWay", "properties of the last planned segment when the joints follow it exactly.", fields);
   return type;
 }
 
@@ -199,20 +209,20 @@ template <>
 const Type& type_of<WindowPoint>() {
   using P = WindowPoint;
   static constexpr Field fields[] = {
-      field<&P::time>("time", "s", "of the capture"),
-      field<&P::reachable>("reachable", "whether a plan was found for it"),
-      field<&P::reason>("reason", "why not; empty: there is one"),
-      field<&P::objective>("objective", "1", "of the plan; null: there is none").or_null(),
-      field<&P::speed>("speed", "m/s", "of the fastest grasp point against the servicer's centre of mass"),
+      field<&P::time>("time", "s", "capture time"),
+      field<&P::reachable>("reachable", "whether a plan was found for this time"),
+      field<&P::reason>("reason", "cause if no plan was found; empty otherwise"),
+      field<&P::objective>("objective", "1", "objective of the plan; null: no plan").or_null(),
+      field<&P::speed>("speed", "m/s", "speed of the fastest grasp point relative to the servicer's centre of mass"),
       field<&P::direction_angle>("direction_angle", "rad",
-                                 "largest angle between an approach direction and the way from the arm's first joint "
+                                 "largest angle between an approach direction and the line from the arm's first joint "
                                  "to the grasp point; null: no grasp point has a direction")
           .or_null(),
       field<&P::reach_share>("reach_share", "1",
-                             "largest distance of a grasp point from what its arm and the base can bring there, over "
-                             "their reach; above 1 it cannot be reached"),
+                             "largest distance of a grasp point that arm and base must cover, over their reach; above "
+                             "1 the grasp point is unreachable"),
   };
-  static constexpr Type type = structure<P>("WindowPoint", "a time of capture that was looked at.", fields);
+  static constexpr Type type = structure<P>("WindowPoint", "a capture time that the planner evaluated.", fields);
   return type;
 }
 
@@ -220,12 +230,12 @@ template <>
 const Type& type_of<WindowReport>() {
   using P = WindowReport;
   static constexpr Field fields[] = {
-      field<&P::time>("time", "s", "of the capture that was chosen; null: none can be reached").or_null(),
-      field<&P::not_before>("not_before", "s", "before which no grasp can be reached, by distance alone"),
-      field<&P::points>("points", "all that were looked at, in the order of time"),
+      field<&P::time>("time", "s", "selected capture time; null: none is reachable").or_null(),
+      field<&P::not_before>("not_before", "s", "no grasp is reachable before this time, by distance alone"),
+      field<&P::points>("points", "all evaluated times, in ascending order"),
   };
   static constexpr Type type =
-      structure<P>("WindowReport", "times of capture within the window, and the one that was chosen.", fields);
+      structure<P>("WindowReport", "capture times within the window, and the selected time.", fields);
   return type;
 }
 
@@ -234,45 +244,48 @@ const Type& type_of<PlanReport>() {
   using P = PlanReport;
   constexpr auto searched = [](const P& p) { return p.searched; };
   static constexpr Field fields[] = {
-      field<&P::joints>("joints", "names"),
+      field<&P::joints>("joints", "joint names"),
       field<&P::final_position>("final_position", "rad or m",
-                                "the reference at the capture; of the closest attempt if planning failed"),
-      field<&P::final_rates>("final_rates", "rad/s or m/s", "likewise"),
+                                "joint reference at the capture; of the closest attempt if planning failed"),
+      field<&P::final_rates>("final_rates", "rad/s or m/s",
+                             "joint rate reference at the capture; of the closest attempt if planning failed"),
       field<&P::unmet_rate>("unmet_rate", "m/s or rad/s",
-                            "largest component of the demanded final motion that no joint rates give"),
-      field<&P::rhs_evaluations>("rhs_evaluations", "1", "of the base's motion, while planning"),
+                            "largest component of the required final motion that no joint rates produce"),
+      field<&P::rhs_evaluations>("rhs_evaluations", "1", "evaluations of the base's motion while planning"),
       field<&P::found>("found",
-                       "whether there is a solution; this and what follows down to `smallest_singular_value` "
-                       "only where final values were looked for")
+                       "whether a solution was found; this key and the keys down to `smallest_singular_value` are "
+                       "present only if final values were searched")
           .when<searched>(),
-      field<&P::objective>("objective", "what was made least").when<searched>(),
-      field<&P::objective_value>("objective_value", "1", "how small that became").when<searched>().or_null(),
-      field<&P::terms>("terms", "of which it is the weighted sum").when<searched>(),
-      field<&P::miss>("miss", "per end-effector").when<searched>(),
-      field<&P::starts>("starts", "1", "initial guesses tried").when<searched>(),
-      field<&P::solutions>("solutions", "1", "how many of them led to a solution").when<searched>(),
-      field<&P::distinct_solutions>("distinct_solutions", "1", "how many of these differ by more than 1e-3 rad or m")
+      field<&P::objective>("objective", "name of the minimized objective").when<searched>(),
+      field<&P::objective_value>("objective_value", "1", "minimum value of the objective").when<searched>().or_null(),
+      field<&P::terms>("terms", "terms of the weighted sum").when<searched>(),
+      field<&P::miss>("miss", "deviation from the goal, per end-effector").when<searched>(),
+      field<&P::starts>("starts", "1", "number of initial guesses").when<searched>(),
+      field<&P::solutions>("solutions", "1", "number of initial guesses that led to a solution").when<searched>(),
+      field<&P::distinct_solutions>("distinct_solutions", "1",
+                                    "number of solutions that differ by more than 1e-3 rad or m")
           .when<searched>(),
-      field<&P::iterations>("iterations", "1", "Newton steps over all of them").when<searched>(),
+      field<&P::iterations>("iterations", "1", "Newton steps, summed over all initial guesses").when<searched>(),
       field<&P::smallest_singular_value>("smallest_singular_value", "m/rad",
-                                         "of the goals' error against final joint values; small: near a singularity")
+                                         "smallest singular value of the derivative of the goal errors with respect to "
+                                         "the final joint values; small: near a singularity")
           .when<searched>()
           .or_null(),
-      field<&P::straight_in>("straight_in", "the last piece, where the scenario asks for one"),
-      field<&P::way>("way", "of the last segment that was planned, where its way is looked at"),
-      field<&P::window>("window", "times of capture, where the scenario has one looked for"),
+      field<&P::straight_in>("straight_in", "the final straight approach, if the scenario requests one"),
+      field<&P::way>("way", "properties of the last planned segment, if the trajectory was evaluated"),
+      field<&P::window>("window", "evaluated capture times, if the scenario gives a window"),
   };
   static constexpr Type type =
-      structure<P>("PlanReport", "where the joints were to go, and how that was found.", fields);
+      structure<P>("PlanReport", "the planned joint motion and the record of the search for it.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<Captured>() {
   static constexpr Choice choices[] = {
-      choice(Captured::yes, "yes", "closed, within an envelope that has a position."),
+      choice(Captured::yes, "yes", "closed, and checked against an envelope with a position tolerance."),
       choice(Captured::assumed, "assumed",
-             "closed, but nothing says how far the end-effector may be: nobody judged it."),
+             "closed, but not evaluated: no envelope states the admissible distance of the end-effector."),
       choice(Captured::no, "no")};
   static constexpr Type type = enumeration<Captured>("Captured", choices);
   return type;
@@ -282,35 +295,40 @@ template <>
 const Type& type_of<GraspOutcome>() {
   using G = GraspOutcome;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "that is to grasp"),
-      field<&G::target>("target", "that is to be grasped"),
-      field<&G::grasp_point>("grasp_point", "on the target"),
+      field<&G::end_effector>("end_effector", "end-effector of the grasp"),
+      field<&G::target>("target", "target of the grasp"),
+      field<&G::grasp_point>("grasp_point", "grasp point on the target"),
       derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed."),
-      field<&G::judged>("judged", "whether an envelope with a position judged it"),
-      field<&G::reason>("reason",
-                        "in words: which tolerance of the envelope was kept or missed. A contact is never captured: "
-                        "how fast it parted, or that it was still compressed, by how much and with what energy, when "
-                        "`impact.longest` ended it"),
+      field<&G::judged>("judged", "whether an envelope with a position tolerance was evaluated"),
+      field<&G::reason>(
+          "reason",
+          "which tolerance of the envelope was met or exceeded. A contact is never a capture: the text states its "
+          "separation speed, or its compression and energy if `impact.longest` ended the contact"),
       field<&G::limiting>("limiting",
-                          "the key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was "
-                          "missed by the largest factor; empty if none was"),
-      field<&G::distance>("distance", "m", "distance from the grasp point when it was to close").or_null(),
-      field<&G::angle>("angle", "rad", "angle from what the grasp's orientation asks for, at that instant").or_null(),
-      field<&G::velocity>("velocity", "m/s", "relative to the grasp point, at that instant").or_null(),
-      field<&G::angular_velocity>("angular_velocity", "rad/s", "relative to the target, at that instant").or_null(),
-      field<&G::time>("time", "s",
-                      "when this grasp closed, or was to close. The deviations above are those of this instant; of a "
-                      "grasp that never came so far those of the run's end, null after a failure")
+                          "key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was exceeded "
+                          "by the largest factor; empty: none"),
+      field<&G::distance>("distance", "m", "distance from the grasp point at the instant at which it was to close")
           .or_null(),
-      field<&G::target_moved>("target_moved", "m",
-                              "by which `contact.gap: translate_target` moved its target so that it closes"),
-      field<&G::released>("released", "s", "when it was released; absent if it was not"),
+      field<&G::angle>("angle", "rad", "angle from the required grasp orientation, at that instant").or_null(),
+      field<&G::velocity>("velocity", "m/s", "velocity relative to the grasp point, at that instant").or_null(),
+      field<&G::angular_velocity>("angular_velocity", "rad/s",
+                                  "angular velocity relative to the target, at that instant")
+          .or_null(),
+      field<&G::time>(
+          "time", "s",
+          "instant at which this grasp closed, or was to close. The deviations above apply to this instant; for a "
+          "grasp that the run did not reach they apply to the run's end, and are null after a failure")
+          .or_null(),
+      field<&G::target_moved>(
+          "target_moved", "m",
+          "displacement of the target by `contact.gap: translate_target`, which lets the grasp close"),
+      field<&G::released>("released", "s", "time of release; absent if the grasp was not released"),
   };
-  static constexpr Type type = structure<G>(
-      "GraspOutcome",
-      "whether one grasp closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it "
-      "free (that between the frames is `gap_angle` of `GraspImpulse`).",
-      fields);
+  static constexpr Type type =
+      structure<G>("GraspOutcome",
+                   "whether one grasp closes at the instant of capture, the criterion of success. The angle is 0 if "
+                   "the grasp leaves it free (that between the frames is `gap_angle` of `GraspImpulse`).",
+                   fields);
   return type;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The JSON documents of a capture's result folder: summary.json, scene.json, scenario.json. What they hold is
-/// described by the tables of its fields, type_of<...>() below.
+/// The JSON documents of a capture's result folder: summary.json, scene.json, scenario.json. The field tables
+/// type_of<...>() below describe their contents.
 
 #include <string>
 #include <string_view>
@@ -18,7 +18,7 @@ namespace grapnel {
 /// NaN and infinities, which JSON lacks, become null. Phases that did not happen are absent. `version`: of Grapnel.
 std::string summary_json(const CaptureResult& result, std::string_view version);
 
-/// scene.json: a scene, the scenario that it is of, and the version of Grapnel that made it. Refers to the scene.
+/// scene.json: a scene, its scenario, and the version of Grapnel. Refers to the scene.
 struct SceneDocument {
   const Scene& scene;
   std::string scenario_name, scenario_sha256, version;
@@ -26,19 +26,18 @@ struct SceneDocument {
 template <>
 const Type& type_of<SceneDocument>();
 
-/// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that
-/// a report can show them and a comparison say what differs. Files go by what they are, not by their names: these
-/// differ between places.
+/// The input texts of a capture, stored with its results as scenario.json (docs/formats/summary.md), so that reports
+/// can show and compare them. Files are identified by their role, because names differ between machines.
 struct SourceTexts {
   struct File {
     std::string part;  // "scenario", "robot", "bus", "target NAME" of a ready-made one, "trajectory"
     std::string text;  // empty where the file is larger than kLargestText
     std::size_t bytes = 0;
   };
-  /// Larger files (trajectories) are not kept.
+  /// Larger files (trajectories) are not stored.
   static constexpr std::size_t kLargestText = 256 * 1024;  // [bytes]
 
-  std::string description;            // of the scenario, in its author's words
+  std::string description;            // description of the scenario by its author
   std::vector<File> files;            // the scenario first
   std::vector<std::string> settings;  // "path=value" of every --set, in their order
 
@@ -49,9 +48,9 @@ struct SourceTexts {
 std::string source_texts_json(const SourceTexts& texts, std::string_view scenario_name,
                               std::string_view scenario_sha256, std::string_view version);
 
-// The descriptions of what summary.json is made of: every structure of a result has one table of its fields, with
-// key, unit and meaning. What is written, published and documented of a field follows from its line there.
-// motion_fields.cpp: bodies, plans, grasps; impact_fields.cpp: impacts; summary_fields.cpp: the rest and the document.
+// Descriptions of summary.json: every structure of a result has one table of its fields, with key, unit and meaning.
+// The writer, the schema and the documentation follow from this table. motion_fields.cpp: bodies, plans, grasps;
+// impact_fields.cpp: impacts; summary_fields.cpp: the rest and the document.
 
 template <>
 const Type& type_of<Captured>();

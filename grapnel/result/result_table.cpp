@@ -14,7 +14,7 @@
 namespace grapnel {
 namespace {
 
-// Components that are rounding beside the others are printed as zero; summary.json has them as they are.
+// Components at the level of rounding error relative to the others are printed as zero; summary.json has all digits.
 std::string vector(const Vector3d& v) {
   const double size = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
   const auto component = [&](double x) { return short_number(std::abs(x) < 1e-12 * size ? 0.0 : x); };
@@ -27,7 +27,7 @@ std::string grasp(const std::string& end_effector, const std::string& target, co
   return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
 }
 
-// The sentence, then why grasps did not close.
+// The verdict, then the reasons for which grasps did not close.
 std::string capture_lines(const CaptureResult& result) {
   if (result.grasps.empty()) return "";
   std::string out = paragraph(capture_sentence(result), "");
@@ -37,7 +37,7 @@ std::string capture_lines(const CaptureResult& result) {
   return out;
 }
 
-// The sentence; then the worst of each phase, and how many pairs of bodies and joint limits there are besides.
+// The verdict; then the worst violation of each phase, and the number of further violations.
 std::string feasibility_lines(const CaptureResult& result) {
   std::string out = paragraph(feasibility_sentence(result), "");
   if (result.ledger.feasibility() != Verdict::no) return out;
@@ -64,8 +64,9 @@ std::string ledger_line(const CaptureResult& result) {
   }
   if (checked == 0) return "ledger: empty\n";
   return failing > 0
-             ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds: this is no result\n",
-                           failing, checked)
+             ? fmt::format(
+                   "ledger: FAILS, {} of {} conserved quantities outside their bounds: the result is not valid\n",
+                   failing, checked)
              : "ledger: every conserved quantity is within its bound\n";
 }
 
@@ -99,7 +100,7 @@ std::string beyond(const CaptureResult& result, double time) {
   return fmt::format("; beyond validity, which ends at t = {} s", short_number(*result.valid_until));
 }
 
-// When to capture, where that was looked for.
+// The selected capture time, if the planner searched for it.
 std::string window_line(const CaptureResult& result) {
   if (!result.plan || !result.plan->window || result.plan->window->points.empty()) return "";
   const WindowReport& window = *result.plan->window;
@@ -108,14 +109,15 @@ std::string window_line(const CaptureResult& result) {
   const std::string times =
       fmt::format("{} times between {} and {} s", window.points.size(), short_number(window.points.front().time),
                   short_number(window.points.back().time));
-  std::string text = std::isnan(window.time) ? fmt::format("none of {} can be reached", times)
-                                             : fmt::format("capture at t = {} s, chosen of {}; {} can be reached",
+  std::string text = std::isnan(window.time) ? fmt::format("none of {} is reachable", times)
+                                             : fmt::format("capture at t = {} s, selected from {}; {} reachable",
                                                            short_number(window.time), times, reached);
-  if (window.not_before) text += fmt::format("; by distance none before t = {} s", short_number(*window.not_before));
+  if (window.not_before)
+    text += fmt::format("; by distance alone, none before t = {} s", short_number(*window.not_before));
   return "\n" + paragraph("window: " + text, "");
 }
 
-// What a plan weighs, and how near it comes on its way to what it keeps.
+// The terms of the objective, and the margins of the planned trajectory to its constraints.
 std::string plan_lines(const PlanReport& plan) {
   std::string text;
   if (plan.terms.size() > 1 && std::isfinite(plan.objective_value)) {
@@ -128,28 +130,28 @@ std::string plan_lines(const PlanReport& plan) {
   }
   if (!plan.way) return text;
   const PlannedWay& way = *plan.way;
-  std::string parts = fmt::format("on the way, with {} knots: ", way.knots);
+  std::string parts = fmt::format("trajectory with {} knots: ", way.knots);
   if (way.clearance) {
     parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a,
                          way.body_b, short_number(way.clearance_time));
   }
-  parts += way.attitude_kept ? "for a base that keeps its attitude exactly"
+  parts += way.attitude_kept ? "assumes that the base keeps its attitude exactly"
                              : fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
   if (way.position_margin)
     parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
-  if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of theirs", 100 * *way.rate_share);
+  if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of their limits", 100 * *way.rate_share);
   for (const WheelShare& w : way.wheels)
-    parts += fmt::format("; {} holds up to {:.1f} % of what it can", w.wheel, 100 * w.share);
-  if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of theirs", 100 * *way.effort_share);
+    parts += fmt::format("; {} uses up to {:.1f} % of its capacity", w.wheel, 100 * w.share);
+  if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of their limits", 100 * *way.effort_share);
   return text + paragraph(parts, "  ");
 }
 
-// Final values may be found for an approach that is not.
+// The planner may find final values although it finds no approach.
 bool is_unplanned(const CaptureResult& result) {
   return result.status == CaptureStatus::failed && result.failure.starts_with("planning");
 }
 
-// What planning has found, where it had to look for something.
+// The result of the search for final joint values.
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
@@ -170,7 +172,7 @@ std::string plan_table(const CaptureResult& result) {
   return out + table.text();
 }
 
-// Frequencies of what bends.
+// Frequencies of flexible modes.
 std::string elastic_table(const CaptureResult& result) {
   constexpr std::size_t kMost = 8;
   std::string out;
@@ -186,17 +188,17 @@ std::string elastic_table(const CaptureResult& result) {
                  fmt::format("[{}, {}, {}]", short_number(mass[0]), short_number(mass[1]), short_number(mass[2]))});
     }
     out += fmt::format("\nfrequencies, {} (t = {} s): {} springs, fastest {} Hz\n{}",
-                       e.at == "start" ? "in the initial posture" : "with what has been caught", short_number(e.time),
+                       e.at == "start" ? "in the initial posture" : "with the captured targets", short_number(e.time),
                        e.springs, short_number(e.fastest), table.text());
   }
   return out;
 }
 
-// How a plastic impact depends on what bends.
+// Impulses of a plastic impact against the number of flexible modes.
 std::string modes_table(const ImpactReport& impact) {
   if (impact.by_modes.empty()) return "";
   TextTable table;
-  std::vector<std::string> head{"if only the slowest modes answered", "up to"}, units{"", "Hz"};
+  std::vector<std::string> head{"with the slowest modes only", "up to"}, units{"", "Hz"};
   for (const GraspImpulse& g : impact.grasps) head.push_back(g.end_effector), units.push_back("N s");
   table.row(head), table.row(units);
   for (const ModesKept& m : impact.by_modes) {
@@ -236,13 +238,13 @@ std::string gyro_table(const CaptureResult& result) {
                known(g.largest_spin_torque)});
   }
   std::string out = "\ncontrol moment gyros, relative to the base\n" + table.text();
-  out += fmt::format("singularity measure at least {}", short_number(all.least_singularity_measure));
+  out += fmt::format("minimum singularity measure {}", short_number(all.least_singularity_measure));
   if (all.steered)
-    out += fmt::format(", near a singularity below {}; torque lacking at most {} N m", short_number(all.near),
+    out += fmt::format(", near a singularity below {}; missing torque at most {} N m", short_number(all.near),
                        known(all.largest_torque_lacking));
   out += "\n";
   for (const SingularityHazard& h : all.hazards)
-    out += fmt::format("NEAR A SINGULARITY from t = {} s for {} s: measure {}, torque lacking {} N m\n",
+    out += fmt::format("NEAR A SINGULARITY from t = {} s for {} s: measure {}, missing torque {} N m\n",
                        short_number(h.begin), short_number(h.duration()), short_number(h.least_measure),
                        short_number(h.largest_torque_lacking));
   return out;
@@ -263,7 +265,7 @@ std::string saturation_table(const CaptureResult& result) {
 std::string joint_mode_table(const CaptureResult& result) {
   if (result.joints.empty()) return "";
   TextTable table;
-  table.row({"joint", "phase", "at its end", "sticks", "breaks away", "friction heat", "met stops", "lost there",
+  table.row({"joint", "phase", "at its end", "sticks", "breaks away", "friction heat", "stop hits", "stop loss",
              "motor work", "electrical"});
   table.row({"", "", "", "", "", "J", "", "J", "J", "J"});
   bool determined = true;
@@ -275,12 +277,11 @@ std::string joint_mode_table(const CaptureResult& result) {
                short_number(j.friction_heat), std::to_string(j.stop_impacts), short_number(j.stop_energy_lost),
                short_number(j.motor_work), electrical ? short_number(*electrical) : "-"});
   }
-  std::string out = "\njoints with friction that sticks, stops or known motors\n" + table.text();
+  std::string out = "\njoints with sticking friction, stops or motor models\n" + table.text();
   if (!determined)
     out += paragraph(
         "* closed loops leave the friction of these joints undetermined while they are held: joint efforts and loads "
-        "of "
-        "the loops are those of the admissible friction with the minimum sum of squared shares of breakaway",
+        "of the loops belong to the admissible friction with the minimum sum of squared shares of breakaway",
         "");
   return out;
 }
@@ -295,12 +296,12 @@ std::string thruster_table(const CaptureResult& result) {
     table.row({t.name, std::to_string(t.firings), short_number(t.on_time), fmt::format("{:.1f}", 100 * t.duty),
                short_number(t.impulse), short_number(t.propellant)});
   std::string out = "\nthrusters: " + short_number(all.propellant) + " kg of propellant";
-  if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg at hand";
-  if (all.excess() > 0) out += fmt::format(", {} kg MORE THAN THERE IS", short_number(all.excess()));
+  if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg available";
+  if (all.excess() > 0) out += fmt::format(", EXCEEDS THE SUPPLY BY {} kg", short_number(all.excess()));
   out += "\n" + table.text();
   if (const auto& d = all.dumping)
-    out += fmt::format("momentum of the wheels dumped {} time{}, for {} s{}\n", d->begun, d->begun == 1 ? "" : "s",
-                       short_number(d->duration), d->active ? ", and not yet done" : "");
+    out += fmt::format("wheel momentum unloaded {} time{}, for {} s{}\n", d->begun, d->begun == 1 ? "" : "s",
+                       short_number(d->duration), d->active ? ", still active at the end" : "");
   for (const PlumeHazard& h : all.hazards)
     out += fmt::format("plume of {} on {}: {} s, first at t = {} s\n", h.thruster, h.body, short_number(h.duration),
                        short_number(h.first_time));
@@ -373,7 +374,7 @@ std::string grasp_table(const ImpactReport& impact) {
   return out;
 }
 
-// How contacts rebounded.
+// Rebound of contacts.
 std::string rebound_table(const ImpactReport& impact) {
   TextTable table;
   table.row({"contact", "normal", "tangential", "speed after", "modes"});
@@ -390,10 +391,10 @@ std::string rebound_table(const ImpactReport& impact) {
   return any ? table.text() : "";
 }
 
-// What contacts and grasps bore over time.
+// Force histories of contacts and grasps in a compliant impact.
 std::string profile_table(const ImpactReport& impact) {
   TextTable table;
-  table.row({"in time", "peak force", "at", "peak moment", "deformation", "duration", "energy lost"});
+  table.row({"compliant", "peak force", "at", "peak moment", "deformation", "duration", "energy lost"});
   table.row({"", "N", "s", "N m", "m", "s", "J"});
   bool any = false;
   for (const GraspImpulse& g : impact.grasps) {
@@ -407,10 +408,10 @@ std::string profile_table(const ImpactReport& impact) {
   return any ? table.text() : "";
 }
 
-// Drives that the grasps did not let hold the rates they were told.
+// Drives that were overpowered by the constraint and did not hold their commanded rates.
 std::string drive_table(const ImpactReport& impact) {
   TextTable table;
-  table.row({"drive that gave way", "told", "rate after", "gave way by"});
+  table.row({"overpowered drive", "commanded", "rate after", "difference"});
   table.row({"", "rad/s, m/s", "rad/s, m/s", "rad/s, m/s"});
   bool any = false;
   for (const HeldJoint& held : impact.held_joints) {
@@ -422,7 +423,7 @@ std::string drive_table(const ImpactReport& impact) {
   return any ? table.text() : "";
 }
 
-// Loads of the impact against ratings, the worst of each joint or gripper, and how much faster each arm may come.
+// Loads of the impact against ratings, the worst of each joint or gripper, and the maximum speed of each arm.
 std::string margin_table(const ImpactReport& impact) {
   if (impact.margins.empty()) return "";
   TextTable table;
@@ -445,17 +446,16 @@ std::string margin_table(const ImpactReport& impact) {
   if (assumed) out += fmt::format("  * a mean over an assumed {} ms\n", short_number(1e3 * impact.duration));
   for (const SpeedLimit& limit : impact.speed_limits) {
     if (limit.of.empty() || !(limit.largest_speed > 0)) continue;
-    out +=
-        paragraph(fmt::format("{} may meet its target at {} m/s at most ({} times the present relative motion), then "
-                              "the {} of {} reaches its rating",
-                              limit.end_effector, short_number(limit.largest_speed), short_number(limit.factor),
-                              limit.quantity, limit.of),
-                  "  ");
+    out += paragraph(fmt::format("maximum speed of {} at its target: {} m/s ({} times the present relative motion); "
+                                 "there the {} of {} reaches its rating",
+                                 limit.end_effector, short_number(limit.largest_speed), short_number(limit.factor),
+                                 limit.quantity, limit.of),
+                     "  ");
   }
   return out;
 }
 
-// What the law is, in words, and how far its answer is determined.
+// The impact law and the rank of its constraints.
 std::string law_words(const ImpactReport& impact) {
   std::string out = impact.law;
   if (!impact.hypothesis.empty()) out += " (" + impact.hypothesis + ")";
@@ -469,13 +469,13 @@ std::string law_words(const ImpactReport& impact) {
   return out + fmt::format(", mean force over {} s", short_number(impact.duration));
 }
 
-// The loops that cannot close on their grasp points, wherever the target is.
+// Loops that cannot close on their grasp points for any position of the target.
 std::string gap_lines(const ImpactReport& impact) {
   constexpr double kShown = 1e-6;  // [m]
   std::string out;
   for (const LoopGap& loop : impact.loops) {
     if (loop.gap() <= kShown) continue;
-    out += paragraph(fmt::format("the loop over {} misses by {} m: {} and {} are {} m apart, {} and {} {} m",
+    out += paragraph(fmt::format("the loop over {} has a gap of {} m: {} and {} are {} m apart, {} and {} {} m",
                                  loop.target, short_number(loop.gap()), loop.end_effectors[0], loop.end_effectors[1],
                                  short_number(loop.end_effector_distance), loop.grasp_points[0], loop.grasp_points[1],
                                  short_number(loop.grasp_point_distance)),
@@ -487,8 +487,8 @@ std::string gap_lines(const ImpactReport& impact) {
 std::string published_line(const ImpactReport& impact) {
   if (!impact.show_as_published) return "";
   if (impact.as_published) {
-    return paragraph(fmt::format("as published, (3.8)-(3.13), breaks momentum: linear by {} N s ({} of scale), angular "
-                                 "by {} N m s ({} of scale)",
+    return paragraph(fmt::format("as published, (3.8)-(3.13), violates momentum conservation: linear by {} N s ({} of "
+                                 "scale), angular by {} N m s ({} of scale)",
                                  short_number(impact.as_published->linear_momentum_error),
                                  short_number(impact.as_published->relative_linear_momentum_error),
                                  short_number(impact.as_published->angular_momentum_error),
@@ -499,7 +499,7 @@ std::string published_line(const ImpactReport& impact) {
   return paragraph("as published: absent, " + impact.as_published_absent, "  ");
 }
 
-// `name`: "impact", or which one.
+// `name`: "impact" or "later impact".
 std::string impact_table(const CaptureResult& result, const ImpactReport& impact, std::string_view name) {
   std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}{}", name, short_number(impact.time),
                                                  law_words(impact), beyond(result, impact.time)),
@@ -542,7 +542,7 @@ std::string release_lines(const CaptureResult& result) {
 
 std::string small(double value) { return fmt::format("{:.3g}", value); }
 
-// How loops were kept closed; the ledger has the bounds.
+// Closure of loops; the ledger has the bounds.
 std::string loop_tables(const CaptureResult& result) {
   std::string out;
   for (const LoopReport& loops : result.loops) {
@@ -574,8 +574,8 @@ std::string load_table(const CaptureResult& result) {
   }
   std::string out = "\n" + table.text();
   if (!all_determined) {
-    out += paragraph("* some components are not unique (a self-stress of the closed loops is free): of these the least",
-                     "  ");
+    out += paragraph(
+        "* some components are not unique (a self-stress of the closed loops is free): the minimum is reported", "  ");
   }
   return out;
 }
@@ -591,7 +591,7 @@ std::string post_impact_table(const CaptureResult& result) {
          base.text();
 }
 
-// Of a sequence of phases, or one that may end before its duration.
+// Phases, if there are several or one ended before its duration.
 std::string phases_table(const CaptureResult& result) {
   const auto by_condition = [](const MotionPhaseReport& p) { return p.ended == MotionPhaseReport::End::condition; };
   if (result.phases.size() < 2 && std::none_of(result.phases.begin(), result.phases.end(), by_condition)) return "";
@@ -609,17 +609,17 @@ std::string law_end(LawEnd ended, double time, const std::string& joint) {
   const std::string at = fmt::format(" at t = {} s", short_number(time));
   switch (ended) {
     case LawEnd::running:
-      return "going on" + at + ", the run's end";
+      return "still active" + at + ", the end of the run";
     case LawEnd::at_rest:
       return "at rest" + at;
     case LawEnd::rank_lost:
-      return "ended" + at + ": the joints come near a configuration in which they cannot do it";
+      return "ended" + at + ": the joints are near a singular configuration";
     case LawEnd::joint_limit:
       return "ended" + at + ": " + joint + " reaches the end of its range";
     case LawEnd::released:
       break;
   }
-  return "ended" + at + ": it is released";
+  return "ended" + at + ": the target is released";
 }
 
 std::string law_tables(const CaptureResult& result) {
@@ -633,16 +633,15 @@ std::string law_tables(const CaptureResult& result) {
     table.row(
         {"duration, with enough effort", "s", short_number(d->end - d->begin), short_number(d->expected_duration)});
     if (d->least_scale < 1) {
-      table.row({"part of the torque at the begin", "1", small(d->first_scale)});
-      table.row({"minimum part of it, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+      table.row({"fraction of the torque at the start", "1", small(d->first_scale)});
+      table.row({"minimum fraction, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
     }
     out += table.text();
     if (!d->within_limits)
-      out += paragraph(
-          fmt::format("efforts were scaled down, and the target did not move as asked for: that takes {} times "
-                      "{} (t = {} s)",
-                      short_number(d->largest_demand), d->limiting, short_number(d->largest_demand_time)),
-          "  ");
+      out += paragraph(fmt::format("efforts were scaled down, and the target deviated from its commanded motion, which "
+                                   "requires {} times {} (t = {} s)",
+                                   short_number(d->largest_demand), d->limiting, short_number(d->largest_demand_time)),
+                       "  ");
   }
   const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
     out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");
@@ -650,10 +649,12 @@ std::string law_tables(const CaptureResult& result) {
     table.row({"largest distance, at the end", "m", small(i.largest_distance), small(i.distance_after)});
     table.row({"largest angle, at the end", "rad", small(i.largest_angle), small(i.angle_after)});
     out += table.text();
-    if (!i.within_limits) out += paragraph("efforts were cut: the hands did not move as asked for", "  ");
+    if (!i.within_limits)
+      out += paragraph("efforts were limited: the end-effectors deviated from their commanded motion", "  ");
   };
-  if (result.approach_impedance) impedance("impedance of the hands in the approach", *result.approach_impedance);
-  if (result.impedance) impedance("impedance of the hands", *result.impedance);
+  if (result.approach_impedance)
+    impedance("impedance of the end-effectors in the approach", *result.approach_impedance);
+  if (result.impedance) impedance("impedance of the end-effectors", *result.impedance);
   if (const auto& g = result.grasp_force) {
     out += "\n" + paragraph("grasp forces on " + g->target + ": " + law_end(g->ended, g->end, g->joint), "");
     TextTable table(2);
@@ -661,17 +662,18 @@ std::string law_tables(const CaptureResult& result) {
       table.row({fmt::format("{}: reference, force, largest error", fmt::join(pair.between, " - ")), "N",
                  short_number(pair.reference), short_number(pair.force), small(pair.largest_error)});
     if (g->least_scale < 1)
-      table.row(
-          {"least part of the internal force, at", "1, s", small(g->least_scale), short_number(g->least_scale_time)});
+      table.row({"minimum fraction of the internal force, at", "1, s", small(g->least_scale),
+                 short_number(g->least_scale_time)});
     out += table.text();
-    if (!g->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+    if (!g->within_limits)
+      out += paragraph("efforts were limited: the target deviated from its commanded motion", "  ");
   }
   if (const auto& b = result.base_keeping) {
-    out += "\n" + paragraph("base attitude kept by the joints: " + law_end(b->ended, b->end, b->joint), "");
+    out += "\n" + paragraph("base attitude controlled by the joints: " + law_end(b->ended, b->end, b->joint), "");
     TextTable table(2);
     table.row({"largest deviation, at the end", "rad", small(b->largest_angle), small(b->angle_after)});
     out += table.text();
-    if (!b->within_limits) out += paragraph("efforts were cut: the base was not kept", "  ");
+    if (!b->within_limits) out += paragraph("efforts were limited: the base deviated from its attitude", "  ");
   }
   return out;
 }

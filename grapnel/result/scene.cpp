@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kSceneSchema = "grapnel-scene/2";
 
-// A value of the document and where it is: "bodies[2].joint".
+// A value of the document and its location: "bodies[2].joint".
 class Entry {
  public:
   Entry(const std::filesystem::path& file, const Json& json, std::string where)
@@ -57,7 +57,7 @@ class Entry {
   std::string one_of(std::initializer_list<const char*> words) const {
     const std::string is = text();
     if (std::find(words.begin(), words.end(), is) == words.end()) {
-      fail(fmt::format("'{}' is none of {}", is, fmt::join(words, ", ")));
+      fail(fmt::format("'{}' is not one of {}", is, fmt::join(words, ", ")));
     }
     return is;
   }
@@ -69,13 +69,12 @@ class Entry {
   }
   // A whole number from 0 to below `end`.
   int index(std::size_t end) const {
-    if (!json_.is_number_unsigned()) fail("not a whole number from 0");
+    if (!json_.is_number_unsigned()) fail("not a whole number, at least 0");
     const auto i = json_.get<std::uint64_t>();
-    if (i >= end) fail(fmt::format("{} is out of range: there are {}", i, end));
+    if (i >= end) fail(fmt::format("{} is out of range: at most {} entries", i, end));
     return static_cast<int>(i);
   }
-  // `count` numbers; any number of them if it is 0. Lists of meshes are long: where an item is, is only said of a
-  // fault.
+  // `count` numbers; any number of them if it is 0. Lists of meshes are long: only errors name the index of an item.
   std::vector<double> numbers(std::size_t count) const {
     if (count > 0 && size() != count) fail(fmt::format("{} numbers instead of {}", size(), count));
     std::vector<double> values;
@@ -136,7 +135,7 @@ SceneShape read_shape(const Entry& entry, std::size_t meshes) {
   return shape;
 }
 
-// Names of what has been read so far: base and links, and targets.
+// Names of the bodies read so far: base and links, and targets.
 struct Names {
   std::set<std::string> robot, targets;
 };
@@ -154,7 +153,7 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
   SceneBody body;
   body.name = entry["name"].text();
   body.kind = entry["kind"].one_of({"base", "link", "target", "part"});
-  if ((body.kind == "base") != names.robot.empty()) entry["kind"].fail("the first body is the base, and no other is");
+  if ((body.kind == "base") != names.robot.empty()) entry["kind"].fail("exactly the first body must be the base");
   if (body.kind == "link") {
     if (!names.targets.empty()) entry["kind"].fail("a link after a target");
     body.parent = entry["parent"].text();
@@ -169,7 +168,7 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
       entry["parent"].fail(fmt::format("no target '{}' before this part of it", body.parent));
   }
   if (!(body.kind == "target" || body.kind == "part" ? names.targets : names.robot).insert(body.name).second) {
-    entry["name"].fail(fmt::format("a second body '{}'", body.name));
+    entry["name"].fail(fmt::format("duplicate body '{}'", body.name));
   }
   body.series = entry["series"].text();
   body.mass = entry["mass"].number();
@@ -180,7 +179,7 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
   return body;
 }
 
-// A name that must be one of those already read.
+// A name that must refer to a body already read.
 std::string known(const Entry& entry, const std::set<std::string>& names) {
   std::string name = entry.text();
   if (!names.contains(name)) entry.fail(fmt::format("there is no '{}'", name));
@@ -205,7 +204,7 @@ Scene read_scene(const std::filesystem::path& path) {
   for (const Entry& e : document["bodies"].items()) {
     scene.bodies.push_back(read_body(e, scene.meshes.size(), names));
   }
-  if (scene.bodies.empty()) document["bodies"].fail("there are none");
+  if (scene.bodies.empty()) document["bodies"].fail("the list is empty");
   std::set<std::string> end_effectors, grasp_points;
   for (const Entry& e : document["end_effectors"].items()) {
     scene.end_effectors.push_back({e["name"].text(), known(e["body"], names.robot), e.pose()});
@@ -248,20 +247,20 @@ const Type& type_of<SceneFormat>() {
 template <>
 const Type& type_of<OfScenario>() {
   static constexpr Field fields[] = {
-      field<&OfScenario::name>("name", "the scenario's name"),
+      field<&OfScenario::name>("name", "name of the scenario"),
       field<&OfScenario::sha256>("sha256", "as in summary.json"),
   };
-  static constexpr Type type = structure<OfScenario>("SceneScenario", "what was simulated.", fields);
+  static constexpr Type type = structure<OfScenario>("SceneScenario", "the simulated scenario.", fields);
   return type;
 }
 
 template <>
 const Type& type_of<SceneMesh>() {
   static constexpr Field fields[] = {
-      field<&SceneMesh::name>("name", "of the file"),
+      field<&SceneMesh::name>("name", "name of the mesh file"),
       field<&SceneMesh::vertices>("vertices", "1",
-                                  "x, y, z in turn, in the file's unit: the size of a shape makes them metres"),
-      field<&SceneMesh::triangles>("triangles", "1", "three vertex numbers in turn, from 0"),
+                                  "x, y, z of each vertex, in the file's unit; the size of a shape converts to metres"),
+      field<&SceneMesh::triangles>("triangles", "1", "three vertex indices per triangle, from 0"),
   };
   static constexpr Type type = structure<SceneMesh>("SceneMesh", "a triangle mesh in its own frame.", fields);
   return type;
@@ -272,11 +271,11 @@ const Type& type_of<SceneShape>() {
   using S = SceneShape;
   static constexpr Field fields[] = {
       field<&S::shape>("shape", "`box`, `cylinder`, `capsule`, `sphere`, `mesh`"),
-      field<&S::size>("size", "m", "by shape, see below; of a mesh what vertices are multiplied with"),
-      derived<[](const S& s) { return s.X_BG.p; }>("position", "m", "of the shape's frame in the body's"),
-      derived<[](const S& s) { return quaternion_from(s.X_BG.R); }>("quaternion_wxyz", "1",
-                                                                    "of the shape's frame in the body's"),
-      field<&S::mesh>("mesh", "1", "of shape `mesh`: index into `meshes`")
+      field<&S::size>("size", "m", "dimensions by shape, see below; for a mesh the scale factors of its vertices"),
+      derived<[](const S& s) { return s.X_BG.p; }>("position", "m", "origin of the shape's frame in the body's frame"),
+      derived<[](const S& s) { return quaternion_from(s.X_BG.R); }>(
+          "quaternion_wxyz", "1", "orientation of the shape's frame in the body's frame"),
+      field<&S::mesh>("mesh", "1", "index into `meshes`, for shape `mesh`")
           .when<[](const S& s) { return s.shape == "mesh"; }>(),
   };
   static constexpr Type type = structure<S>("SceneShape", "a shape on a body.", fields);
@@ -287,14 +286,14 @@ template <>
 const Type& type_of<SceneJoint>() {
   using J = SceneJoint;
   static constexpr Field fields[] = {
-      field<&J::name>("name", "of the joint"),
+      field<&J::name>("name", "name of the joint"),
       field<&J::type>("type", "`revolute`, `continuous`, `prismatic`, `fixed`"),
-      field<&J::axis>("axis", "1", "unit, in the joint's frame"),
+      field<&J::axis>("axis", "1", "unit axis in the joint's frame"),
       derived<[](const J& j) { return j.X_PF.p; }>("position", "m",
                                                    "of the joint's frame in the parent's at joint value 0"),
       derived<[](const J& j) { return quaternion_from(j.X_PF.R); }>("quaternion_wxyz", "1", "likewise"),
   };
-  static constexpr Type type = structure<J>("SceneJoint", "how a link hangs on its parent.", fields);
+  static constexpr Type type = structure<J>("SceneJoint", "the joint between a link and its parent.", fields);
   return type;
 }
 
@@ -302,22 +301,23 @@ template <>
 const Type& type_of<SceneBody>() {
   using B = SceneBody;
   static constexpr Field fields[] = {
-      field<&B::name>("name", "unique among base and links, and among targets; a target may be called like a link"),
-      field<&B::kind>("kind", "`base`, `link`, `target`, `part` (of a target: a panel, or a piece of one)"),
+      field<&B::name>("name",
+                      "name, unique among base and links, and among targets; a target may have the name of a link"),
+      field<&B::kind>("kind", "`base`, `link`, `target`, `part` (of a target: a panel, or a segment of one)"),
       derived<[](const B& b) { return b.parent.empty() ? std::nullopt : std::optional(b.parent); }>(
-          "parent", "", "of links: base or an earlier link; of parts: their target; else null")
+          "parent", "", "for links: base or an earlier link; for parts: their target; else null")
           .or_null(),
-      field<&B::joint>("joint", "of links; else null").or_null(),
+      field<&B::joint>("joint", "joint of a link; else null").or_null(),
       field<&B::series>("series",
-                        "its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its "
-                        "frame in W. `base`, `links/NAME` (of parts too), `targets/NAME`"),
-      field<&B::mass>("mass", "kg", "of the body"),
-      field<&B::com>("com", "m", "centre of mass in its frame"),
+                        "name of its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the "
+                        "pose of its frame in W. `base`, `links/NAME` (for parts too), `targets/NAME`"),
+      field<&B::mass>("mass", "kg", "mass of the body"),
+      field<&B::com>("com", "m", "centre of mass in the body's frame"),
       derived<[](const B& b) {
         const Symmetric3d& m = b.inertia;
         return std::array{m.xx, m.yy, m.zz, m.xy, m.xz, m.yz};
       }>("inertia", "kg m^2", "xx, yy, zz, xy, xz, yz about the centre of mass, its axes"),
-      field<&B::shapes>("geometry", "its shapes"),
+      field<&B::shapes>("geometry", "shapes of the body"),
   };
   static constexpr Type type = structure<B>("SceneBody", "a rigid body.", fields);
   return type;
@@ -327,10 +327,11 @@ template <>
 const Type& type_of<SceneFrame>() {
   using F = SceneFrame;
   static constexpr Field fields[] = {
-      field<&F::name>("name", "of the end-effector"),
-      field<&F::body>("body", "of the robot"),
-      derived<[](const F& f) { return f.X_BE.p; }>("position", "m", "in that body's frame"),
-      derived<[](const F& f) { return quaternion_from(f.X_BE.R); }>("quaternion_wxyz", "1", "in that body's frame"),
+      field<&F::name>("name", "name of the end-effector"),
+      field<&F::body>("body", "body of the robot"),
+      derived<[](const F& f) { return f.X_BE.p; }>("position", "m", "position in that body's frame"),
+      derived<[](const F& f) { return quaternion_from(f.X_BE.R); }>("quaternion_wxyz", "1",
+                                                                    "orientation in that body's frame"),
   };
   static constexpr Type type = structure<F>("SceneEndEffector", "an end-effector on a body of the robot.", fields);
   return type;
@@ -340,13 +341,13 @@ template <>
 const Type& type_of<SceneGraspPoint>() {
   using P = SceneGraspPoint;
   static constexpr Field fields[] = {
-      field<&P::target>("target", "that it is on"),
-      field<&P::name>("name", "of the grasp point"),
-      field<&P::position>("position", "m", "in the target's frame"),
-      field<&P::approach_direction>("approach_direction", "1", "unit, in the target's frame; null: none is given")
+      field<&P::target>("target", "target of the grasp point"),
+      field<&P::name>("name", "name of the grasp point"),
+      field<&P::position>("position", "m", "position in the target's frame"),
+      field<&P::approach_direction>("approach_direction", "1", "unit vector in the target's frame; null: not given")
           .or_null(),
   };
-  static constexpr Type type = structure<P>("SceneGraspPoint", "where a target may be grasped.", fields);
+  static constexpr Type type = structure<P>("SceneGraspPoint", "a grasp point of a target.", fields);
   return type;
 }
 
@@ -354,12 +355,12 @@ template <>
 const Type& type_of<SceneGrasp>() {
   using G = SceneGrasp;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "that grasps"),
-      field<&G::target>("target", "that is grasped"),
-      field<&G::grasp_point>("grasp_point", "of the target"),
-      field<&G::model>("model", "`rigid`, `hinge`, `point`, or `contact` for what is only touched"),
+      field<&G::end_effector>("end_effector", "end-effector of the grasp"),
+      field<&G::target>("target", "target of the grasp"),
+      field<&G::grasp_point>("grasp_point", "grasp point on the target"),
+      field<&G::model>("model", "`rigid`, `hinge`, `point`, or `contact` for a contact without a grasp"),
   };
-  static constexpr Type type = structure<G>("SceneGrasp", "what is to meet.", fields);
+  static constexpr Type type = structure<G>("SceneGrasp", "a grasp or contact of the scenario.", fields);
   return type;
 }
 
@@ -367,11 +368,11 @@ template <>
 const Type& type_of<SceneLimits::Grasp>() {
   using G = SceneLimits::Grasp;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "that has an envelope"),
-      field<&G::position>("position", "m", "largest distance from the grasp point; null: any").or_null(),
-      field<&G::velocity>("velocity", "m/s", "largest relative speed; null: any").or_null(),
+      field<&G::end_effector>("end_effector", "end-effector with the envelope"),
+      field<&G::position>("position", "m", "largest distance from the grasp point; null: no limit").or_null(),
+      field<&G::velocity>("velocity", "m/s", "largest relative speed; null: no limit").or_null(),
   };
-  static constexpr Type type = structure<G>("SceneGraspLimits", "what a grasp can close on.", fields);
+  static constexpr Type type = structure<G>("SceneGraspLimits", "envelope of a grasp.", fields);
   return type;
 }
 
@@ -379,10 +380,10 @@ template <>
 const Type& type_of<SceneLimits>() {
   using L = SceneLimits;
   static constexpr Field fields[] = {
-      field<&L::grasps>("grasps", "of end-effectors with an envelope"),
-      field<&L::clearance>("clearance", "m", "the distance that bodies are to keep; null: it is not watched").or_null(),
+      field<&L::grasps>("grasps", "limits of end-effectors with an envelope"),
+      field<&L::clearance>("clearance", "m", "required clearance between bodies; null: not monitored").or_null(),
   };
-  static constexpr Type type = structure<L>("SceneLimits", "lines in plots.", fields);
+  static constexpr Type type = structure<L>("SceneLimits", "limits shown in plots.", fields);
   return type;
 }
 
@@ -390,15 +391,15 @@ template <>
 const Type& type_of<SceneDocument>() {
   using S = SceneDocument;
   static constexpr Field fields[] = {
-      derived<[](const S&) { return SceneFormat::second; }>("schema", "", "the format of this file"),
-      field<&S::version>("version", "of Grapnel"), derived<[](const S& s) {
+      derived<[](const S&) { return SceneFormat::second; }>("schema", "", "format of this file"),
+      field<&S::version>("version", "version of Grapnel"), derived<[](const S& s) {
         return OfScenario{s.scenario_name, s.scenario_sha256};
-      }>("scenario", "", "what was simulated"),
+      }>("scenario", "", "the simulated scenario"),
       derived<[](const S& s) { return s.scene.planar; }>(
           "planar", "",
-          "true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it "
-          "holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; "
-          "end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it "
+          "true if all motion stays in the plane z = 0: all joints turn about z or slide in the plane; the plane "
+          "contains the centre of mass of every body (with what is fixed to it) and is a principal plane of that body; "
+          "end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads lie in it "
           "(all to "
           "1e-9)"),
       derived < [](const S& s) -> auto& {return s.scene.bodies;
@@ -406,14 +407,15 @@ const Type& type_of<SceneDocument>() {
 > ("bodies", "", "base first, then links (parents before children), then targets"), derived < [](const S& s) -> auto& {
   return s.scene.end_effectors;
 }
-> ("end_effectors", "", "of the robot"), derived < [](const S& s) -> auto& { return s.scene.grasp_points; }
-> ("grasp_points", "", "of all targets"), derived < [](const S& s) -> auto& { return s.scene.grasps; }
-> ("grasps", "", "of the scenario"), derived < [](const S& s) -> auto& { return s.scene.meshes; }
-> ("meshes", "", "that shapes refer to"), derived < [](const S& s) -> auto& { return s.scene.limits; }
-> ("limits", "", "results of earlier versions lack it"),
+> ("end_effectors", "", "end-effectors of the robot"), derived < [](const S& s) -> auto& {
+  return s.scene.grasp_points;
+}
+> ("grasp_points", "", "grasp points of all targets"), derived < [](const S& s) -> auto& { return s.scene.grasps; }
+> ("grasps", "", "grasps of the scenario"), derived < [](const S& s) -> auto& { return s.scene.meshes; }
+> ("meshes", "", "meshes that shapes refer to"), derived < [](const S& s) -> auto& { return s.scene.limits; }
+> ("limits", "", "absent in results of earlier versions"),
 };  // namespace grapnel
-static constexpr Type type =
-    structure<S>("Scene", "which bodies there are, how they hang together and what they look like.", fields);
+static constexpr Type type = structure<S>("Scene", "bodies of the scenario, their tree, and their shapes.", fields);
 return type;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a capture's bodies look like, for drawings: filled by simulate_capture() from the problem, written as
-/// scene.json, read by reports and exports. Their motion is in the time series.
+/// Shapes of a capture's bodies for visualization: filled by simulate_capture() from the problem, written as
+/// scene.json, read by reports and exports. The time series has their motion.
 
 #include <filesystem>
 #include <optional>
@@ -18,8 +18,8 @@ namespace grapnel {
 /// A triangle mesh in its own frame.
 struct SceneMesh {
   std::string name;              // of its file
-  std::vector<double> vertices;  // x, y, z in turn, in the file's unit: SceneShape::size makes them metres
-  std::vector<int> triangles;    // three vertex numbers in turn
+  std::vector<double> vertices;  // x, y, z of each vertex, in the file's unit: SceneShape::size converts to metres
+  std::vector<int> triangles;    // three vertex indices per triangle
 };
 
 /// A shape on a body.
@@ -30,7 +30,7 @@ struct SceneShape {
   int mesh = -1;  // index into Scene::meshes
 };
 
-/// How a link hangs on its parent.
+/// The joint between a link and its parent.
 struct SceneJoint {
   std::string name;
   std::string type;        // revolute, continuous, prismatic, fixed
@@ -38,7 +38,7 @@ struct SceneJoint {
   Posed X_PF = Posed::identity();
 };
 
-/// A rigid body. Names of base and links are unique, and so are targets', but a target may be called like a link.
+/// A rigid body. Names are unique among base and links, and among targets; a target may have the name of a link.
 struct SceneBody {
   std::string name;
   std::string kind;                           // base, link, target, part
@@ -68,7 +68,7 @@ struct SceneGrasp {
   std::string model;  // rigid, hinge, point, contact
 };
 
-/// What a grasp can close on, and what bodies are to keep from each other: lines in plots. Infinite: any.
+/// Envelopes of grasps and the required clearance, shown in plots. Infinite: no limit.
 struct SceneLimits {
   struct Grasp {
     std::string end_effector;
@@ -76,11 +76,11 @@ struct SceneLimits {
     double velocity = 0;  // relative [m/s]
   };
   std::vector<Grasp> grasps;        // of end-effectors that have an envelope
-  std::optional<double> clearance;  // required distance [m]; absent: not watched
+  std::optional<double> clearance;  // required distance [m]; absent: not monitored
 };
 
 struct Scene {
-  bool planar = false;            // everything moves along the plane z = 0 of W
+  bool planar = false;            // all motion stays in the plane z = 0 of W
   std::vector<SceneBody> bodies;  // base first, then links (parents before children), then targets
   std::vector<SceneFrame> end_effectors;
   std::vector<SceneGraspPoint> grasp_points;
@@ -93,8 +93,9 @@ struct Scene {
 std::string scene_json(const Scene& scene, std::string_view scenario_name, std::string_view scenario_sha256,
                        std::string_view version);
 
-/// The scene of a result folder's scene.json: parents come before their links, and every name and index leads
-/// somewhere. Throws std::runtime_error naming path and fault: missing, not JSON, not ours, what is damaged and where.
+/// Reads scene.json of a result folder and checks that parents precede their links and that every name and index is
+/// valid. Throws std::runtime_error naming path and error: missing, not JSON, another schema, or the damaged value and
+/// its location.
 Scene read_scene(const std::filesystem::path& path);
 
 }  // namespace grapnel

@@ -55,7 +55,7 @@ namespace {
 
 constexpr std::size_t kTextBlock = 1 << 20;  // [bytes] handed to the file at once
 
-/// A scalar's component has no name, or the quantity's own: it would be said twice.
+/// A scalar's component has no name, or the name of the quantity, which is not repeated.
 std::string column_name(const Series& s, const std::string& component) {
   const std::string own = s.path.substr(s.path.rfind('/') + 1);
   return component.empty() || (s.width() == 1 && component == own) ? s.path : s.path + "/" + component;
@@ -103,7 +103,7 @@ void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path&
 }
 
 void copy_timeseries_csv(const std::filesystem::path& timeseries, const std::filesystem::path& path) {
-  std::optional<AtomicFile> file;  // not before there is something to write
+  std::optional<AtomicFile> file;  // opened with the first data
   std::string text;
   read_timeseries_blocks(
       timeseries, std::numeric_limits<std::uint64_t>::max(),
@@ -136,7 +136,7 @@ Variable made(matvar_t* variable) {
   return Variable(variable);
 }
 
-/// UTF-8 to the UTF-16 that MATLAB's char holds; what is not UTF-8 becomes U+FFFD.
+/// Converts UTF-8 to the UTF-16 of MATLAB's char; invalid UTF-8 becomes U+FFFD.
 std::u16string utf16(const std::string& text) {
   std::u16string out;
   for (std::size_t i = 0; i < text.size();) {
@@ -178,7 +178,7 @@ Variable cell_of_texts(const std::vector<std::string>& texts) {
   return cell_column(std::move(cells));
 }
 
-/// samples x width, from rows as we keep them to columns as MATLAB does.
+/// samples x width, from row-major to MATLAB's column-major order.
 Variable matrix(const std::vector<double>& rows, std::size_t samples, std::size_t width) {
   std::vector<double> columns(rows.size());
   for (std::size_t i = 0; i < samples; ++i) {
@@ -197,18 +197,18 @@ Variable phase_column(const std::vector<int>& phases) {
   return made(Mat_VarCreate(nullptr, MAT_C_INT32, MAT_T_INT32, 2, extent, column.data(), 0));
 }
 
-/// A MATLAB struct being filled, its fields in the order they came.
+/// A MATLAB struct under construction, fields in order of insertion.
 class Struct {
  public:
   Struct() = default;
-  /// `reserved`: names that are for add() alone; groups of the series that are called so get another.
+  /// `reserved`: names only for add(); groups of series with these names are renamed.
   explicit Struct(std::set<std::string> reserved) : taken_(std::move(reserved)) {}
 
   void add(const std::string& name, Variable value) {
     fields_.push_back({std::string(1, '\0') + name, name, std::move(value), nullptr});  // no series has this key
   }
 
-  /// The value at `path` below this struct; the structs on the way are made. Returns the path in MATLAB:
+  /// Sets the value at `path` below this struct and creates missing structs. Returns the path in MATLAB:
   /// "base.position".
   std::string set(const std::string& path, Variable value) {
     const std::size_t slash = path.find('/');
@@ -221,7 +221,7 @@ class Struct {
     return field.name + "." + field.group->set(path.substr(slash + 1), std::move(value));
   }
 
-  /// Hands the values over.
+  /// Moves the values to the caller.
   Variable variable(const char* name) {
     std::vector<const char*> names;
     for (const Field& field : fields_) names.push_back(field.name.c_str());
@@ -254,7 +254,7 @@ class Struct {
   std::set<std::string> taken_;
 };
 
-/// What a leaf of `info` says of the series in the same place.
+/// The leaf of `info` for the series at the same path.
 Variable series_info(const Series& s) {
   Struct info;
   info.add("unit", text_variable(s.unit));
@@ -314,17 +314,18 @@ bool same(matvar_t& a, matvar_t& b) {
   return a.nbytes == b.nbytes && a.data != nullptr && b.data != nullptr && std::memcmp(a.data, b.data, a.nbytes) == 0;
 }
 
-/// matio reports few failures of the disk, so what it wrote is read back. Throws a reason.
+/// matio reports few disk errors, so the file is read back. Throws the reason.
 void save(matvar_t& document, const std::filesystem::path& path) {
   Mat_LogInitFunc("grapnel", [](int, char*) {});  // it prints otherwise
   {
     const MatFile file(Mat_CreateVer(path.c_str(), kHeader, MAT_FT_MAT5));
-    if (!file) throw std::runtime_error("the file cannot be made");
+    if (!file) throw std::runtime_error("the file cannot be created");
     if (Mat_VarWrite(file.get(), &document, MAT_COMPRESSION_ZLIB) != 0) throw std::runtime_error("writing failed");
   }
   const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
   const Variable written(file ? Mat_VarRead(file.get(), document.name) : nullptr);
-  if (!written || !same(document, *written)) throw std::runtime_error("what was written is incomplete; disk full?");
+  if (!written || !same(document, *written))
+    throw std::runtime_error("the written file is incomplete; is the disk full?");
 }
 
 /// The format counts bytes with 32 bits, and MATLAB stops at 2 GiB per variable.

@@ -25,11 +25,11 @@ void copy_timeseries_csv(const std::filesystem::path& timeseries, const std::fil
 
 // ---- timeseries.mat: all series as one MATLAB struct ----
 
-/// `name` as MATLAB's makeValidName would have it, nearly: letters, digits and _, beginning with a letter (else an x is
-/// put before it), no keyword, at most 63 characters.
+/// `name` converted similarly to MATLAB's makeValidName: letters, digits and _, beginning with a letter (else an x is
+/// prepended), no keyword, at most 63 characters.
 std::string matlab_name(const std::string& name);
 
-/// The same, and unlike all in `taken` (by _2, _3, ... at its end), to which it is added.
+/// The same, made unique in `taken` by a suffix _2, _3, ..., and added to `taken`.
 std::string unique_matlab_name(const std::string& name, std::set<std::string>& taken);
 
 /// Writes a compressed MAT file of version 5 with one struct `grapnel`: `plot(grapnel.time, grapnel.base.position)`.

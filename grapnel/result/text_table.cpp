@@ -25,7 +25,7 @@ std::string shortened(const std::string& text, std::size_t width) {
   return kept + "…";
 }
 
-/// Cut in the middle: names of one family differ at their ends.
+/// Shortened in the middle: related names often differ at their ends.
 std::string shortened_inside(const std::string& text, std::size_t width) {
   const std::size_t all = text_width(text);
   if (all <= width) return text;
@@ -40,12 +40,12 @@ std::string shortened_inside(const std::string& text, std::size_t width) {
   return begin + "…" + end;
 }
 
-/// Whether texts that differ still do in cells.
+/// Whether different texts remain different in their shortened cells.
 bool tells_apart(const std::vector<std::string>& texts, const std::vector<std::string>& cells) {
   return std::set(texts.begin(), texts.end()).size() == std::set(cells.begin(), cells.end()).size();
 }
 
-/// The first column in at least `width` columns, wider where names could not be told apart otherwise.
+/// The first column with at least `width` columns, wider if shortened names would not be unique.
 std::vector<std::string> first_cells(const std::vector<std::string>& texts, std::size_t& width) {
   const auto cut = [&](const auto& shorten) {
     std::vector<std::string> cells;
@@ -123,7 +123,7 @@ std::string TextTable::text() const {
 
 namespace {
 
-// A text that a spreadsheet would compute, or one that looks as if it had been kept from it.
+// A text that a spreadsheet would evaluate, or one that looks like an escaped text.
 bool csv_is_formula(std::string_view text) {
   const std::size_t begin = text.find_first_not_of('\'');
   return begin != std::string_view::npos && std::string_view("=+-@\t\r").find(text[begin]) != std::string_view::npos;

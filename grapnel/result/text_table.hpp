@@ -17,7 +17,7 @@ std::size_t text_width(std::string_view text);
 /// `text` broken at spaces into lines of at most kTextColumns, each behind `indent`, and a newline at the end.
 std::string paragraph(std::string_view text, std::string_view indent);
 
-/// Five significant digits: what fits a table for people.
+/// Five significant digits.
 std::string short_number(double value);
 
 /// Rows of cells; all but the leading `left` columns are aligned to the right.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Sampled quantities with their names and units, ready to be written.
+/// Sampled quantities with their names and units.
 
 #include <string>
 #include <vector>
@@ -16,7 +16,7 @@ struct Series {
   std::string path;  // "base/position": group and dataset in HDF5
   std::string unit;  // "m"; "1" for none
   std::string description;
-  std::vector<std::string> components;  // width names: "x", "y", "z" or joint names; a scalar: {""} or its own
+  std::vector<std::string> components;  // width names: "x", "y", "z" or joint names; a scalar: {""} or its name
   std::vector<double> data;
   int width() const { return static_cast<int>(components.size()); }
 };
@@ -29,7 +29,7 @@ struct TimeSeries {
   std::vector<Series> series;
 };
 
-/// Where a time series comes from; written beside it.
+/// Origin of a time series, stored with it.
 struct TimeSeriesMetadata {
   std::string version;  // of Grapnel
   std::string scenario_name;
@@ -39,25 +39,25 @@ struct TimeSeriesMetadata {
 /// Throws std::invalid_argument, naming the series, unless sizes agree, phases exist, and every path is a unique, plain
 /// a/b/c that neither hides `time` or `phase` nor is a group of another series.
 void check_time_series(const TimeSeries& series);
-/// Sizes and phases alone.
+/// Checks only sizes and phases.
 void check_samples(const TimeSeries& series);
 
-/// The block's samples behind those of `series`, which has the same series in the same order.
+/// Appends the block's samples to `series`, which has the same series in the same order.
 void append_samples(const TimeSeries& block, TimeSeries& series);
 
-// Where samples go while a run makes them.
+// Sinks for samples during a run.
 
-/// Whoever wants samples as they come, so that they need not all be kept in memory: a file that grows, say. A run
-/// without a sink keeps them in CaptureResult::series.
+/// Receives samples during the run, for example to write a file block by block. A run without a sink keeps them in
+/// CaptureResult::series.
 class SeriesSink {
  public:
   virtual ~SeriesSink() = default;
-  /// A block of samples behind those before: all series of the run, every time the same ones. Samples that it takes
-  /// out of the block (drop_samples()) are no longer kept by the run; its last block stays in CaptureResult::series.
+  /// Receives the next block of samples: all series of the run, the same in every block. The run does not keep samples
+  /// that the sink removes from the block (drop_samples()); the last block stays in CaptureResult::series.
   virtual void take(TimeSeries& block) = 0;
 };
 
-/// Empties a block: names and phases stay, samples go.
+/// Removes the samples of a block; names and phases remain.
 void drop_samples(TimeSeries& block);
 
 }  // namespace grapnel

@@ -79,7 +79,7 @@ std::string row_words(const std::string& name) {
   return name;
 }
 
-// What has been looked at and found to be kept, and what there was nothing of to look at.
+// The checks that passed, and the checks for which the model has nothing to evaluate.
 std::string kept_words(const Ledger& ledger) {
   std::vector<std::string> kept, limits;
   bool clearance = false, any_limit_row = false;
@@ -124,7 +124,7 @@ std::string capture_sentence(const CaptureResult& result) {
   std::vector<std::string> unjudged;
   for (const GraspOutcome& g : result.grasps) {
     closed += g.captured;
-    // Of those that decide: all that closed, or those that did not.
+    // Of the decisive grasps: all that closed, or those that did not.
     if (g.captured == (verdict != Captured::no) && !(g.distance <= gap)) gap = g.distance;
     if (g.captured && !g.judged) unjudged.push_back(g.end_effector);
   }
@@ -133,7 +133,7 @@ std::string capture_sentence(const CaptureResult& result) {
   text += fmt::format(" ({} of {} grasps, t = {} s, {} {})", closed, result.grasps.size(),
                       short_number(result.capture_time), result.grasps.size() == 1 ? "gap" : "largest gap",
                       length_text(gap));
-  if (!unjudged.empty()) text += fmt::format(": no envelope says what {} can close on", listed(unjudged));
+  if (!unjudged.empty()) text += fmt::format(": no capture envelope is given for {}", listed(unjudged));
   if (result.valid_until && *result.valid_until < result.capture_time)
     text += fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));
   return text;
@@ -203,7 +203,7 @@ std::string saturated_words(const SaturationReport& s) {
     case Actuator::gyros:
       return fmt::format("gyros near a singularity (measure below {})", short_number(s.limit));
     case Actuator::thruster:
-      return "thruster " + s.name + " on all the time, and less given than commanded";
+      return "thruster " + s.name + " on continuously, delivers less than commanded";
     case Actuator::joint:
       return fmt::format("drive of {} at its effort limit {}", s.name, short_number(s.limit));
     case Actuator::base_control:
@@ -212,8 +212,8 @@ std::string saturated_words(const SaturationReport& s) {
   return fmt::format("base control about {} at its limit {} N m", s.name, short_number(s.limit));
 }
 
-// A wheel at its largest rate and a thruster that is on all the time have no more to give; torques that are cut for a
-// while, as slews begin, are usual.
+// A wheel at its largest rate and a thruster that is always on have no reserve; torques that saturate briefly, as slews
+// begin, are usual.
 bool is_worth_a_warning(const SaturationReport& s) {
   constexpr double kShare = 0.01, kShareOfTorques = 0.1, kLongOfTorques = 60;  // [1], [1], [s]
   const bool gives_no_more =
@@ -259,7 +259,7 @@ Stability stability_of(const CaptureResult& result) {
 
 std::string instability_text(const StabilityReport& s) {
   const std::string rate = s.of.starts_with("base ") ? "the angular velocity of the base about " + s.of.substr(5)
-                                                     : "the error of rate of joint " + s.of;
+                                                     : "the rate error of joint " + s.of;
   if (!(s.period > 0))
     return fmt::format(
         "control is unstable in {}: {} grows without oscillation, from {} in the first third to {} in the "
@@ -298,7 +298,7 @@ std::string rest_sentence(const CaptureResult& result) {
 }
 
 std::string ratings_sentence(const CaptureResult& result) {
-  std::vector<std::string> rated, exceeded;  // what has ratings
+  std::vector<std::string> rated, exceeded;  // loads with ratings
   const auto note = [](std::vector<std::string>& names, const std::string& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   };

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a result says first, in words: whether it is a capture, and whether a robot could do it. The same sentences
-/// stand on the terminal, in summary.json and in reports.
+/// The verdicts of a result as sentences: whether the capture succeeded, and whether a real robot could perform it. The
+/// terminal, summary.json and reports show the same sentences.
 
 #include <string>
 #include <string_view>
@@ -22,46 +22,46 @@ const Type& type_of<LimitKind>();
 std::string length_text(double metres);
 
 /// The first sentence of a verdict: "captured: assumed, by moving debris 106 mm (1 of 1 grasps, t = 20 s, gap 106 mm):
-/// no envelope says what left can close on". Empty without grasps.
+/// no capture envelope is given for left". Empty without grasps.
 std::string capture_sentence(const CaptureResult& result);
 
-/// Something that a real robot could not have done, with how far it went. `what` and `time` are those of its beginning.
+/// A violation that makes the motion infeasible for a real robot, with its size. `what` and `time` describe its start.
 struct GradedViolation : Violation {
   double value = 0;       // worst: depth of an overlap [m], distance that is too small [m], value of the joint
-  double limit = 0;       // that is passed: 0 of an overlap
+  double limit = 0;       // the violated limit: 0 for an overlap
   double worst_time = 0;  // [s]
-  std::string worst;      // in words: "base and debris overlap by 0.05 m"
+  std::string worst;      // as a sentence: "base and debris overlap by 0.05 m"
 };
-/// All of them in the order of time. A pair of bodies that comes too near and then overlaps is there twice.
+/// All violations in the order of time. A pair of bodies that comes too close and then overlaps has two entries.
 std::vector<GradedViolation> violations_of(const CaptureResult& result);
-/// Whether the first is the worse one: overlaps by their depth, then distances by what they lack, then limits by their
+/// Whether `one` is worse than `other`: overlaps by depth, then distances by the missing distance, then limits by
 /// relative excess.
 bool is_worse(const GradedViolation& one, const GradedViolation& other);
-/// The worst of each phase, in the order of phases.
+/// The worst violation of each phase, in the order of phases.
 std::vector<GradedViolation> worst_by_phase(const std::vector<GradedViolation>& violations);
 
-/// What of feasibility nobody looked at: "clearance: switched off". Of several rows with one reason, one text.
+/// Feasibility checks that were not evaluated: "clearance: switched off". Rows with the same reason share one text.
 std::vector<std::string> not_checked_texts(const Ledger& ledger);
 
 /// "saturated: wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the
 /// end; 3 more". The longest saturation; empty: none.
 std::string saturation_sentence(const CaptureResult& result);
-/// Of every saturation that is there at the end, or lasts a hundredth of the motion (of torques and efforts a tenth, or
-/// a minute), one text each, the longest first; of more than four, how many more. Singularities of gyros have a warning
-/// of their own.
+/// One text for each saturation that exists at the end or lasts a hundredth of the motion (torques and efforts: a
+/// tenth, or a minute), the longest first; beyond four texts, the number of the others. Singularities of gyros have a
+/// separate warning.
 std::vector<std::string> saturation_warnings(const CaptureResult& result);
 /// "wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the end"
 std::string saturation_text(const SaturationReport& report);
 
-/// "stability: UNSTABLE in post_impact, base x: ...", else of the last phase with feedback; empty: there is none.
+/// "stability: UNSTABLE in post_impact, base x: ...", else the verdict of the last phase with feedback; empty: no such
+/// phase.
 std::string stability_sentence(const CaptureResult& result);
 /// "control is unstable in post_impact: base x oscillates with a period of 0.4 s, ..."
 std::string instability_text(const StabilityReport& report);
-/// The worst of all phases; not_evaluated: of none.
+/// The worst verdict of all phases; not_evaluated without phases.
 Stability stability_of(const CaptureResult& result);
 
-/// "at rest: yes, from t = 31 s on (...)", "at rest: NO, ..." with the rates at the end; empty where it is not asked
-/// for.
+/// "at rest: yes, from t = 31 s on (...)", "at rest: NO, ..." with the rates at the end; empty if it is not requested.
 std::string rest_sentence(const CaptureResult& result);
 
 /// "ratings: EXCEEDED, 2 of 14; worst ..." Empty: nothing is rated or nothing is exceeded.

@@ -19,19 +19,21 @@ template <class T>
 constexpr Field configuration_key() {
   return found<[](T& t) -> ArrayConfiguration& { return t.layout.configuration; }>(
              "configuration", "",
-             "orthogonal: three, along the base's x, y and z. pyramid: four, whose axes lean alike from one of them.")
+             "orthogonal: three, along the base's x, y and z. pyramid: four, with equal inclination to one of these "
+             "axes.")
       .required();
 }
 template <class T>
 constexpr Field axis_key() {
-  return found<[](T& t) -> BaseAxis& { return t.layout.axis; }>("axis", "", "Of a pyramid: the base's axis.");
+  return found<[](T& t) -> BaseAxis& { return t.layout.axis; }>("axis", "",
+                                                                "Axis of the base that is the pyramid's axis.");
 }
 template <class T>
 constexpr Field skew_key() {
   return found<[](T& t) -> double& { return t.layout.skew; }>(
              "skew", "rad",
-             "Of a pyramid: angle of every axis from the pyramid's, at most 1.5 rad; absent: 54.74 deg, at which it "
-             "can do as much along all three axes.")
+             "Angle between every axis and the pyramid's axis, at most 1.5 rad; absent: 54.74 deg, for which the "
+             "capacity is equal along all three axes.")
       .above(0)
       .at_most(1.5)
       .by_default("0.9553166181245093");
@@ -40,9 +42,9 @@ template <class T>
 constexpr Field azimuth_key() {
   return found<[](T& t) -> double& { return t.layout.azimuth; }>(
       "azimuth", "rad",
-      "Of a pyramid: by which the first is turned about the pyramid's axis from the base's next one (from z: x).");
+      "Angle of the first axis about the pyramid's axis, from the next axis of the base (from z: x).");
 }
-// Its description stands elsewhere.
+// Described elsewhere.
 constexpr Field friction_key() {
   Field f;
   f.key = "friction", f.text = "Of each bearing.", f.type = &joint_friction_description;
@@ -64,16 +66,18 @@ struct Described<WheelArraySetup> {
       axis_key<T>(),
       skew_key<T>(),
       azimuth_key<T>(),
-      found<[](T& t) -> std::string& { return t.each.name; }>("name", "", "What the wheels' names begin with.")
+      found<[](T& t) -> std::string& { return t.each.name; }>("name", "", "Prefix of the wheels' names.")
           .by_default("\"wheel\""),
-      found<[](T& t) -> double& { return t.each.inertia; }>("inertia", "kg m^2", "Of each about its axis.")
+      found<[](T& t) -> double& { return t.each.inertia; }>("inertia", "kg m^2",
+                                                            "Moment of inertia of each wheel about its axis.")
           .above(0)
           .required(),
-      found<[](T& t) -> double& { return t.each.torque; }>("torque", "N m", "Largest of each motor; absent: none.")
+      found<[](T& t) -> double& { return t.each.torque; }>("torque", "N m",
+                                                           "Largest torque of each motor; absent: none.")
           .above(0)
           .as("number or infinity")
           .optional(),
-      found<[](T& t) -> double& { return t.each.rate; }>("rate", "rad/s", "Largest of each; absent: none.")
+      found<[](T& t) -> double& { return t.each.rate; }>("rate", "rad/s", "Largest rate of each wheel; absent: none.")
           .above(0)
           .up_to(1e+09)
           .plausible_to(kFastestRotor)
@@ -82,7 +86,7 @@ struct Described<WheelArraySetup> {
       friction_key(),
   });
   static constexpr Type type = structure<T>(
-      "wheel_array", "Equal reaction wheels in a usual arrangement, in place of wheels.", fields, kLayoutRules);
+      "wheel_array", "Equal reaction wheels in a standard arrangement, in place of wheels.", fields, kLayoutRules);
 };
 
 template <>
@@ -93,39 +97,41 @@ struct Described<GyroArraySetup> {
       axis_key<T>(),
       skew_key<T>(),
       azimuth_key<T>(),
-      found<[](T& t) -> std::string& { return t.each.name; }>("name", "", "What the gyros' names begin with.")
+      found<[](T& t) -> std::string& { return t.each.name; }>("name", "", "Prefix of the gyros' names.")
           .by_default("\"gyro\""),
-      found<[](T& t) -> double& { return t.each.inertia; }>("inertia", "kg m^2", "Of each rotor about its axis.")
+      found<[](T& t) -> double& { return t.each.inertia; }>("inertia", "kg m^2",
+                                                            "Moment of inertia of each rotor about its axis.")
           .above(0)
           .required(),
-      found<[](T& t) -> double& { return t.each.spin_rate; }>("spin_rate", "rad/s", "Of each rotor in its gimbal.")
+      found<[](T& t) -> double& { return t.each.spin_rate; }>("spin_rate", "rad/s", "Rate of each rotor in its gimbal.")
           .above(0)
           .up_to(1e+09)
           .plausible_to(kFastestRotor)
           .required(),
       found<[](T& t) -> double& { return t.each.gimbal_inertia; }>(
-          "gimbal_inertia", "kg m^2", "About each gimbal's axis, of all that turns with it; more than half of inertia.")
+          "gimbal_inertia", "kg m^2",
+          "Moment of inertia about each gimbal's axis of all parts that turn with it; more than half of inertia.")
           .above(0)
           .required(),
       found<[](T& t) -> double& { return t.each.torque; }>("torque", "N m",
-                                                           "Largest of each gimbal's motor; absent: none.")
+                                                           "Largest torque of each gimbal's motor; absent: none.")
           .above(0)
           .as("number or infinity")
           .optional(),
       found<[](T& t) -> double& { return t.each.rate; }>("rate", "rad/s",
-                                                         "Largest that is commanded to each gimbal; absent: none.")
+                                                         "Largest commanded rate of each gimbal; absent: none.")
           .above(0)
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
-      found<[](T& t) -> double& { return t.each.bandwidth; }>("bandwidth", "1/s",
-                                                              "Of the loops by which the motors keep both rates.")
+      found<[](T& t) -> double& { return t.each.bandwidth; }>(
+          "bandwidth", "1/s", "Bandwidth of the loops by which the motors control both rates.")
           .above(0)
           .up_to(1e+06)
           .by_default("20"),
   });
   static constexpr Type type = structure<T>(
-      "gyro_array", "Equal control moment gyros in a usual arrangement, in place of gyros.", fields, kLayoutRules);
+      "gyro_array", "Equal control moment gyros in a standard arrangement, in place of gyros.", fields, kLayoutRules);
 };
 
 const Type& wheel_array_description() { return type_of<WheelArraySetup>(); }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Usual arrangements of reaction wheels and control moment gyros, by a few numbers in place of a list.
+/// Standard arrangements of reaction wheels and control moment gyros, by a few parameters in place of a list.
 
 #include <limits>
 #include <string>
@@ -11,23 +11,23 @@
 
 namespace grapnel {
 
-/// Three along the base's axes, or four whose axes lean alike from one of them.
+/// Three along the base's axes, or four with equal inclination to one of these axes.
 enum class ArrayConfiguration { orthogonal, pyramid };
 enum class BaseAxis { x, y, z };
 
-/// Where the axes of an array are. Of a pyramid with the axis a, every axis is turned by `skew` from a; seen along a,
-/// the first leans towards the base's next axis (from z towards x, from x towards y), turned by `azimuth` about a, and
-/// each by a quarter of a turn from the one before.
+/// The axes of an array. In a pyramid with the axis a, `skew` is the angle between every axis and a. In the view along
+/// a, the first axis points towards the base's next axis (from z towards x, from x towards y), rotated by `azimuth`
+/// about a; each further axis is rotated by a quarter turn.
 struct ArrayLayout {
   ArrayConfiguration configuration = ArrayConfiguration::pyramid;
   BaseAxis axis = BaseAxis::z;
-  double skew = 0.95531661812450927;  // acos(1/sqrt(3)): the array can do as much along all three axes [rad]
+  double skew = 0.95531661812450927;  // acos(1/sqrt(3)): equal capacity along all three axes [rad]
   double azimuth = 0;                 // [rad]
 };
 
 struct WheelArraySetup {
   ArrayLayout layout;
-  WheelSetup each;  // its name is what the wheels' names begin with
+  WheelSetup each;  // its name is the prefix of the wheels' names
   WheelArraySetup() { each.name = "wheel"; }
 };
 

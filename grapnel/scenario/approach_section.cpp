@@ -9,11 +9,11 @@
 
 namespace grapnel {
 
-// ---- What "approach" holds ----
+// ---- Contents of "approach" ----
 
 template <>
 struct Described<JointControl> {
-  // The laws that have a name in files.
+  // The control laws with a name in files.
   static constexpr auto choices = [] {
     std::array<Choice, std::size(kJointControls) - 1> named{};
     std::size_t n = 0;
@@ -29,64 +29,63 @@ template <>
 struct Described<ThrusterModulation> {
   using T = ThrusterModulation;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::kind>(
-          "modulation", "",
-          "pulse_width: each fires in every period of the control clock for the time that gives what is asked "
-          "for on the average. schmitt: each is on or off, with hysteresis; without a control clock at any "
-          "time."),
+      field<&T::kind>("modulation", "",
+                      "pulse_width: each thruster fires in every period of the control clock for the time that gives "
+                      "the commanded mean force. schmitt: each thruster is on or off, with hysteresis; without a "
+                      "control clock it may switch at any time."),
       field<&T::level_on>("level_on", "1",
-                          "Share of the least time on (pulse_width, where less is asked for) or of the force (schmitt) "
-                          "from which on a thruster is on.")
+                          "Share of the minimum on-time (pulse_width, for smaller commands) or of the force (schmitt) "
+                          "from which a thruster switches on.")
           .above(0)
           .at_most(1),
-      field<&T::level_off>("level_off", "1", "Share down to which it stays on; less than level_on.")
+      field<&T::level_off>("level_off", "1", "Share at which it switches off; less than level_on.")
           .at_least(0)
           .at_most(1),
   });
-  static constexpr Type type = structure<T>("thruster_modulation", "How thrusters give what is asked for.", fields);
+  static constexpr Type type =
+      structure<T>("thruster_modulation", "How thrusters produce the commanded force and torque.", fields);
 };
 
 template <>
 struct Described<MomentumDumping> {
   using T = MomentumDumping;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::above>("above", "N m s", "Size of the wheels' momentum at which it begins.").above(0).required(),
-      field<&T::below>("below", "N m s", "Size at which it ends; less than above.").at_least(0).required(),
-      field<&T::torque>("torque", "N m", "Of the thrusters, on the average of a period.").above(0).required(),
+      field<&T::above>("above", "N m s", "Magnitude of the wheels' momentum at which unloading begins.")
+          .above(0)
+          .required(),
+      field<&T::below>("below", "N m s", "Magnitude at which it ends; less than above.").at_least(0).required(),
+      field<&T::torque>("torque", "N m", "Mean torque of the thrusters over a period.").above(0).required(),
   });
   static constexpr Type type = structure<T>(
       "momentum_dumping",
-      "Thrusters take out the wheels' momentum, against it, while the wheels counter their torque and slow down.",
-      fields);
+      "Thrusters unload the wheels' momentum, while the wheels counter the thrusters' torque and slow down.", fields);
 };
 
 template <>
 struct Described<GyroSteering> {
   using T = GyroSteering;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::near>(
-          "near", "1",
-          "Singularity measure below which the array counts as near a singularity, and its rates are damped.")
+      field<&T::near>("near", "1",
+                      "Singularity measure below which the array is near a singularity and its rates are damped.")
           .above(0)
           .up_to(1000),
-      field<&T::damping>("damping", "1", "Of the rates, at a singularity.").above(0).up_to(1000),
-      field<&T::dither>("dither", "1", "Of the damping, which turns the gimbals out of a singularity; 0: none.")
+      field<&T::damping>("damping", "1", "Damping of the rates at a singularity.").above(0).up_to(1000),
+      field<&T::dither>("dither", "1", "Fraction of the damping that turns the gimbals out of a singularity; 0: none.")
           .at_least(0)
           .up_to(0.49),
   });
   static constexpr Type type =
-      structure<T>("gyro_steering", "How gimbal rates are found near singular configurations.", fields);
+      structure<T>("gyro_steering", "How gimbal rates are computed near singular configurations.", fields);
 };
 
 template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::actuators>(
-          "actuators", "",
-          "What gives the torque. wheels: the robot's reaction wheels; gyros: its control moment gyros; thrusters: its "
-          "thrusters; outside: something that takes its momentum out of the system. Absent: the wheels, if the robot "
-          "has any, else its gyros, else outside.")
+      field<&T::actuators>("actuators", "",
+                           "Source of the torque. wheels: the robot's reaction wheels; gyros: its control moment "
+                           "gyros; thrusters: its thrusters; outside: an external torque. Absent: the wheels, if the "
+                           "robot has any, else its gyros, else outside.")
           .optional(),
       field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
       field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
@@ -99,21 +98,20 @@ struct Described<BaseControlSetup> {
           .as("quaternion")
           .optional(),
       field<&T::R_WD>("rpy", "rad", "Desired attitude in W, in place of quaternion_wxyz.").as("rpy").optional(),
-      field<&T::feedforward>("feedforward", "",
-                             "Whether the torque that the joints' motion takes is added, as the model knows it, within "
-                             "limit."),
+      field<&T::feedforward>(
+          "feedforward", "",
+          "Whether the torque that the joints' motion requires is added, as the model predicts it, within limit."),
       field<&T::wheel_speed_rate>(
           "wheel_speed_rate", "1/s",
-          "At which the wheels' rates go to wheel_speeds, as far as that gives no torque on the "
-          "base; 0: they do not.")
+          "Rate at which the wheels' rates converge to wheel_speeds, without a torque on the base; 0: no convergence.")
           .at_least(0),
       field<&T::wheel_speeds>("wheel_speeds", "rad/s",
-                              "Per wheel; absent: zero, so that the wheels' momenta become least.")
+                              "Rate per wheel; absent: zero, which minimizes the wheels' momenta.")
           .plausible_to(kFastestRotor)
           .optional(),
-      field<&T::modulation>("thrusters", "", "How thrusters give what is asked for.").optional(),
-      field<&T::dumping>("dumping", "", "Thrusters take out the wheels' momentum; absent: they do not.").optional(),
-      field<&T::steering>("steering", "", "How control moment gyros give what is asked for.").optional(),
+      field<&T::modulation>("thrusters", "", "How thrusters produce the commanded force and torque.").optional(),
+      field<&T::dumping>("dumping", "", "Unloading of the wheels' momentum by thrusters; absent: none.").optional(),
+      field<&T::steering>("steering", "", "How control moment gyros produce the commanded torque.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
@@ -133,8 +131,8 @@ struct Described<TrackingNoise> {
   });
   static constexpr Type type =
       structure<T>("noise",
-                   "What the joints' sensors misread: smooth, nearly Gaussian, the same for the same seed; joints with "
-                   "ideal tracking follow the reference less this noise.",
+                   "Errors of the joints' sensors: smooth, nearly Gaussian, reproducible for the same seed; joints "
+                   "with ideal tracking follow the reference minus this noise.",
                    fields);
 };
 
@@ -142,15 +140,14 @@ template <>
 struct Described<TrackingSetup> {
   using T = TrackingSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mode>(
-          "mode", "",
-          "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
-          "computed_torque: torques that the model asks for, the errors decaying with the gains. controller: "
-          "torques that control.plugin says. impedance: the hands go to their grasp points by the law of impedance, "
-          "straight in the targets' frames along the profile."),
-      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
-                    "Proportional gain, for modes pd and computed_torque, and of pd where impedance is over; ignored "
-                    "otherwise.")
+      field<&T::mode>("mode", "",
+                      "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
+                      "computed_torque: torques of the inverse model, with error decay by the gains. controller: "
+                      "torques of control.plugin. impedance: the end-effectors move to their grasp points under the "
+                      "impedance law, on straight lines in the targets' frames along the profile."),
+      field<&T::kp>(
+          "kp", "N m/rad or N/m; for computed_torque 1/s^2",
+          "Proportional gain, for modes pd and computed_torque, and for pd after impedance ends; ignored otherwise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
@@ -170,48 +167,49 @@ template <>
 struct Described<PlanWeights> {
   using T = PlanWeights;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::excursion>("excursion", "1/rad^2", "Of the joints' ways.").at_least(0),
+      field<&T::excursion>("excursion", "1/rad^2", "Of the joints' travel.").at_least(0),
       field<&T::nearest>("nearest", "1/rad^2", "Of the distance from guess.").at_least(0),
       field<&T::limits>("limits", "1", "Of the distance from the middle of the joints' ranges.").at_least(0),
       field<&T::manipulability>("manipulability", "1", "Of minus the manipulability of the arms.").at_least(0),
       field<&T::effort>("effort", "1/(N m)^2", "Of half the mean square of the joints' efforts.").at_least(0),
-      field<&T::base_attitude>("base_attitude", "1/rad^2", "Of half the square of the base's turn at the capture.")
+      field<&T::base_attitude>("base_attitude", "1/rad^2", "Of half the square of the base's rotation at the capture.")
           .at_least(0),
       field<&T::base_motion>("base_motion", "1/rad^2",
                              "Of half the mean square of the base's angular velocity, times "
                              "the square of the segment's duration.")
           .at_least(0),
-      field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance on the way.").at_least(0),
+      field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance along the trajectory.").at_least(0),
       field<&T::impulse>("impulse", "1/J",
                          "Of the capture's impulses: the energy that each of them alone would give the free target.")
           .at_least(0),
       field<&T::impulse_index>("impulse_index", "1",
-                               "Of what relative motions at the grasps bring, against an immovable robot, on the mean "
-                               "of their directions.")
+                               "Of the impulse of relative motions at the grasps, over that of an immovable robot, "
+                               "averaged over the directions.")
           .at_least(0),
       field<&T::wheel_momentum>("wheel_momentum", "1",
-                                "Of half the mean of the sum of squares of the wheels' momenta over the most that they "
-                                "can hold, while they keep the base's attitude.")
+                                "Of half the mean of the sum of squares of the wheels' momenta over their capacities, "
+                                "while they keep the base's attitude.")
           .at_least(0),
   });
-  static constexpr Type type = structure<T>(
-      "weights", "Weights of objectives, the sum of which is minimized; those left out count nothing.", fields);
+  static constexpr Type type =
+      structure<T>("weights", "Weights of objectives, the sum of which is minimized; absent weights are zero.", fields);
 };
 
 template <>
 struct Described<CaptureWindow> {
   using T = CaptureWindow;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::earliest>("earliest", "s", "First time of capture that is looked at.").above(0).required(),
-      field<&T::latest>("latest", "s", "Last one; after earliest.").above(0).required(),
-      field<&T::step>("step", "s", "Between the times that are looked at; 0: a fiftieth of the window.").at_least(0),
-      field<&T::choose>("choose", "",
-                        "objective: the time whose plan has the least objective. soonest: the first time that can be "
-                        "reached. slowest: the time at which the grasp points move slowest against the servicer's "
-                        "centre of mass."),
+      field<&T::earliest>("earliest", "s", "First evaluated time of capture.").above(0).required(),
+      field<&T::latest>("latest", "s", "Last evaluated time of capture; after earliest.").above(0).required(),
+      field<&T::step>("step", "s", "Interval between the evaluated times; 0: a fiftieth of the window.").at_least(0),
+      field<&T::choose>(
+          "choose", "",
+          "objective: the time whose plan has the minimum objective. soonest: the first reachable time. slowest: the "
+          "time at which the grasp points move slowest relative to the servicer's centre of mass."),
   });
-  static constexpr Type type =
-      structure<T>("window", "The time of capture, the approach's duration, is looked for between two times.", fields);
+  static constexpr Type type = structure<T>(
+      "window", "The planner selects the time of capture, which is the approach's duration, between two times.",
+      fields);
 };
 
 template <>
@@ -220,61 +218,62 @@ struct Described<PlanSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::objective>(
           "objective", "",
-          "What is minimized among the solutions. excursion: the joints' ways. nearest: the distance from "
-          "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
-          "manipulability of the arms. as_found: nothing; the first solution from the guess is taken. effort: squares "
-          "of the joints' efforts on the way. base_attitude: the base's turn at the capture. base_motion: squares of "
-          "the base's angular velocity on the way. clearance: minus the minimum clearance on the way. impulse: the "
-          "impulses of the capture, as of rigid grasps. impulse_index: what any relative motion there would bring."),
+          "The minimized objective. excursion: the joints' travel. nearest: the distance from guess. limits: the "
+          "distance from the middle of the joints' ranges. manipulability: minus the manipulability of the arms. "
+          "as_found: none; the planner takes the first solution from the guess. effort: squares of the joints' efforts "
+          "along the trajectory. base_attitude: the base's rotation at the capture. base_motion: squares of the base's "
+          "angular velocity along the trajectory. clearance: minus the minimum clearance along the trajectory. "
+          "impulse: the impulses of the capture, as of rigid grasps. impulse_index: the impulse of any relative motion "
+          "at the grasps."),
       field<&T::weights>("weights", "", "").optional(),
       field<&T::guess>("guess", "rad or m",
-                       "Every moving joint's value where the search begins; absent: the initial values.")
+                       "Initial value of the search for every moving joint; absent: the initial values.")
           .as("joint values")
           .optional(),
-      field<&T::starts>("starts", "",
-                        "At most so many initial guesses of the search; the guess is the first, the others are random.")
+      field<&T::starts>(
+          "starts", "",
+          "Largest number of initial guesses of the search; the first is the guess, the others are random.")
           .at_least(1)
           .at_most(1000),
       field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
       field<&T::max_evaluations>(
           "max_evaluations", "",
-          "Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.")
+          "Limit of the search: evaluations of the servicer's kinematics and momentum, over the whole approach.")
           .at_least(1)
           .at_most(1000000000000),
       field<&T::limits>("limits", "",
-                        "Where the joints' limits hold on the last segment that is planned. at_end: positions and "
-                        "rates at its end. on_the_way: positions, rates and efforts all the way."),
+                        "Where the joints' limits hold on the last planned segment. at_end: positions and rates at its "
+                        "end. on_the_way: positions, rates and efforts along the whole segment."),
       field<&T::clearance>("clearance", "m",
-                           "Least distance, all the way, of the bodies that clearance watches, an end-effector and its "
-                           "own target included until it is near the grasp point; absent: not looked at.")
+                           "Minimum distance along the trajectory of the bodies that clearance monitors, including an "
+                           "end-effector and its target until it is near the grasp point; absent: not evaluated.")
           .at_least(0)
           .optional(),
       field<&T::near_grasp>("near_grasp", "m",
-                            "Distance of its end-effector from the grasp point within which a hand may touch its "
-                            "target; absent: as far as the hand reaches, and clearance.")
+                            "Distance of the end-effector from the grasp point within which it may touch its target; "
+                            "absent: the extent of the end-effector plus clearance.")
           .at_least(0)
           .optional(),
-      field<&T::base_turn>("base_turn", "rad",
-                           "Largest turn of the base from its initial attitude, all the way; absent: any.")
+      field<&T::base_turn>(
+          "base_turn", "rad",
+          "Largest rotation of the base from its initial attitude along the trajectory; absent: no limit.")
           .above(0)
           .optional(),
-      field<&T::wheel_momentum>(
-          "wheel_momentum", "1",
-          "Largest share of the momentum that it can hold (moment of inertia times largest rate), "
-          "all the way, of each wheel that keeps the base's attitude; absent: any.")
+      field<&T::wheel_momentum>("wheel_momentum", "1",
+                                "Largest share of its capacity (moment of inertia times largest rate) of each wheel "
+                                "that keeps the base's attitude, along the trajectory; absent: no limit.")
           .above(0)
           .at_most(1)
           .optional(),
-      field<&T::knots>(
-          "knots", "",
-          "Inner knots of splines that give the joints more freedom on the way than one polynomial; "
-          "absent: none, and where limits, clearance, base_turn or wheel_momentum are not kept without, 4.")
+      field<&T::knots>("knots", "",
+                       "Inner knots of the joint splines, which have more freedom than one polynomial; absent: none, "
+                       "and 4 if limits, clearance, base_turn or wheel_momentum are violated without knots.")
           .at_least(0)
           .at_most(30)
           .optional(),
       field<&T::idle_joints>("idle_joints", "",
-                             "Joints that move no grasping end-effector. used: they move where that makes the "
-                             "objective less. held: they end where they began, at rest."),
+                             "Joints that move no grasping end-effector. used: they move if that reduces the "
+                             "objective. held: they end at their initial values, at rest."),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("objective", "nearest").require("guess"),
@@ -282,7 +281,7 @@ struct Described<PlanSetup> {
       needs("near_grasp", "clearance"),
   });
   static constexpr Type type = structure<T>("plan",
-                                            "Final joint values are looked for: those with which the "
+                                            "The planner searches for final joint values for which the "
                                             "momentum-conserving motion brings every end-effector to its grasp point.",
                                             fields, rules);
 };
@@ -291,26 +290,27 @@ template <>
 struct Described<MotionPiece> {
   using T = MotionPiece;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::until>("until", "s", "Its end, from the start of the approach.").above(0).required(),
+      field<&T::until>("until", "s", "End of the piece, from the start of the approach.").above(0).required(),
       field<&T::series>("series", "rad or m",
-                        "Every moving joint's coefficients in Chebyshev polynomials of the first kind of x, which goes "
-                        "from -1 to 1 over the piece.")
+                        "Coefficients of every moving joint in Chebyshev polynomials of the first kind of x, which "
+                        "goes from -1 to 1 over the piece.")
           .as("series by joint")
           .required(),
   });
-  static constexpr Type type =
-      structure<T>("piece", "The joints' motion from the end of the piece before, the first from t = 0.", fields);
+  static constexpr Type type = structure<T>(
+      "piece", "The joints' motion from the end of the previous piece; the first begins at t = 0.", fields);
 };
 
 template <>
 struct Described<Waypoint::Place> {
   using T = Waypoint::Place;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::position>("position", "m", "Of the end-effector's origin, in the target's frame or in W.")
+      field<&T::position>("position", "m", "Position of the end-effector's origin, in the target's frame or in W.")
           .up_to(1e+09)
           .required(),
-      field<&T::target>("target", "", "Whose frame position and velocity are in; absent: W.").optional(),
-      field<&T::velocity>("velocity", "m/s", "Of the end-effector's origin, relative to that frame; absent: zero.")
+      field<&T::target>("target", "", "Target whose frame position and velocity refer to; absent: W.").optional(),
+      field<&T::velocity>("velocity", "m/s",
+                          "Velocity of the end-effector's origin, relative to that frame; absent: zero.")
           .optional(),
   });
   static constexpr Type type = structure<T>("place", "", fields);
@@ -320,13 +320,13 @@ template <>
 struct Described<Waypoint> {
   using T = Waypoint;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::time>("time", "s", "From the start of the approach; before its end.").above(0).required(),
+      field<&T::time>("time", "s", "Time from the start of the approach; before its end.").above(0).required(),
       field<&T::joints>("joints", "rad or m", "Every moving joint's value.").as("joint values").optional(),
       field<&T::rates>("rates", "rad/s or m/s",
-                       "Joint rates; joints left out of a mapping are at rest. Absent: all at rest.")
+                       "Joint rates; joints absent from a mapping are at rest. Absent: all at rest.")
           .as("joint values")
           .optional(),
-      field<&T::places>("end_effectors", "", "Where end-effectors are to be; others are free.")
+      field<&T::places>("end_effectors", "", "Positions of end-effectors; the others are free.")
           .as("places by end-effector")
           .items(1, 0)
           .optional(),
@@ -335,30 +335,31 @@ struct Described<Waypoint> {
       one_of("joints, end_effectors"),
       needs("rates", "joints"),
   });
-  static constexpr Type type = structure<T>(
-      "waypoint",
-      "Joint values, or places of end-effectors for which joint values are looked for, at an instant of the approach.",
-      fields, rules);
+  static constexpr Type type = structure<T>("waypoint",
+                                            "Joint values, or places of end-effectors from which the planner computes "
+                                            "joint values, at an instant of the approach.",
+                                            fields, rules);
 };
 
 template <>
 struct Described<StraightIn> {
   using T = StraightIn;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::stand_off>("stand_off", "m",
-                           "Distance from the grasp point at which it begins, at rest relative to the target.")
+      field<&T::stand_off>(
+          "stand_off", "m",
+          "Distance from the grasp point at the start of this segment, at rest relative to the target.")
           .above(0)
           .required(),
-      field<&T::duration>("duration", "s", "Of this piece, at the end of the approach.").above(0).required(),
-      field<&T::final_speed>("final_speed", "m/s", "Towards the grasp point, relative to it, at the end.").at_least(0),
+      field<&T::duration>("duration", "s", "Duration of this segment, at the end of the approach.").above(0).required(),
+      field<&T::final_speed>("final_speed", "m/s", "Speed towards the grasp point, relative to it, at the end.")
+          .at_least(0),
       field<&T::roll>("roll", "",
-                      "Of an end-effector about its approach direction, against its target. free: as the joints move "
-                      "least. matched: it turns as the target does."),
+                      "Rotation of an end-effector about its approach direction, relative to its target. free: the "
+                      "minimum joint motion. matched: it rotates with the target."),
   });
   static constexpr Type type = structure<T>(
       "straight_in",
-      "The last piece of way is straight in the target's frame, along the approach direction of each grasp point.",
-      fields);
+      "The last segment is straight in the target's frame, along the approach direction of each grasp point.", fields);
 };
 
 template <>
@@ -367,12 +368,12 @@ struct Described<ApproachSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::duration>(
           "duration", "s",
-          "T. With a trajectory or pieces it may be left out: then it is their end. With window it is looked for.")
+          "T. It may be absent with a trajectory or pieces: then it is their end. With window the planner selects it.")
           .above(0)
           .optional(),
       field<&T::window>("window", "", "").optional(),
       field<&T::profile>("profile", "", "Joint motion over time; quartic is the thesis's (3.1)."),
-      field<&T::final_position>("final_joints", "rad or m", "Every moving joint's value at the end.")
+      field<&T::final_position>("final_joints", "rad or m", "Final value of every moving joint.")
           .as("joint values")
           .optional(),
       field<&T::plan>("plan", "", "").optional(),
@@ -383,21 +384,21 @@ struct Described<ApproachSetup> {
           .optional(),
       field<&T::pieces>("pieces", "",
                         "The joints' motion as polynomials, in the order of time from 0; each piece begins where the "
-                        "one before ends.")
+                        "previous one ends.")
           .items(1, 10000)
           .optional(),
       field<&T::final_rates>("final_rates", "rad/s or m/s",
-                             "Joint rates at the end: given (joints left out of a mapping end at rest), or matched to "
+                             "Joint rates at the end: given (joints absent from a mapping end at rest), or matched to "
                              "the motion of the grasp points. Absent: all at rest; with plan: {match: twist}.")
           .as("final rates")
           .optional(),
       field<&T::tracking>("tracking", "", ""),
-      field<&T::waypoints>("waypoints", "", "Places to pass on the way, in the order of time.").items(0, 1000),
+      field<&T::waypoints>("waypoints", "", "Intermediate points, in the order of time.").items(0, 1000),
       field<&T::straight_in>("straight_in", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::capture_at>(
           "capture_at", "",
-          "When the grasps close that have no time of their own. end: at the end of the approach. envelope: as soon as "
+          "Closing time of grasps without an individual time. end: at the end of the approach. envelope: as soon as "
           "each of their end-effectors is within its envelope, at the end at the latest."),
       field<&T::replan>(&replan_description, "replan", "").optional(),
   });
@@ -407,9 +408,9 @@ struct Described<ApproachSetup> {
       when("plan").require_one_of("duration, window"),
       needs("window", "plan"),
       needs("straight_in", "plan"),
-      when("trajectory").forbid("profile, waypoints", "the file says where the joints are at all times"),
+      when("trajectory").forbid("profile, waypoints", "the file gives the joint values at all times"),
       when("trajectory").forbid("final_rates", "the rates at the end follow from the file"),
-      when("pieces").forbid("profile, waypoints", "they say where the joints are at all times"),
+      when("pieces").forbid("profile, waypoints", "they give the joint values at all times"),
       when("pieces").forbid("final_rates", "the rates at the end follow from them"),
       when("straight_in").forbid("final_rates", "the rates follow from straight_in"),
   });
@@ -420,21 +421,21 @@ struct Described<ApproachSetup> {
 const Type& approach_description() { return type_of<std::optional<ApproachSetup>>(); }
 const Type& base_control_description() { return type_of<std::optional<BaseControlSetup>>(); }
 
-// ---- How it is read ----
+// ---- Reading ----
 
 namespace {
 
-// How well a stated motion must agree with what is also said elsewhere, and each piece with the one before.
+// Tolerances for agreement of a stated motion with other values, and of each piece with the previous one.
 constexpr double kSameDuration = 1e-9;  // relative
 constexpr double kSameMotion = 1e-6;    // [rad or m; rad/s or m/s]
 
-// Whether a motion stated piece by piece is one motion.
+// Checks that the pieces form a continuous motion.
 class PiecesCheck {
  public:
   PiecesCheck(const std::vector<MotionPiece>& pieces, Reading& reading)
       : pieces_(pieces), reading_(reading), ends_(reading.robot.joints.size()) {}
 
-  // False where faults leave the motion in doubt.
+  // False if errors make the motion uncertain.
   bool check(const Node& list) {
     const std::size_t before = reading_.faults.size();
     double begin = 0;
@@ -460,7 +461,7 @@ class PiecesCheck {
     return true;
   }
 
-  // A jump would be an impulse from nowhere.
+  // A jump would be an unphysical impulse.
   void check_meeting(double begin, std::size_t i, std::size_t joint, const Mark& mark, const std::string& name) {
     const MotionPiece& piece = pieces_[i];
     JointTrajectory trajectory;
@@ -469,7 +470,7 @@ class PiecesCheck {
     JointPoint& before = ends_[joint];
     for (const double x : {first.position, first.rate, last.position, last.rate}) {
       if (std::isfinite(x)) continue;
-      reading_.faults.add(mark, name + " gives positions or rates that no number can hold");
+      reading_.faults.add(mark, name + " gives positions or rates that overflow");
       return;
     }
     if (i > 0) {
@@ -481,13 +482,14 @@ class PiecesCheck {
 
   void check_same(double here, double before, const Mark& mark, const std::string& name, const char* what) {
     if (std::abs(here - before) <= kSameMotion) return;
-    reading_.faults.add(mark, fmt::format("{} begins {} {}, but the piece before ends {} {}; make them agree within {}",
-                                          name, what, here, what, before, kSameMotion));
+    reading_.faults.add(
+        mark, fmt::format("{} begins {} {}, but the previous piece ends {} {}; they must agree within {}", name, what,
+                          here, what, before, kSameMotion));
   }
 
   const std::vector<MotionPiece>& pieces_;
   Reading& reading_;
-  std::vector<JointPoint> ends_;  // per joint: of the piece before
+  std::vector<JointPoint> ends_;  // per joint: of the previous piece
 };
 
 class ApproachReader {
@@ -502,7 +504,7 @@ class ApproachReader {
   void finish(const TrajectoryFile* file) {
     if (file) read_samples(*file);
     if (const Node* pieces = node_.find("pieces")) follow_pieces(*pieces);
-    // Until a time has been chosen the approach is as long as it can become.
+    // Until a time is selected the approach has its largest duration.
     if (approach_.window && !node_.find("duration")) approach_.duration = approach_.window->latest;
     const Node* rates = node_.find("final_rates");
     if (!rates && approach_.plan && !node_.find("straight_in")) approach_.match = RateMatch::twist;
@@ -555,7 +557,7 @@ class ApproachReader {
     approach_.duration = end;
   }
 
-  // The initial joint values and rates of a stated motion; it may have left the rates to a spline.
+  // The initial joint values and rates of a stated motion; rates may come from a spline.
   void begin_with(const std::vector<double>& position, const std::vector<double>& rate, const std::string& source) {
     const bool ideal = approach_.tracking.mode == JointControl::prescribed;
     const Node& initial = part(reading_.root, "initial");
@@ -568,12 +570,12 @@ class ApproachReader {
     } else if (rates && ideal) {
       check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameMotion, source + " with", faults_);
     }
-    // Joints that follow exactly are on the stated motion from the start, to the last bit.
+    // Joints with ideal tracking start exactly on the stated motion.
     if (!joints || ideal) reading_.problem.joint_position = position;
     if (!rates || ideal) reading_.problem.joint_rate = rate;
   }
 
-  // Names of the places that a waypoint is given by.
+  // Names of end-effectors and targets in a waypoint.
   void check_places(const Node& places, const std::string& waypoint) {
     const std::string path = below(waypoint, "end_effectors");
     for (const NodeEntry& place : places.entries) {

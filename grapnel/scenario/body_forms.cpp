@@ -102,7 +102,7 @@ Json inertia_schema(const Field& field, const TypeReference&) {
   return {{"anyOf", {diagonal, all, matrix, mapping}}};
 }
 
-// The six components of a symmetric matrix; of two entries that differ by rounding their mean.
+// The six components of a symmetric matrix; entries that differ by rounding are averaged.
 std::vector<double> matrix_components(const Node& node, const std::string& name, FaultList& faults) {
   constexpr double kSymmetric = 1e-6;  // of the largest entry: tables have six digits
   std::vector<std::vector<double>> a;
@@ -184,7 +184,7 @@ Node inertia_node(const Type&, const void* value) {
 
 // ---- Shapes ----
 
-// Of a mesh, which then has the scale 1; without its file there is no shape.
+// The file of a mesh, with the scale 1; without its file there is no shape.
 void read_mesh_file(const ValueToRead& at) {
   Geometry& geometry = *static_cast<Geometry*>(at.owner);
   if (geometry.shape != Geometry::Shape::mesh) return;
@@ -194,7 +194,7 @@ void read_mesh_file(const ValueToRead& at) {
   if (!geometry.mesh) geometry.shape = Geometry::Shape::none;
 }
 
-// Along all axes of a mesh, or along each.
+// Scale along all axes of a mesh, or along each.
 Json scale_schema(const Field& field, const TypeReference&) {
   return {{"anyOf",
            {titled(number_schema(field.range), "a number"),
@@ -264,7 +264,7 @@ const Form kBodyForms[] = {
 std::span<const Form> body_forms() { return kBodyForms; }
 
 std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q) {
-  // hypot: the squares of what a file may hold can overflow.
+  // hypot: the squares of valid input can overflow.
   const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
   if (!(std::abs(length - 1) <= 1e-6)) return {};
   return rotation_matrix(Quaterniond{q[0] / length, q[1] / length, q[2] / length, q[3] / length});

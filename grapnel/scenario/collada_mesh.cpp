@@ -53,8 +53,8 @@ class ColladaReader {
   void read() {
     const xml_node root = file_.root();
     if (local_name(root) != "COLLADA")
-      fail(root, fmt::format("the outermost element is <{}>, of a Collada file it is <COLLADA>",
-                             shortened(printable_line(root.name()))));
+      fail(root,
+           fmt::format("the outermost element is <{}>, expected <COLLADA>", shortened(printable_line(root.name()))));
     index(root, 0);
     const Affine to_metres = frame_of(root.child("asset"));
     const xml_node named = root.child("scene").child("instance_visual_scene");
@@ -88,7 +88,7 @@ class ColladaReader {
     const std::string_view url = node.attribute(attribute).value();
     const auto found = url.starts_with('#') ? by_id_.find(url.substr(1)) : by_id_.end();
     if (found != by_id_.end() && local_name(found->second) == kind) return found->second;
-    fail(node, fmt::format("{} of <{}> is {}, expected is the id of a <{}> in this file", attribute, node.name(),
+    fail(node, fmt::format("{} of <{}> is {}, expected the id of a <{}> in this file", attribute, node.name(),
                            in_quotes(url), kind));
   }
 
@@ -107,7 +107,7 @@ class ColladaReader {
     else if (up == "X_UP")
       X.A = {0, -1, 0, 0, 0, -1, 1, 0, 0};
     else if (up != "Z_UP")
-      fail(asset.child("up_axis"), fmt::format("{} is no axis; expected is X_UP, Y_UP or Z_UP", in_quotes(up)));
+      fail(asset.child("up_axis"), fmt::format("{} is not an axis; expected X_UP, Y_UP or Z_UP", in_quotes(up)));
     for (double& a : X.A) a *= metre;
     return X;
   }
@@ -135,7 +135,7 @@ class ColladaReader {
     }
   }
 
-  // A skin or morph stands as it is bound.
+  // A skin or morph keeps its bind shape.
   void add_controller(const xml_node& controller, const Affine& above) {
     for (const xml_node& skin : controller.children()) {
       if (!skin.attribute("source")) continue;
@@ -213,19 +213,19 @@ class ColladaReader {
       std::size_t at = 0;
       for (const int count : counts) {
         if (count < 0 || at + static_cast<std::size_t>(count) > corners.size())
-          fail(part, "<vcount> asks for more corners than <p> has");
+          fail(part, "<vcount> requires more corners than <p> has");
         add_fan(part, {corners.data() + at, static_cast<std::size_t>(count)});
         at += static_cast<std::size_t>(count);
       }
       return;
     }
     for (const xml_node& child : part.children()) {
-      // A polygon with holes is filled: nothing thinner can be known to be meant.
+      // A polygon with holes is filled.
       const bool is_list = local_name(child) == "p", has_holes = local_name(child) == "ph";
       if (!is_list && !has_holes) continue;
       const std::vector<int> corners = corners_of(has_holes ? child.child("p") : child, input);
       if (name == "triangles") {
-        if (corners.size() % 3 != 0) fail(child, "the corners of <triangles> are no multiple of 3");
+        if (corners.size() % 3 != 0) fail(child, "the number of corners of <triangles> is not a multiple of 3");
         for (std::size_t i = 0; i + 2 < corners.size(); i += 3) add_fan(part, {corners.data() + i, 3});
       } else if (name == "tristrips") {
         for (std::size_t i = 2; i < corners.size(); ++i) add_fan(part, {corners.data() + i - 2, 3});
@@ -297,7 +297,7 @@ class ColladaReader {
   std::vector<int> corners_of(const xml_node& p, const Input& input) const {
     const std::vector<int> indices = integers(p);
     if (indices.size() % input.width != 0)
-      fail(p, fmt::format("<p> has {} indices, expected is a multiple of {}", indices.size(), input.width));
+      fail(p, fmt::format("<p> has {} indices, expected a multiple of {}", indices.size(), input.width));
     std::vector<int> corners;
     for (std::size_t i = input.offset; i < indices.size(); i += input.width) {
       if (indices[i] < 0 || static_cast<std::size_t>(indices[i]) >= corners_.size())
@@ -318,7 +318,7 @@ class ColladaReader {
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    // What is too small for a double is zero.
+    // Values below the range of a double become zero.
     if (error == std::errc::result_out_of_range && end == word.data() + word.size())
       return word.find("e-") != word.npos || word.find("E-") != word.npos ? std::optional(0.0) : std::nullopt;
     if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) return std::nullopt;
@@ -342,11 +342,11 @@ class ColladaReader {
     std::vector<double> values;
     for_words(node, [&](std::string_view word) {
       const auto value = number_of(word);
-      if (!value) fail(node, fmt::format("<{}>: {} is no finite number", node.name(), in_quotes(word)));
+      if (!value) fail(node, fmt::format("<{}>: {} is not a finite number", node.name(), in_quotes(word)));
       values.push_back(*value);
     });
     if (count > 0 && values.size() != count)
-      fail(node, fmt::format("<{}> has {} numbers, expected are {}", node.name(), values.size(), count));
+      fail(node, fmt::format("<{}> has {} numbers, expected {}", node.name(), values.size(), count));
     return values;
   }
   std::vector<int> integers(const xml_node& node) const {
@@ -355,7 +355,7 @@ class ColladaReader {
       int value = 0;
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
       if (error != std::errc() || end != word.data() + word.size())
-        fail(node, fmt::format("<{}>: {} is no index", node.name(), in_quotes(word)));
+        fail(node, fmt::format("<{}>: {} is not an index", node.name(), in_quotes(word)));
       values.push_back(value);
     });
     return values;

@@ -48,7 +48,7 @@ const Json& name_schema() {
   return kName;
 }
 
-// ---- Numbers that may be set ----
+// ---- Setters of numbers ----
 
 bool allows(const Field& field, Numbers numbers) {
   const Magnitudes of_unit = magnitudes_of(field.unit);
@@ -66,7 +66,7 @@ Node name_node(const std::string& text) {
   Node node;
   node.kind = Node::Kind::scalar;
   node.text = text;
-  node.plain = is_text(node);  // else it would be a number, say, without quotes
+  node.plain = is_text(node);  // else it would read as another kind without quotes
   return node;
 }
 
@@ -77,7 +77,7 @@ void read_number(const ValueToRead& at) {
 }
 
 void read_whole_number(const ValueToRead& at) {
-  // A value out of range is a known fault and must only be safe to convert. Whole numbers up to 2^53 are exact.
+  // A value out of range has been reported; the conversion must only be safe. Whole numbers up to 2^53 are exact.
   const auto value = number_of(at.node);
   if (value && std::abs(*value) <= 9007199254740992 && at.field.range.contains(*value))
     at.type.set_whole(at.place, static_cast<std::int64_t>(*value));
@@ -124,7 +124,7 @@ const Form kChoice{.name = "choice", .read = read_choice, .write = [](const Type
                    }};
 const Form kVector{.name = "vector", .read = read_vector, .numbers = vector_writer, .write = vector_node};
 
-// ---- Numbers that may be something else ----
+// ---- Numbers with alternatives ----
 
 Json axis_gains_schema(const Field& field, const TypeReference&) {
   return {{"anyOf", {titled(number_schema(field.range), "a number for all axes"), numbers_schema(3, field.range)}}};
@@ -195,7 +195,7 @@ Json number_or_infinity_schema(const Field& field, const TypeReference&) {
   return schema;
 }
 
-// ---- Names that are no enumeration of their own ----
+// ---- Names without a separate enumeration ----
 
 Json one_of_schema(const Field& field, const TypeReference&) {
   Json names = Json::array();
@@ -244,7 +244,7 @@ void read_load_table(const ValueToRead& at) {
       check_column_unit(entry, row.size(), at);
       row.push_back(number_of(entry).value_or(0));
     }
-    const bool is_row = row.size() == 7;  // else it has been reported
+    const bool is_row = row.size() == 7;  // otherwise it has been reported
     row.resize(7);
     profile.times.push_back(is_row ? row[0] : NAN);
     profile.values.push_back({{row[4], row[5], row[6]}, {row[1], row[2], row[3]}});
@@ -296,7 +296,7 @@ Json robot_schema_of(const Field& field, const TypeReference& reference) {
 
 Json by_name_schema(Json value) { return {{"type", "object"}, {"additionalProperties", std::move(value)}}; }
 
-// A mapping of anything, kept as JSON: parameters of a plugin, which alone knows what they mean.
+// A mapping of any content, stored as JSON: parameters that only the plugin interprets.
 Json json_value(const Node& node) {
   switch (node.kind) {
     case Node::Kind::null:
@@ -386,7 +386,7 @@ const Form kForms[] = {
     {.name = "load table", .schema = load_table_schema, .read = read_load_table, .numbers = load_table_writer},
     {.name = "places by end-effector", .schema = places_schema, .read = read_places},
     {.name = "robot", .schema = robot_schema_of},
-    {.name = "import"},  // imported_robot.cpp reads it, before anything else is read
+    {.name = "import"},  // imported_robot.cpp reads it first
     {.name = "mount"},
     {.name = "numbers by name",
      .schema = [](const Field&, const TypeReference&) { return by_name_schema(number_schema({})); }},
@@ -396,7 +396,7 @@ const Form kForms[] = {
 
 }  // namespace
 
-// Three numbers, or one of them, which the check then looks at together.
+// Three numbers, or one of them; the check covers all three.
 NumberWriter components_writer(const NumberPlace& at, bool (*check)(const Vector3d&)) {
   std::vector<int> which;
   if (at.is_list(3)) which = {0, 1, 2};

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// How values stand in files: numbers, names and vectors as they are, others in forms of their own, such as a rotation
-/// as a quaternion, an inertia as a list or a mapping, joint values by name. A form is one object with all that anyone
-/// needs of it: its JSON Schema, its reading, the setting of its numbers in a problem, its writing. Fields name theirs
-/// (Field::as()); a new one is an entry in the table of forms.cpp, or of joint_values.cpp for values of joints.
+/// Representations of values in files: numbers, names and vectors directly, other values in special forms, such as a
+/// rotation as a quaternion, an inertia as a list or a mapping, joint values by name. A form is one object with its
+/// JSON Schema, reader, setter of numbers in a problem, and writer. Fields name their form (Field::as()). To add a
+/// form, add an entry to the table in forms.cpp, or in joint_values.cpp for joint values.
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -19,18 +19,18 @@
 
 namespace grapnel {
 
-/// A value to be read. What is absent or of the wrong kind has been reported before.
+/// A value to read. Absent values and values of the wrong kind have been reported before.
 struct ValueToRead {
   const Node& node;
   const Field& field;
   const Type& type;         // of what is at `place`
   const std::string& path;  // of the mapping that holds the key
   void* owner;              // the structure that this mapping is read into
-  void* place;              // where the value goes; null for a key that is no one member
+  void* place;              // destination of the value; null for a key without a single member
   const ReadScope& scope;
 
   std::string name() const { return below(path, field.key); }
-  /// What is read into; of an optional what it holds from now on.
+  /// The destination; for an optional its new value.
   template <class T>
   T& into() const {
     if (type.kind != Type::Kind::optional) return *static_cast<T*>(place);
@@ -39,52 +39,51 @@ struct ValueToRead {
   }
 };
 
-/// A value of which numbers are to be set in problems that are like the one that was read.
+/// A value whose numbers are set in copies of the problem that was read.
 struct NumberPlace {
   const Field& field;
-  const Node& form;                // what stands there
+  const Node& form;                // node in the file
   const CaptureProblem& problem;   // as it was read
-  std::span<const PathStep> rest;  // what of the path is left below the field
-  const void* value;               // where it stands in that problem
+  std::span<const PathStep> rest;  // remaining path below the field
+  const void* value;               // its address in that problem
 
-  // Whether there is a number alone, or a list of so many, and all of it is meant.
+  // Whether the path refers to a single number, or to a whole list of this length.
   bool is_number() const { return rest.empty() && form.is_scalar(); }
   bool is_list(std::size_t count) const { return rest.empty() && form.is_sequence() && form.items.size() == count; }
 };
 
-/// Puts numbers, in their order in the file, at a place in a problem. False if the reader might refuse them.
+/// Sets numbers, in their order in the file, at a place in a problem. False if the reader might reject them.
 using NumberWriter = std::function<bool(CaptureProblem&, void* place, std::span<const double>)>;
 
 /// The schema of a structure, by reference.
 using TypeReference = std::function<nlohmann::ordered_json(const Type&)>;
 
-/// How values of a kind stand in files. What is null follows from the type, or nobody does it.
+/// Representation of values of one kind in files. Null members use the default of the type, or are not supported.
 struct Form {
-  std::string_view name;  ///< as fields give it; with a blank at the end: all that begin so
+  std::string_view name;  ///< as in fields; with a trailing blank: a prefix
   nlohmann::ordered_json (*schema)(const Field&, const TypeReference&) = nullptr;
   void (*read)(const ValueToRead&) = nullptr;
-  /// Null also for a place of which only reading can say what its numbers do.
+  /// Null also for a place whose numbers have an effect that only the reader can determine.
   NumberWriter (*numbers)(const NumberPlace&) = nullptr;
   Node (*write)(const Type& type, const void* value) = nullptr;
 };
 
-/// The form of a field's value: the one that it names, else that of its type; null for lists and structures.
+/// The form of a field's value: the named form, else that of its type; null for lists and structures.
 const Form* form_of(const Field& field);
 const Form* form_of(const Type& type);
 
-/// Forms of directions, orientations, inertias and shapes (body_forms.cpp), and of values that belong to joints
-/// (joint_values.cpp).
+/// Forms of directions, orientations, inertias and shapes (body_forms.cpp), and of joint values (joint_values.cpp).
 std::span<const Form> body_forms();
 std::span<const Form> joint_value_forms();
 
 /// Whether a file may have these numbers at a field, by its range and its unit.
 bool allows(const Field& field, std::span<const double> numbers);
 
-// ---- What forms are made of ----
+// ---- Building blocks of forms ----
 
-/// Of a number alone.
+/// For a single number.
 NumberWriter number_writer(const NumberPlace& at);
-/// Of a number alone, by a function of its member; false: the reader may refuse it.
+/// For a single number, by a function of its member; false: the reader may reject it.
 template <class T, class Set>
 NumberWriter writer_of_one(const NumberPlace& at, Set set) {
   if (!at.is_number()) return nullptr;
@@ -92,19 +91,19 @@ NumberWriter writer_of_one(const NumberPlace& at, Set set) {
     return numbers.size() == 1 && allows(field, numbers) && set(*static_cast<T*>(place), numbers[0]);
   };
 }
-/// Of three numbers, or one of them, which the check then looks at together.
+/// For three numbers, or one of them; the check covers all three.
 NumberWriter components_writer(const NumberPlace& at, bool (*check)(const Vector3d&));
 
-/// The numbers of a list, if it is one, of so many if a count is given, and all are finite.
+/// The numbers of a list of `count` (0: any number of) finite numbers, else empty.
 std::optional<std::vector<double>> finite_list(const Node& node, std::size_t count = 0);
 
-// Without the sign of zero, which nobody means.
+// Without the sign of zero.
 Node plain_number_node(double value);
 Node numbers_node(std::span<const double> values);
 Node vector_node(const Type& type, const void* value);
 
-/// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline: whoever has
-/// the same four numbers gets the same bits.
+/// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline, so that all
+/// callers get the same bits.
 std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q);
 
 // Schemas of plain values; inputs have whole numbers without a point.

@@ -10,30 +10,29 @@
 
 namespace grapnel {
 
-// ---- What "contact", "impact" and "post_impact" hold ----
+// ---- Contents of "contact", "impact" and "post_impact" ----
 
 template <>
 struct Described<ContactSetup> {
   using T = ContactSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::gap>(
-          "gap", "",
-          "weld_as_found: the relative pose is kept. translate_target: the target is moved until its grasp "
-          "point is at the tip; with several grasps by the mean of their gaps, what remains is kept. refuse: "
-          "the simulation fails beyond the limit."),
+      field<&T::gap>("gap", "",
+                     "weld_as_found: the grasp keeps the relative pose. translate_target: the target is moved until "
+                     "its grasp point is at the tip; with several grasps by the mean of their gaps, and the grasps "
+                     "keep the remaining gaps. refuse: the simulation fails beyond the limit."),
       field<&T::refuse_beyond>("limit", "m", "Largest accepted distance, for gap refuse; ignored otherwise.")
           .above(0)
           .optional(),
       field<&T::largest_gap>("largest_gap", "m",
-                             "Across what distance an end-effector without an envelope may be taken to hold, after "
-                             "gap; beyond it the run fails. Absent: a tenth of its arm's reach. any: whatever it is.")
+                             "Largest distance, after gap, at which an end-effector without an envelope is assumed to "
+                             "hold; beyond it the run fails. Absent: a tenth of its arm's reach. any: no limit.")
           .above(0)
           .as("number or any")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({when("gap", "refuse").require("limit")});
   static constexpr Type type = structure<T>(
-      "contact", "What to do about the distance between an end-effector and its grasp point at the instant of capture.",
+      "contact", "How to handle the distance between an end-effector and its grasp point at the instant of capture.",
       fields, rules);
 };
 
@@ -46,7 +45,7 @@ struct Described<ContactComplianceSetup> {
       field<&T::stiffness>("stiffness", "N/m, N/m^1.5 or N/m^n", "k.").above(0).required(),
       field<&T::damping>("damping", "N s/m, or s/m", "c, or a for hunt_crossley.").at_least(0),
       field<&T::exponent>("exponent", "", "n of hunt_crossley.").at_least(1).at_most(5),
-      field<&T::slip_speed>("slip_speed", "m/s", "Below which friction is regularized.").above(0),
+      field<&T::slip_speed>("slip_speed", "m/s", "Slip speed below which friction is regularized.").above(0),
   });
   static constexpr Type type =
       structure<T>("contact_compliance", "Law compliant: normal force of contacts over the deformation d.", fields);
@@ -62,7 +61,7 @@ struct Described<GraspComplianceSetup> {
       field<&T::angular_damping>("angular_damping", "N m s/rad", "").at_least(0),
   });
   static constexpr Type type = structure<T>(
-      "grasp_compliance", "Law compliant: spring and damper of grasps, in every direction that they hold.", fields);
+      "grasp_compliance", "Law compliant: spring and damper of grasps, in every constrained direction.", fields);
 };
 
 template <>
@@ -71,37 +70,36 @@ struct Described<ImpactSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::law>(
           "law", "",
-          "plastic: grasps; the grasped points move together afterwards. bilateral_restitution: grasps reverse "
-          "the relative velocity back, u+ = -E u-, and do not hold. restitution: contacts, without "
-          "friction. friction: contacts, with Coulomb's. compliant: grasps and contacts resolved in time. "
-          "as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
+          "plastic: grasps; the grasped points move together afterwards. bilateral_restitution: grasps reverse the "
+          "relative velocity, u+ = -E u-, and do not hold. restitution: contacts, without friction. friction: "
+          "contacts, with Coulomb friction. compliant: grasps and contacts as a compliant impact. as_published: the "
+          "thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
       field<&T::duration>("duration", "s",
-                          "Over which mean forces are taken; it has no influence on the motion, but that modes: slow "
-                          "goes by it.")
+                          "Time over which mean forces are taken. It does not affect the motion, except that modes: "
+                          "slow depends on it.")
           .above(0),
       field<&T::joints>("joints", "",
-                        "The robot's joints during the impact. Absent or free: driven by nothing (their rotors count). "
-                        "braked: at rest from its first instant on. driven: they keep their rates, as with infinitely "
-                        "heavy rotors, as far as the grasps allow; else drives give way as little as possible. "
-                        "impedance: by the law of impedance; law compliant only.")
+                        "The robot's joints during the impact. Absent or free: not driven (their rotors count). "
+                        "braked: at rest from the first instant. driven: they keep their rates, as with infinitely "
+                        "heavy rotors, if the grasps admit it; else the drives are overpowered by the minimum amount. "
+                        "impedance: under the impedance law; law compliant only.")
           .optional(),
-      field<&T::modes>(
-          "modes", "",
-          "Which modes of what bends answer the impact. all: every one. none: nothing bends meanwhile, and what bent "
-          "goes on as fast as before. slow: those whose period is longer than duration; the others go on as before. "
-          "Law compliant has none of it. By law plastic impact.by_modes of the summary shows how the impulse depends "
-          "on "
-          "it."),
+      field<&T::modes>("modes", "",
+                       "Flexible modes that respond to the impact. all: every mode. none: no deformation during the "
+                       "impact; flexible coordinates keep their rates. slow: modes with a period longer than duration; "
+                       "the others keep their rates. Not with law compliant. With law plastic, impact.by_modes of the "
+                       "summary shows how the impulse depends on it."),
       field<&T::restitution>("restitution", "",
-                             "e, of laws restitution and friction; of bilateral_restitution a number for all rows, or "
+                             "e for laws restitution and friction; for bilateral_restitution a number for all rows, or "
                              "one for linear and one for angular rows.")
           .at_least(0)
           .at_most(1)
           .as("restitution")
           .optional(),
-      field<&T::hypothesis>("hypothesis", "",
-                            "What e means (absent: stronge): the ratio of works (e^2), of normal impulses, or of "
-                            "normal velocities. Newton's can create energy with friction; such a result is flagged.")
+      field<&T::hypothesis>(
+          "hypothesis", "",
+          "Meaning of e (absent: stronge): the ratio of works (e^2), of normal impulses, or of normal velocities. "
+          "Newton's hypothesis can create energy with friction; such a result is flagged.")
           .optional(),
       field<&T::friction>("friction", "", "Coulomb's coefficient; laws friction and compliant. Absent: 0.")
           .at_least(0)
@@ -110,14 +108,14 @@ struct Described<ImpactSetup> {
       field<&T::grasp>("grasp", "", "").optional(),
       found<[](T& t) -> double& { return t.compliant.longest; }>(
           "longest", "s",
-          "Law compliant: the impact is over at the latest after this time (absent: 1 s); what relative motion a grasp "
-          "then has left is taken out at once.")
+          "Law compliant: largest duration of the impact (absent: 1 s); an instantaneous impulse then stops the "
+          "remaining relative motion of a grasp.")
           .above(0)
           .optional(),
       found<[](T& t) -> double& { return t.compliant.settled; }>(
           "settled", "",
-          "Law compliant: a grasp is at rest when this fraction is left of the energy of its relative motion. Absent: "
-          "1e-8.")
+          "Law compliant: a grasp is at rest when the energy of its relative motion has fallen to this fraction. "
+          "Absent: 1e-8.")
           .above(0)
           .at_most(0.1)
           .optional(),
@@ -129,54 +127,52 @@ template <>
 struct Described<PostImpactSetup::Release> {
   using T = PostImpactSetup::Release;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::after>("after", "s", "Since post_impact began; before its end.").above(0).required(),
-      field<&T::end_effectors>("end_effectors", "", "Whose grasps; absent: all that hold something then.")
+      field<&T::after>("after", "s", "Time since post_impact began; before its end.").above(0).required(),
+      field<&T::end_effectors>("end_effectors", "", "End-effectors of the grasps; absent: all that hold at that time.")
           .items(1, 0)
           .optional(),
   });
-  static constexpr Type type = structure<T>("release", "Grasps are released; momenta are carried over.", fields);
+  static constexpr Type type = structure<T>("release", "Grasps are released; momenta are conserved.", fields);
 };
 
 template <>
 struct Described<PostureMove> {
   using T = PostureMove;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::joints>("joints", "rad or m", "Every moving joint's value at its end.").as("joint values").required(),
+      field<&T::joints>("joints", "rad or m", "Final value of every moving joint.").as("joint values").required(),
       field<&T::duration>("duration", "s", "").above(0).required(),
-      field<&T::after>("after", "s", "When it begins, since post_impact began.").at_least(0),
-      field<&T::profile>("profile", "", "Joint motion over time, from rest to rest; as of the approach."),
+      field<&T::after>("after", "s", "Start of the motion, since post_impact began.").at_least(0),
+      field<&T::profile>("profile", "", "Joint motion over time, from rest to rest; as for the approach."),
   });
-  static constexpr Type type = structure<T>(
-      "move", "The joints go from where they were at the impact to a posture, and are held there.", fields);
+  static constexpr Type type =
+      structure<T>("move", "The joints move from their values at the impact to a posture, and hold it.", fields);
 };
 
 template <>
 struct Described<DetumbleSetup> {
   using T = DetumbleSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::torque>("torque", "N m", "Largest torque that the target is given, about its centre of mass.")
-          .above(0)
-          .required(),
-      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+      field<&T::torque>("torque", "N m", "Largest torque on the target, about its centre of mass.").above(0).required(),
+      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
   });
-  static constexpr Type type =
-      structure<T>("detumble", "The held target is brought to rest in the least time that the torque allows.", fields);
+  static constexpr Type type = structure<T>(
+      "detumble", "The held target is brought to rest in the minimum time that the torque allows.", fields);
 };
 
 template <>
 struct Described<KeepBaseSetup> {
   using T = KeepBaseSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::rate>("rate", "1/s", "At which the base comes back to its attitude, critically damped.").above(0),
+      field<&T::rate>("rate", "1/s", "Rate at which the base returns to its attitude, critically damped.").above(0),
       field<&T::posture>("posture", "rad or m",
-                         "Towards which every moving joint goes as far as that does not turn the base; absent: the "
-                         "joints come to rest as far as the momentum allows.")
+                         "Joint values towards which every moving joint moves by motion that does not turn the base; "
+                         "absent: the joints come to rest as far as the momentum allows.")
           .as("joint values")
           .optional(),
-      field<&T::posture_rate>("posture_rate", "1/s", "Of that motion, critically damped.").above(0),
+      field<&T::posture_rate>("posture_rate", "1/s", "Rate of that motion, critically damped.").above(0),
   });
-  static constexpr Type type = structure<T>(
-      "keep_base_attitude", "The joints keep the attitude that the base has as post_impact begins.", fields);
+  static constexpr Type type =
+      structure<T>("keep_base_attitude", "The joints keep the base's attitude from the start of post_impact.", fields);
 };
 
 template <>
@@ -185,10 +181,10 @@ struct Described<GraspForceSetup::Pair> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::between>("between", "", "Two end-effectors.").items(2, 2).required(),
       field<&T::force>("force", "N",
-                       "With which they squeeze the target along the line between their grasps; negative: they pull.")
+                       "Squeezing force on the target along the line between the two grasps; negative: pulling.")
           .required(),
-      field<&T::after>("after", "s", "When it begins to come up, since post_impact began.").at_least(0),
-      field<&T::ramp>("ramp", "s", "Over which it comes up, smoothly; 0: at once.").at_least(0),
+      field<&T::after>("after", "s", "Start of the force, since post_impact began.").at_least(0),
+      field<&T::ramp>("ramp", "s", "Duration over which the force rises smoothly; 0: immediately.").at_least(0),
   });
   static constexpr Type type = structure<T>("squeeze", "The internal force between two grasps.", fields);
 };
@@ -197,39 +193,41 @@ template <>
 struct Described<GraspForceSetup> {
   using T = GraspForceSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
-      field<&T::pairs>("pairs", "", "Absent: no internal force.").items(0, 100),
+      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
+      field<&T::pairs>("pairs", "", "Pairs of grasps; absent: no internal force.").items(0, 100),
       field<&T::motion>("motion", "",
-                        "hold: the target stays where it was relative to the base as the law began. brake: it comes to "
-                        "rest, as with detumble."),
+                        "hold: the target keeps its pose relative to the base at the start of the law. brake: it comes "
+                        "to rest, as with detumble."),
       field<&T::rate>("rate", "1/s",
-                      "At which deviations from hold decay, critically damped; with brake how fast what is left falls "
-                      "at the end.")
+                      "Rate at which deviations from hold decay, critically damped; with brake the final decay rate of "
+                      "the remaining motion.")
           .above(0),
-      field<&T::torque>("torque", "N m", "With brake: largest torque that the target is given.").above(0).optional(),
+      field<&T::torque>("torque", "N m", "With brake: largest torque on the target.").above(0).optional(),
       field<&T::moment_length>("moment_length", "m",
                                "l of the metric |force|^2 + |moment|^2/l^2 by which the grasps share the load.")
           .above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({when("motion", "brake").require("torque")});
   static constexpr Type type = structure<T>(
-      "grasp_force", "Several grasps hold one target: its motion and the forces inside it, separately.", fields, rules);
+      "grasp_force", "Several grasps hold one target: the law controls its motion and its internal forces separately.",
+      fields, rules);
 };
 
 template <>
 struct Described<RestSetup> {
   using T = RestSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::angular_velocity>("angular_velocity", "rad/s", "Largest of the base, in W.").above(0).required(),
+      field<&T::angular_velocity>("angular_velocity", "rad/s", "Largest angular velocity of the base, in W.")
+          .above(0)
+          .required(),
       field<&T::joint_rate>("joint_rate", "rad/s or m/s",
-                            "Largest of every joint that arms have; absent: joints are not evaluated.")
+                            "Largest rate of every joint of the arms; absent: joints are not evaluated.")
           .above(0)
           .as("number or infinity")
           .optional(),
   });
   static constexpr Type type = structure<T>(
-      "rest", "Goal of the motion: the base and the joints stay below these rates from some time on to the end.",
-      fields);
+      "rest", "Goal of the motion: the base and the joints stay below these rates from some time to the end.", fields);
 };
 
 template <>
@@ -257,11 +255,11 @@ struct Described<PhaseUntil> {
           .above(0)
           .at_most(1)
           .optional(),
-      field<&T::event>("event", "", "law_ended: the law that moves all joints together is over.").optional(),
+      field<&T::event>("event", "", "law_ended: the control law that moves all joints together has ended.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>(
-      "until", "What ends the phase before its duration: the first instant at which all that is given holds.", fields,
+      "until", "What ends the phase before its duration: the first instant at which all given conditions hold.", fields,
       rules);
 };
 
@@ -270,32 +268,32 @@ struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
   static constexpr auto with_gains = [](const T& t) { return has_gains(t.joints); };
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "",
-                      "Name of the phase in results; absent: the key of an only phase, in a list phase_1, phase_2, ...")
+      field<&T::name>(
+          "name", "",
+          "Name of the phase in results; absent: the key of a single phase, in a list phase_1, phase_2, ...")
           .optional(),
-      field<&T::duration>("duration", "s", "Of the phase; with `until` at the longest.").above(0).required(),
+      field<&T::duration>("duration", "s", "Duration of the phase; with `until` the largest duration.")
+          .above(0)
+          .required(),
       field<&T::until>("until", "", "").optional(),
       field<&T::joints>(
           "joints", "",
-          "free: no torques. pd: hold the joint values found at the impact, by the law (4.1). computed_torque: the "
-          "same "
-          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse. "
-          "controller: by torques that control.plugin says. detumble: bring a held target to rest. keep_base_attitude: "
-          "the arms keep the base's attitude. impedance: the law of impedance, about where the hands were. "
-          "grasp_force: "
-          "motion and internal force of a target that several arms hold."),
-      field<&T::kp>(
-          "kp", "N m/rad or N/m; for computed_torque 1/s^2",
-          "Proportional gain, for joints that none of free, braked and controller are; ignored otherwise. With "
-          "detumble, keep_base_attitude, impedance and grasp_force: of pd, which holds the joints where these are "
-          "over.")
+          "free: no torques. pd: hold the joint values at the impact, by the law (4.1). computed_torque: hold them by "
+          "torques of the inverse model of servicer and held targets. braked: locked by a second impulse. controller: "
+          "by torques of control.plugin. detumble: bring a held target to rest. keep_base_attitude: the arms control "
+          "the base's attitude. impedance: impedance law about the pose of the end-effectors at the impact. "
+          "grasp_force: control the motion and the internal force of a target that several arms hold."),
+      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
+                    "Proportional gain, for control laws other than free, braked and controller; ignored otherwise. "
+                    "With detumble, keep_base_attitude, impedance and grasp_force: gain of pd, which holds the joints "
+                    "after these laws end.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
           .when<with_gains>(),
-      field<&T::kd>(
-          "kd", "N m s/rad or N s/m; for computed_torque 1/s",
-          "Derivative gain, likewise. With detumble and grasp_force it also says how the joints share the efforts.")
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
+                    "Derivative gain, likewise. With detumble and grasp_force it also determines how the joints share "
+                    "the efforts.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
@@ -308,11 +306,10 @@ struct Described<PostImpactSetup> {
       field<&T::at_rest>("at_rest", "", "").optional(),
       field<&T::assumed>(&assumed_description, "assumed", "").optional(),
       field<&T::identify>(&identify_description, "identify", "").optional(),
-      field<&T::model>(
-          "model", "",
-          "With which inertia of the held target computed_torque, detumble and keep_base_attitude work, and "
-          "what a plugin is told; absent: estimated with identify, else assumed where that is given, else "
-          "truth. Until there is an estimate it is what is assumed, or the truth.")
+      field<&T::model>("model", "",
+                       "Inertia of the held target for computed_torque, detumble, keep_base_attitude and plugins; "
+                       "absent: estimated with identify, else assumed if that is given, else truth. Before the first "
+                       "estimate it is the assumed inertia, or the true one.")
           .optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
@@ -327,13 +324,13 @@ const Type& contact_description() { return type_of<ContactSetup>(); }
 const Type& impact_description() { return type_of<std::optional<ImpactSetup>>(); }
 const Type& phases_description() { return type_of<std::vector<PostImpactSetup>>(); }
 
-// ---- How they are read ----
+// ---- Reading ----
 
 namespace {
 
 using Law = ImpactSetup::Law;
 
-// Keys that only some laws read: with another law they are a misunderstanding.
+// Keys that only some laws use: with another law they are an error.
 struct KeyUse {
   const char* key;
   std::initializer_list<Law> laws;
@@ -355,7 +352,7 @@ bool among(Law law, std::initializer_list<Law> laws) {
   return false;
 }
 
-// A key that was misspelt has been reported, and may not be what was meant.
+// A misspelt key has been reported, and may have another meaning.
 bool is_reported(const Mark& mark, const FaultList& faults) {
   return std::any_of(faults.all().begin(), faults.all().end(), [&](const Fault& f) {
     return mark.source && f.file == *mark.source && f.line == mark.line && f.column == mark.column;
@@ -373,7 +370,7 @@ void check_uses(const Node& node, Law law, FaultList& faults) {
   }
 }
 
-// End-effectors that release: who they are, and that they grasp.
+// Checks that releasing end-effectors exist and grasp.
 class ReleaseNames {
  public:
   explicit ReleaseNames(Reading& reading) : reading_(reading) {
@@ -382,7 +379,7 @@ class ReleaseNames {
       doubtful_ = doubtful_ || !known.contains(grasp.end_effector);
       if (known.contains(grasp.end_effector)) grasping_.push_back(grasp.end_effector);
     }
-    doubtful_ = doubtful_ || grasping_.empty();  // grasps are missing or no list, which is a fault of its own
+    doubtful_ = doubtful_ || grasping_.empty();  // grasps are missing or not a list, which is a separate error
   }
 
   void check(const Node& name, const std::string& path) {
@@ -402,7 +399,7 @@ class ReleaseNames {
   bool doubtful_ = false;
 };
 
-// The units of stiffness and damping follow from the model; `wanted` is which of those stated for the key, from 1.
+// The units of stiffness and damping depend on the model; `wanted` is the index, from 1, among the units of the key.
 void check_contact_unit(const Node& contact, const char* key, unsigned wanted, const std::string& model,
                         FaultList& faults) {
   const Node& value = part(contact, key);
@@ -431,15 +428,15 @@ void finish_impact(Reading& reading) {
   if (angular && impact.law != Law::bilateral_restitution && impact.law != Law::plastic) {
     reading.faults.add(
         angular->mark,
-        "impact.restitution.angular belongs to law bilateral_restitution: a contact passes on no moment");
+        "impact.restitution.angular belongs to law bilateral_restitution: a contact transmits no moment");
   }
-  // An unknown law is a fault already, and says nothing about the rest.
+  // An unknown law has been reported; the other keys cannot be checked.
   if (!node.entry("law") || text_at(node, "law") == name_of(impact.law)) check_uses(node, impact.law, reading.faults);
 }
 
 namespace {
 
-// The phases of a sequence, each with its path; one alone is no list.
+// The phases of a sequence with their paths; a single phase is not a list.
 std::vector<std::pair<const Node*, std::string>> phase_nodes(const Node& root, const std::string& key) {
   const Node& phases = part(root, key);
   std::vector<std::pair<const Node*, std::string>> nodes;

@@ -18,11 +18,11 @@
 
 namespace grapnel {
 
-// ---- What files say of it ----
+// ---- Keys in files ----
 
 namespace {
 
-// Mappings of files that become ImportOptions.
+// Mappings of files for ImportOptions.
 struct ImportKeys {};
 struct ArmKeys {};
 struct BusKeys {};
@@ -33,8 +33,9 @@ template <>
 struct Described<Mount> {
   using T = Mount;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("link", "", "The bus's link that carries the arm; absent: its base.").optional(),
-      found<[](T& t) -> Vector3d& { return t.X_LM.p; }>("position", "m", "Of the arm's base frame in the link's."),
+      key<std::string>("link", "", "Link of the bus that carries the arm; absent: its base.").optional(),
+      found<[](T& t) -> Vector3d& { return t.X_LM.p; }>("position", "m",
+                                                        "Position of the arm's base frame in the link's frame."),
       quaternion_of<&T::X_LM>(),
       rpy_of<&T::X_LM>(),
   });
@@ -45,19 +46,18 @@ struct Described<Mount> {
 namespace {
 
 constexpr Field base_key() {
-  return key<std::string>("base", "", "The link that becomes the base; absent: the root.").optional();
+  return key<std::string>("base", "", "Link that becomes the base; absent: the root.").optional();
 }
 constexpr Field packages_key() {
-  return key<std::string>("packages", "",
-                          "Folders of ROS packages, by name: package://NAME/... is below the folder; a path relative "
-                          "to this file. Absent: they are looked for beside the model's file and above it.")
+  return key<std::string>(
+             "packages", "",
+             "Folders of ROS packages, by name: package://NAME/... is below the folder; a path relative to this file. "
+             "Absent: the import searches the folder of the model's file and the folders above it.")
       .as("names by name")
       .optional();
 }
 constexpr Field lock_key() {
-  return key<double>("lock", "rad or m", "Joints that do not move, by name, at these values.")
-      .as("numbers by name")
-      .optional();
+  return key<double>("lock", "rad or m", "Locked joints, by name, with their values.").as("numbers by name").optional();
 }
 constexpr Field wheels_key() {
   return key<std::vector<std::string>>("wheels", "", "Joints of the base that become its reaction wheels.")
@@ -72,15 +72,15 @@ constexpr Field end_effectors_key() {
 }
 constexpr Field repair_key() {
   return key<bool>("repair_inertia", "",
-                   "Take the nearest possible tensor where the model says an inertia that no body can have; absent: "
-                   "false, it is an error.")
+                   "Replace a physically impossible inertia by the nearest possible tensor; absent: false, such an "
+                   "inertia is an error.")
       .optional();
 }
 constexpr Field prefix_key() {
-  return key<std::string>("prefix", "", "Stands before all names of the arm on the bus.").optional();
+  return key<std::string>("prefix", "", "Prefix of all names of the arm on the bus.").optional();
 }
 constexpr Field mount_key() {
-  return key<Mount>("mount", "", "Where the arm's base is on the bus; absent: at the origin of the bus's base.")
+  return key<Mount>("mount", "", "Pose of the arm's base on the bus; absent: at the origin of the bus's base.")
       .as("mount")
       .optional();
 }
@@ -97,8 +97,8 @@ struct Described<ImportKeys> {
       end_effectors_key(),
       repair_key(),
       key<std::string>("bus", "",
-                       "On which the robot is mounted as an arm: a robot file, its path relative to this file, or "
-                       "the name of a ready-made robot.")
+                       "Satellite on which the robot is mounted as an arm: a robot file, its path relative to this "
+                       "file, or the name of a ready-made robot.")
           .optional(),
       mount_key(),
       prefix_key(),
@@ -106,7 +106,7 @@ struct Described<ImportKeys> {
   static constexpr auto rules =
       std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus"), not_both("wheels, bus")});
   static constexpr Type type =
-      structure<ImportKeys>("import", "How a robot in URDF or MJCF becomes one of Grapnel's.", fields, rules);
+      structure<ImportKeys>("import", "How a robot in URDF or MJCF is converted to a robot of Grapnel.", fields, rules);
 };
 
 template <>
@@ -133,13 +133,13 @@ struct Described<BusKeys> {
       key<std::string>(
           "bus", "", "The satellite: a robot file, its path relative to this file, or the name of a ready-made robot.")
           .required(),
-      key<std::vector<ArmKeys>>("arms", "", "What is mounted on it, in this order.").items(1, 100).required(),
+      key<std::vector<ArmKeys>>("arms", "", "Arms mounted on the satellite, in this order.").items(1, 100).required(),
   });
   static constexpr Type type = structure<BusKeys>("robot_on_bus", "Several arms from files on one satellite.", fields);
 };
 
 namespace {
-// Kept apart from the description of scenarios, so that Described<ImportKeys> is seen here alone.
+// Separate from the description of scenarios, so that Described<ImportKeys> is visible only here.
 const nlohmann::ordered_json& bus_schema() {
   static const nlohmann::ordered_json kSchema = schema_of(type_of<BusKeys>(), "Grapnel robot on a bus");
   return kSchema;
@@ -153,7 +153,7 @@ const nlohmann::ordered_json& import_schema() {
 const Type& import_description() { return type_of<ImportKeys>(); }
 const Type& robot_on_bus_description() { return type_of<BusKeys>(); }
 
-// ---- How it is read ----
+// ---- Reading ----
 
 namespace {
 
@@ -167,7 +167,7 @@ std::string lower_case_path(std::string_view path) {
   return lower;
 }
 
-// What the import of a scenario's robot depends on, besides files.
+// Key of the import of a scenario's robot: everything it depends on except files.
 std::string import_key(const Node& scenario, const fs::path& path) {
   return fmt::format("import for {}: {} {}", path.parent_path().string(), flow_text(part(scenario, "robot")),
                      flow_text(part(scenario, "import")));
@@ -185,7 +185,7 @@ class Importer {
     return std::make_shared<const ImportedFile>(std::move(result_));
   }
 
-  /// A model with the choices of `import`, on a bus if these say so.
+  /// A model with the options of `import`, on a bus if they name one.
   std::optional<Node> single(const fs::path& model, const Node& named, const Node& settings) {
     const Node* bus_name = settings.find("bus");
     std::optional<Node> robot = read_model(model, named, settings, bus_name != nullptr);
@@ -214,10 +214,10 @@ class Importer {
     const std::string prefix = text_at(settings, "prefix");
     prefix_names(robot, prefix);
     const Names there = names_of(bus), further = names_of(robot);
-    // Names that the bus has already: where they come from counts, not where they meet.
+    // Names that exist on the bus already, by kind.
     for (const auto& [kind, name] : further) {
       if (!there.contains({kind, name})) continue;
-      faults_.add(settings.mark, fmt::format("{} {} is on the bus already; give the arm a prefix (prefix: left-; "
+      faults_.add(settings.mark, fmt::format("{} {} exists on the bus; give the arm a prefix (prefix: left-; "
                                              "--prefix left-)",
                                              kind, in_quotes(name)));
       return;
@@ -230,7 +230,7 @@ class Importer {
 
   using Names = std::set<std::pair<std::string, std::string>>;  // kinds and names
 
-  // Of what a robot brings with it: a base without mass is no body of its own. Names that lack are found elsewhere.
+  // The names of a robot: a base without mass is not a body. Missing names are reported elsewhere.
   static Names names_of(const Node& tree) {
     Names names;
     const auto add = [&](const char* kind, std::string name) {
@@ -332,8 +332,8 @@ class Importer {
     return model;
   }
 
-  // The mesh in a file; null, with what the reader of meshes says of it, if there is none. It is read as the robot's
-  // meshes will be, so that it is read once. What stands for its bytes is added to `hashed`.
+  // The mesh in a file; null, with the error of the mesh reader, if there is none. It is read with the same options as
+  // the robot's meshes, so that it is read once. The digest of its bytes is added to `hashed`.
   std::shared_ptr<const TriangleMesh> mesh_at(const fs::path& path, std::string& hashed, std::string& why_not) {
     const fs::path named = fs::proximate(path, fs::absolute(place_).parent_path());
     Node shape = mapping_node(), body = mapping_node(), tree = mapping_node();
@@ -355,7 +355,7 @@ class Importer {
     if (is_model_file(named.text)) return read_model(path_beside(beside_, named.text), named, arm, true);
     for (const char* key : {"base", "packages", "lock", "end_effectors", "repair_inertia"}) {
       if (const NodeEntry* entry = arm.entry(key))
-        faults_.add(entry->mark, fmt::format("{} is for models that are imported (.urdf, .xml), not for a robot file",
+        faults_.add(entry->mark, fmt::format("{} applies only to imported models (.urdf, .xml), not to a robot file",
                                              in_quotes(key)));
     }
     std::optional<Node> tree = read_yaml(named, "robot");
@@ -363,8 +363,8 @@ class Importer {
     return tree;
   }
 
-  // What is computed with are plain numbers, so units are taken before. A base without mass, which no robot has that
-  // flies alone, gets one meanwhile.
+  // Computations use plain numbers, so units are converted before. A base without mass, valid only for a mounted arm,
+  // gets a temporary mass.
   bool check_arm(Node& tree) {
     Node* base = tree.find("base");
     const bool only_carries = base && base->is_mapping() && !base->find("mass") && !base->find("inertia");
@@ -372,7 +372,7 @@ class Importer {
       put(*base, "mass", number_node(1));
       put(*base, "inertia", list_node(std::vector<double>{1, 1, 1}));
     }
-    FaultList found;  // its warnings come again where the whole is checked
+    FaultList found;  // its warnings are repeated by the check of the whole robot
     check_structure(tree, robot_schema_document(), "the arm", found);
     for (const Fault& fault : found.all()) faults_.add(fault);
     if (only_carries)
@@ -384,16 +384,15 @@ class Importer {
   std::optional<Node> read_bus(const Node& named) {
     if (!is_text(named)) return {};
     if (is_model_file(named.text)) {
-      faults_.add(named.mark,
-                  fmt::format("a bus is a robot file or a ready-made robot, and {} is a model: make a robot "
-                              "file of it, grapnel import {} -o bus.yaml",
-                              in_quotes(named.text), shell_word(named.text)));
+      faults_.add(named.mark, fmt::format("a bus must be a robot file or a ready-made robot, but {} is a model: "
+                                          "convert it to a robot file, grapnel import {} -o bus.yaml",
+                                          in_quotes(named.text), shell_word(named.text)));
       return {};
     }
     return read_yaml(named, "bus");
   }
 
-  // The tree of a robot file or a ready-made robot, with its meshes named as seen from `place`.
+  // The tree of a robot file or a ready-made robot, with mesh paths relative to `place`.
   std::optional<Node> read_yaml(const Node& named, const char* what) {
     std::string bytes;
     std::optional<Node> tree = read_robot_tree(beside_, named, bytes, files_, faults_);
@@ -413,7 +412,7 @@ class Importer {
   ImportedFile result_;
 };
 
-// The choices as they are read; empty if they are not sound, which is reported where the scenario is checked.
+// The options; empty if they have errors, which the check of the scenario reports.
 std::optional<Node> sound_settings(Node settings) {
   FaultList faults;
   if (settings.kind != Node::Kind::null) check_structure(settings, import_schema(), "import", faults, "import");
@@ -440,7 +439,7 @@ void check_put_together(Node& robot, FaultList& faults) {
 
 void take_units(Node& scenario) {
   FaultList reported_before;
-  // What a robot is put together from is no robot: a path stands in its place meanwhile.
+  // The parts of an assembled robot are not a robot: a path temporarily replaces them.
   Node* robot = scenario.find("robot");
   std::optional<Node> parts;
   if (robot && is_put_together(*robot)) {
@@ -495,7 +494,7 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
     const std::size_t before = faults.size();
     check_put_together(checked, faults);
     if (const NodeEntry* entry = scenario.entry("import"))
-      faults.add(entry->mark, "'import' has no meaning beside robot.arms, where every arm has choices of its own");
+      faults.add(entry->mark, "'import' has no effect with robot.arms, where every arm has its own options");
     if (faults.size() == before) imported = importer.finish(importer.on_bus(checked));
   } else {
     const auto settings = sound_settings(part(scenario, "import"));

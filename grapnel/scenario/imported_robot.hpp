@@ -28,7 +28,7 @@ struct ImportedFile {
 
 /// Whether a path's ending says that it is a model to be imported: .urdf, .xacro (which is refused with advice), .xml.
 bool is_model_file(std::string_view path);
-/// Whether what stands at `robot` has to be imported: the path of such a file, or a mapping with a bus or arms.
+/// Whether the value of `robot` requires an import: the path of such a file, or a mapping with a bus or arms.
 bool needs_import(const Node& robot);
 /// Whether it is such a mapping.
 bool is_put_together(const Node& robot);

@@ -43,7 +43,7 @@ void for_each_value(const Node& node, const std::string& path, const ReadRobot& 
   });
 }
 
-// "; 30 degrees are 0.523598776" where an angle is larger than a turn and would be within the limits as degrees.
+// "; 30 degrees are 0.523598776" if an angle exceeds a full turn and would be within the limits as degrees.
 std::string degrees_advice(const JointDescription& joint, double value) {
   const double as_degrees = value * std::numbers::pi / 180;
   const bool fits = as_degrees >= joint.limits.lower && as_degrees <= joint.limits.upper;
@@ -65,7 +65,7 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
   std::set<std::string, std::less<>> given;
   for (const NodeEntry& entry : node.entries) {
     given.insert(entry.key);
-    // A misspelt name has been reported with what was meant.
+    // A misspelt name has been reported with a suggestion.
     if (!robot.joint_names.contains(entry.key)) given.insert(nearest(entry.key, robot.joint_names.names()));
   }
   for (const JointDescription& joint : robot.joints) {
@@ -74,7 +74,7 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
   if (!missing.empty()) faults.add(node.mark, fmt::format("{} lacks joints: {}", path, names_of(missing)));
 }
 
-// Names of a mapping, the length of a list.
+// Checks the names of a mapping, or the length of a list.
 void check_joints(const Node& node, const std::string& path, const ReadRobot& robot, bool all, FaultList& faults) {
   const std::size_t count = robot.joints.size();
   if (node.is_mapping()) check_names(node, path, robot, all, faults);
@@ -85,8 +85,8 @@ void check_joints(const Node& node, const std::string& path, const ReadRobot& ro
   }
 }
 
-// Values in joint order. A joint that a mapping leaves out gets `absent`, or is a fault if there is no such value.
-// Empty where faults leave values or order in doubt; names and lengths are checked even then.
+// Values in joint order. A joint absent from a mapping gets `absent`, or is an error if there is no such value. Empty
+// if errors make values or order uncertain; names and lengths are checked even then.
 std::optional<std::vector<double>> joint_values_of(const Node& node, const std::string& path, const ReadRobot& robot,
                                                    std::optional<double> absent, FaultList& faults) {
   const std::size_t count = robot.joints.size();
@@ -99,7 +99,7 @@ std::optional<std::vector<double>> joint_values_of(const Node& node, const std::
   return values;
 }
 
-// A unit that does not fit has been reported, and so have numbers that are none. Who writes a unit has thought of it.
+// Wrong units and invalid numbers have been reported. A number with an explicit unit needs no plausibility warning.
 template <class Visit>
 void for_each_fitting(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
   for_each_node(node, path, robot, [&](std::size_t i, const Node& one, const std::string& name) {
@@ -134,7 +134,7 @@ void check_rate_limits(const Node& node, const std::string& path, const ReadRobo
       });
 }
 
-// Gains of computed torque have one unit whatever the joints do, the third that is stated.
+// Gains of computed torque have one unit for all joint types: the third in the list.
 void check_gain_units(const Node& node, std::string_view stated, const std::string& path, bool of_accelerations,
                       const ReadRobot& robot, FaultList& faults) {
   if (!of_accelerations) return check_units(node, stated, path, robot, faults);
@@ -153,7 +153,7 @@ void check_gain_units(const Node& node, std::string_view stated, const std::stri
 using Json = nlohmann::ordered_json;
 using Numbers = std::span<const double>;
 
-// Values and rates keep to the joints' limits; gains do not know them.
+// Joint limits apply to values and rates, not to gains.
 enum class Limits { none, position, rate };
 Limits limits_of(const Field& field) {
   return field.form.starts_with("gains of ") || field.form == "offsets of joints" ? Limits::none
@@ -178,7 +178,7 @@ Json gains_schema(const Field& field, const TypeReference&) {
   return {{"anyOf", {titled(value, "a number for all joints"), by_name(value, kByName), in_order(value, kInOrder)}}};
 }
 
-// The numbers; joints that a mapping of rates leaves out are at rest.
+// The numbers; joints absent from a mapping of rates are at rest.
 std::string read_numbers(const ValueToRead& at) {
   const std::optional<double> absent = limits_of(at.field) == Limits::rate ? std::optional(0.0) : std::nullopt;
   std::string name = at.name();
@@ -194,7 +194,7 @@ void read_values(const ValueToRead& at) {
   if (limits_of(at.field) == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
 }
 
-// A number for all, or single ones; joints that a mapping leaves out have none.
+// A number for all joints, or single ones; joints absent from a mapping have none.
 void read_offsets(const ValueToRead& at) {
   const std::string name = at.name();
   at.into<std::vector<double>>() =
@@ -207,7 +207,7 @@ bool are_of_accelerations(const PostImpactSetup& post) {
   return post.joints == PostImpactSetup::Joints::computed_torque;
 }
 
-// Of a structure that says by which law, in a key that is read before.
+// For a structure whose control law is in a key that is read before.
 template <class Owner>
 void read_gains(const ValueToRead& at) {
   const std::string name = read_numbers(at);
@@ -215,7 +215,7 @@ void read_gains(const ValueToRead& at) {
   check_gain_units(at.node, at.field.unit, name, of_accelerations, *at.scope.robot, at.scope.faults);
 }
 
-// The joints whose values the form says, in its order; nothing for a number for all.
+// The joints of the form's values, in its order; empty for one number for all.
 std::optional<std::vector<std::size_t>> joints_of(const NumberPlace& at, const std::vector<JointDescription>& order) {
   std::vector<std::size_t> which;
   const auto add = [&](std::string_view name) {
@@ -269,7 +269,7 @@ Json final_rates_schema(const Field&, const TypeReference&) {
   for (const Choice& choice : type_of<RateMatch>().choices) names.push_back(choice.name);
   const Json match{{"enum", names},
                    {"description",
-                    "velocity: the linear part, the end-effector not turning. twist: both parts. "
+                    "velocity: the linear part, without rotation of the end-effector. twist: both parts. "
                     "velocity_least_rates: the linear part with the smallest joint rates."}};
   Json named = by_name(number_schema({}), "a mapping {joint name: rate}");
   named["not"] = {{"required", Json::array({"match"})}};
@@ -391,8 +391,8 @@ void check_agreement(const Node& node, const std::string& path, const ReadRobot&
                      std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     if (std::abs(value - expected[i]) <= tolerance) return;
-    faults.add(mark, fmt::format("{} is {}, but {} {}; make them agree within {} or leave out {}", name, value, source,
-                                 expected[i], tolerance, path));
+    faults.add(mark, fmt::format("{} is {}, but {} {}; they must agree within {}; correct one or leave out {}", name,
+                                 value, source, expected[i], tolerance, path));
   });
 }
 

@@ -12,19 +12,19 @@ namespace grapnel {
 /// Whether a joint may have the value, or the rate.
 bool is_within(const JointLimits& limits, double value, bool is_rate);
 
-/// A value that was written with a unit, at a place whose unit is `stated`, first that of joints that turn, then that
-/// of joints that slide: a fault if it is not that of its joint. `name` is the value's, for messages.
+/// Checks the unit of a value at a place whose units are `stated`, first for revolute joints, then for prismatic
+/// joints: an error if it does not fit the joint. `name` is the value's name in messages.
 void check_unit(const Node& value, std::string_view stated, const JointDescription& joint, const std::string& name,
                 FaultList& faults);
-/// The same of values per joint, or of one for all of them.
+/// The same for values per joint, or for one value for all joints.
 void check_units(const Node& values, std::string_view stated, const std::string& path, const ReadRobot& robot,
                  FaultList& faults);
 
-/// What stands for each joint, in joint order. Empty where faults leave the order in doubt.
+/// The node of each joint, in joint order. Empty if errors make the order uncertain.
 std::vector<const Node*> joint_nodes(const Node& node, const ReadRobot& robot);
 
-/// Reports values that are not those of `expected`, in joint order, within the tolerance. `source` says whose these
-/// are: "the trajectory starts at".
+/// Reports values that differ from `expected`, in joint order, by more than the tolerance. `source` names the origin of
+/// `expected`: "the trajectory starts at".
 void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
                      std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults);
 

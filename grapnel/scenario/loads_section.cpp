@@ -9,7 +9,7 @@
 
 namespace grapnel {
 
-// ---- What "orbit", "external_wrenches" and "clearance" hold ----
+// ---- Contents of "orbit", "external_wrenches" and "clearance" ----
 
 template <>
 struct Described<LoadProfile> {
@@ -20,13 +20,13 @@ struct Described<LoadProfile> {
                        "frequency (t - start) + phase). table: the wrench itself, linear between samples, zero before "
                        "the first and after the last.")
           .required(),
-      field<&T::start>("start", "s", "The wrench is zero before it; absent: 0.").optional(),
-      field<&T::end>("end", "s", "The wrench is zero from it on; absent: none.").optional(),
-      field<&T::frequency>("frequency", "Hz", "Of a sine.").above(0).optional(),
-      field<&T::phase>("phase", "rad", "Of a sine at its start; absent: 0.").optional(),
-      field<&T::values>(
-          "values", "s, N, N m",
-          "Of a table: rows [t, Fx, Fy, Fz, Mx, My, Mz] in the order of time; the moment is about the point of attack.")
+      field<&T::start>("start", "s", "Start of the wrench; absent: 0.").optional(),
+      field<&T::end>("end", "s", "End of the wrench; absent: none.").optional(),
+      field<&T::frequency>("frequency", "Hz", "Frequency of a sine.").above(0).optional(),
+      field<&T::phase>("phase", "rad", "Phase of a sine at its start; absent: 0.").optional(),
+      field<&T::values>("values", "s, N, N m",
+                        "For a table: rows [t, Fx, Fy, Fz, Mx, My, Mz] in the order of time; the moment is about the "
+                        "point of application.")
           .items(2, 0)
           .as("load table")
           .optional(),
@@ -37,33 +37,36 @@ struct Described<LoadProfile> {
       when("shape", "sine").require("frequency").forbid("values"),
       when("shape", "table").require("values").forbid("start, end, frequency, phase"),
   });
-  static constexpr Type type = structure<T>(
-      "load_profile", "How the wrench varies in time; t = 0 is the start of the scenario. Absent: constant for ever.",
-      fields, rules);
+  static constexpr Type type =
+      structure<T>("load_profile", "Time profile of the wrench; t = 0 is the start of the scenario. Absent: constant.",
+                   fields, rules);
 };
 
 template <>
 struct Described<Stream> {
   using T = Stream;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::direction>("direction", "", "Unit vector: the way it goes, in the axes that `frame` says.")
+      field<&T::direction>("direction", "", "Unit vector of the flow direction, in the axes of `frame`.")
           .as("unit vector")
           .required(),
       field<&T::pressure>("pressure", "N/m^2",
-                          "On a plate that faces the stream and absorbs it: of light its pressure, of air rho v^2 C_D "
-                          "/ 2.")
+                          "Pressure on a plate that faces the stream and absorbs it: radiation pressure for light, rho "
+                          "v^2 C_D / 2 for air.")
           .at_least(0)
           .required(),
-      field<&T::area>("area", "m^2", "Of the plate.").above(0).up_to(1e6).required(),
-      field<&T::normal>("normal", "", "Unit vector in the body's frame: outward, of the plate's side that is hit.")
+      field<&T::area>("area", "m^2", "Area of the plate.").above(0).up_to(1e6).required(),
+      field<&T::normal>("normal", "", "Unit vector in the body's frame: outward normal of the exposed side.")
           .as("unit vector")
           .required(),
-      field<&T::both_sides>("both_sides", "", "The plate's back takes the stream as well, as a solar panel's does."),
-      field<&T::specular>("specular", "", "Share that is mirrored.").at_least(0).at_most(1),
-      field<&T::diffuse>("diffuse", "", "Share that is scattered; what is neither is absorbed.").at_least(0).at_most(1),
+      field<&T::both_sides>("both_sides", "", "Whether the back of the plate is exposed too, as for a solar panel."),
+      field<&T::specular>("specular", "", "Share of specular reflection.").at_least(0).at_most(1),
+      field<&T::diffuse>("diffuse", "", "Share of diffuse reflection; the remainder is absorbed.")
+          .at_least(0)
+          .at_most(1),
   });
   static constexpr Type type = structure<T>(
-      "stream", "Air or light on a flat plate: a force that depends on the body's attitude. Beside force and torque.",
+      "stream",
+      "Air or light on a flat plate: a force that depends on the body's attitude, in addition to force and torque.",
       fields);
 };
 
@@ -71,25 +74,25 @@ template <>
 struct Described<LoadSetup> {
   using T = LoadSetup;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("body", "", "The robot's base or link on which it acts.").optional(),
-      key<std::string>("target", "", "The target on which it acts, in place of body.").optional(),
-      field<&T::p_BP>("position", "m", "Point of attack in the body's frame."),
+      key<std::string>("body", "", "Loaded base or link of the robot.").optional(),
+      key<std::string>("target", "", "Loaded target, in place of body.").optional(),
+      field<&T::p_BP>("position", "m", "Point of application in the body's frame."),
       field<&T::frame>("frame", "",
-                       "Whose axes force and torque are given in; those of the body turn with it. orbit: radial, "
-                       "along-track, cross-track, which turn with the orbit."),
+                       "Axes of force and torque; the axes of the body rotate with it. orbit: radial, along-track, "
+                       "cross-track, which rotate with the orbit."),
       found<[](T& t) -> Vector3d& { return t.amplitude.linear; }>(
           "force", "N", "Force, which the profile multiplies; absent: zero. Not with a table.")
           .optional(),
       found<[](T& t) -> Vector3d& { return t.amplitude.angular; }>(
           "torque", "N m",
-          "Torque about the point of attack, which the profile multiplies; absent: zero. Not with a table.")
+          "Torque about the point of application, which the profile multiplies; absent: zero. Not with a table.")
           .optional(),
       field<&T::profile>("time", "", "").optional(),
       field<&T::stream>("stream", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("body, target")});
   static constexpr Type type =
-      structure<T>("external_wrench", "A force and a torque on one body, from outside.", fields, rules);
+      structure<T>("external_wrench", "An external force and torque on one body.", fields, rules);
 };
 
 template <>
@@ -97,40 +100,41 @@ struct Described<OrbitSetup> {
   using T = OrbitSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::body>("body", "", "The central body, with its gravitational parameter and equatorial radius."),
-      field<&T::altitude>("altitude", "m", "Of a circular orbit, above the body's equatorial radius.")
+      field<&T::altitude>("altitude", "m", "Altitude of a circular orbit, above the body's equatorial radius.")
           .at_least(1e4)
           .up_to(1e10)
           .optional(),
       field<&T::semi_major_axis>("semi_major_axis", "m", "In place of altitude.").above(0).up_to(1e12).optional(),
       field<&T::mu>("mu", "m^3/s^2",
-                    "Gravitational parameter, in place of that of body, whose radius is then not read.")
+                    "Gravitational parameter, in place of that of body, whose radius is then not used.")
           .above(0)
           .optional(),
-      field<&T::eccentricity>("eccentricity", "", "Of the orbit; absent: 0.").at_least(0).at_most(0.99).optional(),
+      field<&T::eccentricity>("eccentricity", "", "Eccentricity; absent: 0.").at_least(0).at_most(0.99).optional(),
       field<&T::true_anomaly>("true_anomaly", "rad",
-                              "At t = 0, from the orbit's lowest point in the sense of motion; absent: 0.")
+                              "True anomaly at t = 0, from the periapsis in the direction of motion; absent: 0.")
           .optional(),
       field<&T::radial>("radial", "", "Unit vector in W: outward, at t = 0; absent: [1, 0, 0].")
           .as("unit vector")
           .optional(),
       field<&T::along_track>("along_track", "",
-                             "Unit vector in W: perpendicular to radial in the orbit's plane, the way the orbit goes, "
-                             "at t = 0; absent: [0, 1, 0].")
+                             "Unit vector in W: perpendicular to radial in the orbit's plane, in the direction of "
+                             "motion, at t = 0; absent: [0, 1, 0].")
           .as("unit vector")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("altitude, semi_major_axis"),
-      when("altitude").forbid("eccentricity, true_anomaly", "it is that of a circular orbit; give semi_major_axis"),
-      when("altitude").forbid("mu", "it is above the surface of a body that is known; give semi_major_axis"),
+      when("altitude")
+          .forbid("eccentricity, true_anomaly", "an altitude defines a circular orbit; use semi_major_axis"),
+      when("altitude").forbid("mu", "an altitude refers to the surface of body; use semi_major_axis"),
       needs("radial", "along_track"),
       needs("along_track", "radial"),
   });
-  static constexpr Type type = structure<T>(
-      "orbit",
-      "The orbit with which W falls, without turning: W's origin is its reference point. Every body then feels how "
-      "gravity differs where it is.",
-      fields, rules);
+  static constexpr Type type =
+      structure<T>("orbit",
+                   "The orbit of the frame W, which does not rotate: W's origin is the reference point. Every body is "
+                   "subject to the difference of gravity at its position.",
+                   fields, rules);
 };
 
 template <>
@@ -138,7 +142,7 @@ struct Described<ClearanceSetup> {
   using T = ClearanceSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::enabled>("enabled", "", ""),
-      field<&T::required>("required", "m", "A smaller distance is a violation.").at_least(0),
+      field<&T::required>("required", "m", "Required distance; a smaller distance is a violation.").at_least(0),
       field<&T::ignore>("ignore", "",
                         "Pairs of bodies that are not checked: links, the base and targets by name, panels as "
                         "TARGET/PANEL (a target's name does not include its panels); if a link and a target share a "
@@ -146,15 +150,15 @@ struct Described<ClearanceSetup> {
           .as("pairs of names"),
   });
   static constexpr Type type = structure<T>(
-      "clearance",
-      "What is watched of the distances between bodies that have a geometry; without influence on the motion.", fields);
+      "clearance", "Monitoring of the distances between bodies with a geometry; it does not affect the motion.",
+      fields);
 };
 
 const Type& external_wrenches_description() { return type_of<std::vector<LoadSetup>>(); }
 const Type& orbit_description() { return type_of<std::optional<OrbitSetup>>(); }
 const Type& clearance_description() { return type_of<ClearanceSetup>(); }
 
-// ---- How they are read ----
+// ---- Reading ----
 
 namespace {
 
@@ -169,11 +173,11 @@ void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, R
     if (!entry) continue;
     reading.faults.add(
         entry->mark,
-        fmt::format("'{}' in {} has no meaning with time.shape: table: its values are the wrench itself", key, path));
+        fmt::format("'{}' in {} has no effect with time.shape: table, whose values are the wrench", key, path));
   }
 }
 
-// The model's name of a link, the base or a target; a fault if there is none.
+// The model's name of a link, the base or a target; an error if there is none.
 std::string body_named(const Node& node, const std::string& path, Reading& reading) {
   if (!is_text(node) || node.text.empty()) return {};
   const NameTable &links = reading.robot.links, &targets = reading.targets;

@@ -72,7 +72,7 @@ std::shared_ptr<const ScenarioFiles::File> mesh_file(const std::filesystem::path
   if (!bytes) return nullptr;
   auto mesh = read_mesh(*bytes, path, faults);
   if (!mesh) return nullptr;
-  // Its digest instead of its bytes: a study hashes its inputs once per point.
+  // The digest replaces the bytes: a study hashes its inputs once per point.
   const ScenarioFiles::File file{sha256(*bytes) + "\n", {}, {}, std::move(mesh)};
   files.keep(path, file);
   return std::make_shared<const ScenarioFiles::File>(file);

@@ -15,12 +15,12 @@
 
 namespace grapnel {
 
-/// Mesh files above this size are refused unread.
+/// Limit on the size of mesh files; larger files are rejected without reading.
 inline constexpr std::size_t kLargestMesh = 64u << 20;  // [bytes]
-/// And above this number of triangles when read.
+/// Limit on the number of triangles.
 inline constexpr std::size_t kMostTriangles = 200'000;
 
-/// Whether the file's ending says a format that can be read: .stl, .obj or .dae, in any case.
+/// Whether the file extension is supported: .stl, .obj or .dae, in any case.
 bool is_mesh_file(const std::filesystem::path& path);
 
 /// The mesh in the bytes of a file. STL: binary, or text with facets; normals are not read; bytes behind the counted

@@ -29,7 +29,7 @@ struct Word {
 // A text line by line, its words, and where it is. Lines end with a line feed, a carriage return or both.
 class Lines {
  public:
-  enum class Continuation { none, backslash };  // whether a line that ends with one goes on in the next
+  enum class Continuation { none, backslash };  // whether a trailing backslash continues the line
 
   Lines(std::string_view text, Continuation continuation)
       : text_(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text), continuation_(continuation) {}
@@ -57,7 +57,7 @@ class Lines {
     if (text.starts_with('+')) text.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    // What is too small for a double is zero; what is too large is reported below.
+    // Values below the range of a double become zero; values above it are reported below.
     if (error == std::errc::result_out_of_range && end == text.data() + text.size()) {
       value = text.find("e-") != text.npos || text.find("E-") != text.npos ? 0 : HUGE_VAL;
     } else if (error != std::errc() || end != text.data() + text.size()) {
@@ -72,7 +72,7 @@ class Lines {
   Vector3d place(std::size_t first) const { return {coordinate(first), coordinate(first + 1), coordinate(first + 2)}; }
 
  private:
-  // Adds the words of the next line of the text; whether it goes on.
+  // Adds the words of the next line of the text; returns whether the line continues.
   bool next_part() {
     const std::size_t end = std::min(text_.find_first_of("\r\n", at_), text_.size());
     line_ = text_.substr(at_, end - at_);
@@ -122,17 +122,17 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t at) {
 
 void read_binary_stl(std::string_view bytes, MeshCollector& mesh) {
   if (bytes.size() < kStlHeader) {
-    throw MeshFault{0, 0,
-                    fmt::format("not an STL file: {} are too few for a binary one, and it is no text that begins "
-                                "with 'solid'",
-                                counted(bytes.size(), "byte"))};
+    throw MeshFault{
+        0, 0,
+        fmt::format("not an STL file: {} are too few for a binary one, and it is not a text that begins with 'solid'",
+                    counted(bytes.size(), "byte"))};
   }
   const std::size_t count = little_endian(bytes, 80);
   if (bytes.size() < kStlHeader + kStlFacet * count) {
-    throw MeshFault{0, 0,
-                    fmt::format("a binary STL file of {} triangles has {} bytes, this one {}: it is cut off or "
-                                "no STL file",
-                                count, kStlHeader + kStlFacet * count, bytes.size())};
+    throw MeshFault{
+        0, 0,
+        fmt::format("a binary STL file of {} triangles has {} bytes, this one {}: it is truncated or not an STL file",
+                    count, kStlHeader + kStlFacet * count, bytes.size())};
   }
   check_count(count, 0);
   if (const std::size_t more = bytes.size() - (kStlHeader + kStlFacet * count); more > 0) {
@@ -185,7 +185,7 @@ void read_text_stl(std::string_view bytes, MeshCollector& mesh) {
       check_count(mesh.count(), lines.number());
     }
   }
-  if (inside) throw MeshFault{lines.number(), 1, "the file ends without 'endsolid': it is cut off"};
+  if (inside) throw MeshFault{lines.number(), 1, "the file ends without 'endsolid': it is truncated"};
 }
 
 // Binary files may begin with "solid" too, but their size is what their count asks for.

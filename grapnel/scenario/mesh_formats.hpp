@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the readers of mesh files share. Internal to this module.
+/// Common parts of the readers of mesh files. Internal to this module.
 
 #include <fmt/format.h>
 
@@ -24,14 +24,14 @@ namespace grapnel::mesh_formats {
 
 std::string lower_case(std::string_view text);
 
-/// What ends the reading of a file.
+/// Exception that ends the reading of a file.
 struct MeshFault {
   int line;  // 0: none
   int column;
   std::string message;
 };
 
-/// Numbers of this size and more are no place in space.
+/// Limit on the magnitude of coordinates.
 inline constexpr double kLargestCoordinate = 1e9;
 
 /// Triangles as they come.
@@ -54,12 +54,12 @@ class MeshCollector {
     if (dot(n, n) > 0) triangles_.push_back({a, b, c});
   }
   std::size_t count() const { return count_; }
-  /// What the file has that is not read.
+  /// Contents of the file that are not read.
   std::string warning;
 
   std::shared_ptr<const TriangleMesh> finish(const std::string& name) {
     if (count_ == 0) throw MeshFault{0, 0, "the mesh has no triangle"};
-    if (triangles_.empty()) throw MeshFault{0, 0, "the mesh has no triangle with an area"};
+    if (triangles_.empty()) throw MeshFault{0, 0, "the mesh has no triangle with positive area"};
     drop_unused();
     try {
       return make_triangle_mesh(name, std::move(vertices_), std::move(triangles_));
@@ -78,7 +78,7 @@ class MeshCollector {
     }
   };
 
-  // Vertices that no triangle has, which would only widen the hull.
+  // Unused vertices would only enlarge the hull.
   void drop_unused() {
     std::vector<int> number(vertices_.size(), -1);
     std::vector<Vector3d> used;

@@ -16,20 +16,19 @@ namespace grapnel {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFastest = 6;  // [rad/s], nearly a turn per second
+constexpr double kFastest = 6;  // [rad/s], approximately one turn per second
 
 // ---- Inertia ----
 
-// Nothing that flies is denser than the densest metal [kg/m^3].
+// Density of the densest metal [kg/m^3].
 constexpr double kDensest = 22600;
-// Without a shape: a body of a tonne may be so large that its mass is this far from its centre on the mean [m], larger
-// ones in proportion.
+// Without a shape: largest mean distance of the mass from its centre for a body of one tonne [m], scaled with size.
 constexpr double kLargestGyration = 10, kMassOfLargest = 1000;
-// With a shape: the mass within three times its reach on the mean, and not within a twentieth.
+// With a shape: the mean distance is at most three times, and at least a twentieth, of the extent of the shape.
 constexpr double kBeyondShape = 3, kWithinShape = 0.05;
 
 double largest_principal_moment(const Symmetric3d& I) {
-  // Of a symmetric matrix, by the trigonometric solution of its characteristic equation.
+  // Eigenvalues of a symmetric matrix, by the trigonometric solution of its characteristic equation.
   const double q = (I.xx + I.yy + I.zz) / 3;
   const double off = I.xy * I.xy + I.xz * I.xz + I.yz * I.yz;
   const double dx = I.xx - q, dy = I.yy - q, dz = I.zz - q;
@@ -39,7 +38,7 @@ double largest_principal_moment(const Symmetric3d& I) {
   return q + 2 * p * std::cos(std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3);
 }
 
-// Of the mass about the point that a tensor is about: S = (tr I / 2) 1 - I.
+// Second moments of the mass about the reference point of the tensor: S = (tr I / 2) 1 - I.
 Symmetric3d second_moments(const Symmetric3d& I) {
   const double half = (I.xx + I.yy + I.zz) / 2;
   Symmetric3d S = Symmetric3d::zero();
@@ -55,7 +54,7 @@ double least_principal_moment(const Symmetric3d& S) {
   return -largest_principal_moment(negative);
 }
 
-// Of a tensor about the frame's origin.
+// For a tensor about the frame's origin.
 Symmetric3d about_centre_of_mass(Symmetric3d I, double mass, const Vector3d& com) {
   const double square = dot(com, com);
   I.xx -= mass * (square - com[0] * com[0]), I.yy -= mass * (square - com[1] * com[1]);
@@ -64,7 +63,7 @@ Symmetric3d about_centre_of_mass(Symmetric3d I, double mass, const Vector3d& com
   return I;
 }
 
-// Farthest distance of a shape's points from a point of its body's frame, for round shapes a little more.
+// Largest distance of a shape's points from a point of its body's frame, an upper bound for round shapes.
 double farthest(const Geometry& shape, const Vector3d& from) {
   const auto at = [&](const Vector3d& p) { return norm(shape.X_BG * p - from); };
   double most = 0;
@@ -101,7 +100,7 @@ double farthest(const std::vector<Geometry>& shapes, const Vector3d& from) {
   return most;
 }
 
-// Of the shapes that have any extent, how far the one that ends first reaches; 0: there is none.
+// The smallest extent of the shapes with a positive extent; 0: no such shape.
 double nearest_end(const std::vector<Geometry>& shapes, const Vector3d& from) {
   double least = 0;
   for (const Geometry& shape : shapes) {
@@ -111,8 +110,8 @@ double nearest_end(const std::vector<Geometry>& shapes, const Vector3d& from) {
   return least;
 }
 
-// The slip of units that would explain a radius of gyration that is too large by a factor: tonnes make one of 31.6,
-// square millimetres one of 1000.
+// The unit error that would explain a radius of gyration that is too large by a factor: tonnes give 31.6, square
+// millimetres give 1000.
 std::string unit_slip(double too_large_by) {
   if (too_large_by > 300) return "; is the inertia in kg mm^2?";
   if (too_large_by > 10) return "; is the mass in t?";
@@ -122,7 +121,7 @@ std::string unit_slip(double too_large_by) {
 
 // ---- Directions ----
 
-// Cosine of the angle between two vectors; nothing for one without direction.
+// Cosine of the angle between two vectors; empty for a zero vector.
 std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
   const double length = norm(a) * norm(b);
   if (!(length > 1e-9)) return {};
@@ -130,7 +129,7 @@ std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
 }
 constexpr double kOpposite = 0.5;  // of a cosine: 60 degrees
 
-// The middle of what is to be grasped. Of several shapes none is the target's middle.
+// The centre of the target's only shape; empty with several shapes.
 Vector3d middle_of(const TargetSetup& target) {
   return target.geometry.size() == 1 && is_shape(target.geometry[0]) ? target.geometry[0].X_BG.p : target.com;
 }
@@ -146,22 +145,22 @@ void doubt_directions(const Node& node, const std::string& path, const GraspPoin
   };
   if (along(point.approach_direction) > kOpposite) {
     faults.warn(part(node, "approach_direction").mark,
-                fmt::format("{} leads away from the target: it is the direction in which the end-effector comes in; is "
-                            "{} meant?",
+                fmt::format("{} points away from the target: it must be the direction of motion of the approaching "
+                            "end-effector; did you mean {}?",
                             below(path, "approach_direction"), reversed(*point.approach_direction)));
   }
   if (along(point.normal) < -kOpposite) {
     faults.warn(part(node, "normal").mark,
-                fmt::format("{} leads into the target: it is the surface's outward normal; is {} meant?",
+                fmt::format("{} points into the target: it must be the outward normal of the surface; did you mean {}?",
                             below(path, "normal"), reversed(*point.normal)));
   }
 }
 
 // ---- The start ----
 
-// Flying back from the capture to the start takes time in proportion to the turns.
+// The cost of the backward simulation from the capture to the start is proportional to the number of turns.
 constexpr double kMostTurned = 1e5;         // [rad]
-constexpr double kMostTurnedInOrbit = 1e2;  // where the whole motion has to be integrated [rad]
+constexpr double kMostTurnedInOrbit = 1e2;  // if the whole motion must be integrated [rad]
 
 bool start_is_cheap(const CaptureProblem& problem) {
   const double T = problem.approach ? problem.approach->duration : 0;
@@ -173,7 +172,7 @@ bool start_is_cheap(const CaptureProblem& problem) {
   });
 }
 
-// Where a body is described: a target's position, else the robot.
+// The location of a body's description: a target's position, else the robot.
 const Mark& place_of_body(const Node& scenario, const CaptureSystem& system, int body) {
   const Node& list = part(scenario, "targets");
   const std::size_t target = system.addresses[static_cast<std::size_t>(body)].target;
@@ -182,7 +181,7 @@ const Mark& place_of_body(const Node& scenario, const CaptureSystem& system, int
   return part(scenario, "robot").mark;
 }
 
-// Bodies that overlap at t = 0, two by two, each two by the deepest of their shapes.
+// Pairs of bodies that overlap at t = 0, each with the largest depth of its shapes.
 class StartOverlaps {
  public:
   struct Overlap {
@@ -223,16 +222,15 @@ void doubt_angular_rate(double rate, const Mark& mark, const std::string& name, 
 
 void doubt_rotor_rate(double rate, const Mark& mark, const std::string& name, FaultList& faults) {
   constexpr double kPerMinute = 2 * kPi / 60;
-  faults.warn(mark,
-              fmt::format("{} is {} rad/s, {:.6g} turns per minute, faster than wheels and rotors turn; rates are "
-                          "in rad/s, {} rpm would be {:.9g}",
-                          name, rate, std::abs(rate) / kPerMinute, rate, rate * kPerMinute));
+  faults.warn(mark, fmt::format("{} is {} rad/s, {:.6g} turns per minute, faster than any wheel or rotor; rates are in "
+                                "rad/s, {} rpm would be {:.9g}",
+                                name, rate, std::abs(rate) / kPerMinute, rate, rate * kPerMinute));
 }
 
 void doubt_joint_limits(const Node& joint, const std::string& path, const JointDescription& read, FaultList& faults) {
   constexpr double kDegree = kPi / 180;
   constexpr double kMultiple = 10, kRounded = 0.01;  // [deg]: joints of many turns stop at multiples
-  // Degrees of limits lie between; larger numbers state that there is none.
+  // Limits in degrees are in this range; larger numbers mean no limit.
   const auto is_suspect = [](double x) { return std::abs(x) > 4 * kPi * (1 + 1e-6) && std::abs(x) <= 720; };
   if (!turns_about_axis(read.type)) return;
   const Node& limits = part(joint, "limits");
@@ -256,9 +254,9 @@ void doubt_joint_limits(const Node& joint, const std::string& path, const JointD
 }
 
 bool is_doubtful_quaternion(std::span<const double, 4> q) {
-  // A half turn that a program has computed has a scalar part of rounding.
+  // A computed half turn has a scalar part of rounding error.
   constexpr double kRounding = 1e-12;
-  // As w, x, y, z a turn by more than 150 degrees, as x, y, z, w by less than 30.
+  // As w, x, y, z a rotation by more than 150 degrees, as x, y, z, w by less than 30.
   const bool is_half_turn = std::abs(q[0]) < std::cos(75 * kPi / 180) && std::abs(q[3]) > std::cos(15 * kPi / 180);
   return is_half_turn && (q[0] == 0 || std::abs(q[0]) > kRounding);
 }
@@ -267,10 +265,9 @@ void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std:
   if (!is_doubtful_quaternion(q)) return;
   const double turn = 2 * std::acos(std::min(1.0, std::abs(q[0]))) * 180 / kPi;
   const double other = 2 * std::acos(std::min(1.0, std::abs(q[3]))) * 180 / kPi;
-  faults.warn(mark,
-              fmt::format("{} turns by {:.4g} degrees; in the order x, y, z, w it would turn by {:.4g}. The order "
-                          "is w, x, y, z; a half turn that is meant can be said by rpy",
-                          name, turn, other));
+  faults.warn(mark, fmt::format("{} rotates by {:.4g} degrees; in the order x, y, z, w it would rotate by {:.4g}. The "
+                                "order is w, x, y, z; use rpy for an intended half turn",
+                                name, turn, other));
 }
 
 void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
@@ -278,10 +275,10 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
   if (!body.find("mass") || !body.find("inertia") || !(mass > 0)) return;
   const double largest = largest_principal_moment(inertia);
   const double gyration = std::sqrt(largest / mass);
-  // Mean square distance from the centre of mass: of a ball of the densest metal, and of this body.
+  // Mean square distance from the centre of mass: for a ball of the densest metal, and for this body.
   const double ball = 0.6 * std::pow(3 * mass / (4 * kPi * kDensest), 2.0 / 3);
   const double spread = (inertia.xx + inertia.yy + inertia.zz) / (2 * mass);
-  // All of the mass may be in the shape that ends first: others are panels or antennas.
+  // The smallest shape may have all the mass: others are panels or antennas.
   const double reach = farthest(shapes, com), core = nearest_end(shapes, com);
   const bool has_shape = reach > 0;
   const double most =
@@ -292,10 +289,10 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
     off = gyration / (has_shape ? reach : 1);
     why = has_shape ? fmt::format("{} {:.3g} m from the centre of mass",
                                   shapes.size() > 1 ? "the shapes end" : "the shape ends", reach)
-                    : fmt::format("more than {:.3g} m is hardly meant", most);
+                    : fmt::format("more than {:.3g} m is implausible", most);
   } else if (spread < ball) {
     off = std::sqrt(spread / ball) * 0.1;
-    why = "a ball of the densest metal has more";
+    why = "a ball of the densest metal has a larger one";
   } else if (has_shape && spread < std::pow(kWithinShape * core, 2)) {
     off = std::sqrt(spread) / core;
     why = fmt::format("{} {:.3g} m from the centre of mass",
@@ -310,8 +307,8 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
 
 void doubt_inertia_point(const Node& body, const std::string& path, const BodyDescription& read,
                          const std::vector<Vector3d>& points, const std::vector<Geometry>& shapes, FaultList& faults) {
-  // Mass may lie a little beyond joints, as motors do. The body must be slender: others have housings that are wider
-  // than their joints are apart, and shapes that show less of them.
+  // Mass may extend slightly beyond joints, as motors do. The check requires a slender body: housings of other bodies
+  // may be wider than the distance of their joints, and larger than their shapes.
   constexpr double kBeyond = 1.15, kSlender = 0.25, kRounding = 1e-6;
   const double offset = norm(read.com);
   const bool has_shape = farthest(shapes, read.com) > 0;
@@ -330,9 +327,9 @@ void doubt_inertia_point(const Node& body, const std::string& path, const BodyDe
   const Symmetric3d& I = about_com;
   faults.warn(part(body, "inertia").mark,
               fmt::format("{}: with the mass {:.6g} kg and the centre of mass {:.4g} m from the frame's origin it "
-                          "spreads the mass by {:.3g} m (root mean square) along the line between them, and the body "
-                          "ends {:.3g} m from the centre of mass; is it about the origin? About the centre of mass, "
-                          "which is what counts, it would be [{:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}]",
+                          "gives a mass distribution of {:.3g} m (root mean square) along the line between them, but "
+                          "the body ends {:.3g} m from the centre of mass; is it about the origin? About the centre of "
+                          "mass, as required, it would be [{:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}]",
                           below(path, "inertia"), read.mass, offset, std::sqrt(spread), reach, I.xx, I.yy, I.zz,
                           I.xy + 0.0, I.xz + 0.0, I.yz + 0.0));
 }
@@ -349,10 +346,11 @@ void doubt_approach_axis(const Node& end_effector, const std::string& path, cons
   if (!read.approach_axis) return;
   const Vector3d axis = read.X_BE.R * *read.approach_axis;
   if (cosine(axis, read.X_BE.p).value_or(0) > -0.7) return;
-  faults.warn(part(end_effector, "approach_axis").mark,
-              fmt::format("{} points back from the end-effector to the origin of its link {}: it is the direction in "
-                          "which the end-effector reaches out",
-                          below(path, "approach_axis"), in_quotes(read.body)));
+  faults.warn(
+      part(end_effector, "approach_axis").mark,
+      fmt::format(
+          "{} points from the end-effector back to the origin of its link {}: it must be the direction of approach",
+          below(path, "approach_axis"), in_quotes(read.body)));
 }
 
 void doubt_grasp_points(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults) {
@@ -390,7 +388,7 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
     for (std::size_t a = 0; a < b && at_b; ++a) {
       const GraspSetup &first = problem.grasps[a], &second = problem.grasps[b];
       const Vector3d* at_a = first.target == second.target ? position(first) : nullptr;
-      // One end-effector may take over from another.
+      // One end-effector may follow another at the same grasp point.
       const bool in_turn = releases && (first.closes != second.closes || first.closes_at != second.closes_at);
       if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
       faults.warn(
@@ -421,7 +419,7 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
   for (std::size_t p = 0; p < clearance.pairs().size(); ++p) {
     const int pair = static_cast<int>(p);
     constexpr double kTouching = 1e-6;  // [m]
-    // Shapes of a robot's own links are rough where they fold; the run says whether they are feasible.
+    // Shapes of a robot's links are approximate in folded postures; the run checks their feasibility.
     const bool of_robot = !is_target(clearance.pairs()[p].body_a) && !is_target(clearance.pairs()[p].body_b);
     if (of_robot || clearance.lower_bound(pair, kinematics) > 0) continue;
     const double distance = clearance.distance(pair, kinematics).distance;
@@ -429,7 +427,7 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
     overlaps.add({clearance.pairs()[p].body_a, clearance.pairs()[p].body_b, -distance});
   }
   for (const StartOverlaps::Overlap& overlap : overlaps.all()) {
-    // A target stands behind the robot in the model: it is the more likely suspect.
+    // A target follows the robot in the model: it is the more likely cause.
     faults.warn(place_of_body(scenario, system, overlap.body_b),
                 fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes",
                             shown_body(system, overlap.body_a), shown_body(system, overlap.body_b), overlap.depth));

@@ -19,12 +19,12 @@ namespace {
 using Steps = std::span<const PathStep>;
 using Numbers = std::span<const double>;
 
-// From a value to a part of it; null where the problem has no such part.
+// From a value to a part of it; null if the problem has no such part.
 using Hop = std::function<void*(CaptureProblem&, void*)>;
 
 bool is_index(Steps at) { return !at.empty() && at[0].is_index; }
 
-// The value with that name, of several the one with the index.
+// The value with that name; the index selects among several.
 template <class Named>
 Named* with_name(std::vector<std::pair<std::string, Named>>& list, const std::string& name, std::size_t index = 0) {
   for (auto& [key, value] : list) {
@@ -33,9 +33,9 @@ Named* with_name(std::vector<std::pair<std::string, Named>>& list, const std::st
   return nullptr;
 }
 
-// ---- Parts that stand elsewhere in the problem than in the file ----
+// ---- Parts with different locations in the problem and in the file ----
 
-// The robot keeps ratings and shapes in lists by name.
+// The robot stores ratings and shapes in lists by name.
 void* rating_of_joint(CaptureProblem& problem, void* owner) {
   return with_name(problem.robot.ratings, static_cast<const BodyDescription*>(owner)->joint.name);
 }
@@ -78,7 +78,7 @@ class Finder {
   }
 
  private:
-  // What the reader does with a whole problem: false if it may refuse it.
+  // Checks of the reader on a whole problem: false if it may reject the problem.
   static bool settle(CaptureProblem& problem) {
     RobotSetup& robot = problem.robot;
     if (robot.base_mode == RobotSetup::Base::fixed) robot.bodies.at(0).X_PF = problem.X_WB;
@@ -87,7 +87,7 @@ class Finder {
     return problem_conflicts(problem).empty() && robot_conflicts(robot, {}).empty();
   }
 
-  // Whether joint values and rates are still within limits that were changed.
+  // Whether joint values and rates are within changed limits.
   static bool keeps_limits(const CaptureProblem& problem) {
     const std::vector<JointDescription> order = moving_joints(problem.robot);
     const auto are_within = [&](const std::vector<double>& values, bool rates) {
@@ -119,7 +119,7 @@ class Finder {
     return at_ != nullptr;
   }
 
-  // A stated motion says the initial values and the duration too, and must go on agreeing with them.
+  // A stated motion also defines the initial values and the duration, and must agree with them.
   bool is_stated() const {
     return problem_.approach && (problem_.approach->sampled || !problem_.approach->pieces.empty());
   }
@@ -174,17 +174,17 @@ class Finder {
     const Form* form = form_of(field);
     if (!form || !form->numbers) return nullptr;
     if (is_read) return form->numbers({field, form_, problem_, rest, at_});
-    return [&field](CaptureProblem&, void*, Numbers numbers) { return allows(field, numbers); };  // nobody reads it
+    return [&field](CaptureProblem&, void*, Numbers numbers) { return allows(field, numbers); };  // not used
   }
 
-  // Whether keys or items of their own are below.
+  // Whether there are keys or items below.
   static bool is_structured(const Type& type) {
     const Type& inner = type.kind == Type::Kind::optional ? type.of() : type;
     return inner.kind == Type::Kind::structure ||
            (inner.kind == Type::Kind::list && inner.of().kind == Type::Kind::structure);
   }
 
-  // What the optional holds; where it is absent the reader has it put there.
+  // The value of the optional; if it is absent, only the reader creates it.
   bool enter(const Type& type) {
     return hop([&type](CaptureProblem&, void* at) {
       if (type.size(at) == 0) type.resize(at, 1);
@@ -194,7 +194,7 @@ class Finder {
 
   const Node& form_;
   const CaptureProblem& problem_;
-  CaptureProblem copy_;  // to see where the way leads
+  CaptureProblem copy_;  // to resolve the path
   void* at_ = nullptr;
   std::vector<Hop> hops_;
 };
@@ -226,10 +226,10 @@ ProblemSetter problem_setter(std::span<const PathStep> steps, const Node& form, 
   return form.is_mapping() ? setter_of_all(steps, form, problem) : nullptr;
 }
 
-// ---- The members of plain structures: the compiler knows them, and none is forgotten ----
+// ---- The members of plain structures, enumerated by the compiler ----
 
 namespace member_counting {
-// Converts to whatever a member is; nobody calls it.
+// Converts to any member type; never called.
 struct Anything {
   template <class T>
   operator T&() const noexcept;
@@ -240,7 +240,7 @@ namespace {
 
 using member_counting::Anything;
 
-// How many members an aggregate has: as many as can be initialized. A base class counts as one.
+// Number of members of an aggregate: as many as can be initialized. A base class counts as one.
 template <class T, class... Some>
 consteval std::size_t member_count() {
   if constexpr (requires { T{Some{}..., Anything{}}; })
@@ -393,12 +393,12 @@ class Bytes {
     put(log != nullptr);
     if (log) put(*log);
   }
-  void put(const std::shared_ptr<const ControllerSource>&) {}  // the members beside it say which one
+  void put(const std::shared_ptr<const ControllerSource>&) {}  // identified by the other members
   void put(const std::shared_ptr<const RobotSetup>& undeformed) {
     put(undeformed != nullptr);
     if (undeformed) put(*undeformed);
   }
-  void put(const std::shared_ptr<const SourceTexts>&) {}  // says where a problem came from, not what it is
+  void put(const std::shared_ptr<const SourceTexts>&) {}  // origin of a problem, not part of its value
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);
   }

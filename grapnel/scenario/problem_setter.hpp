@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Values of a problem set in place: what changing the scenario and reading it again gives, without reading it; and all
-/// of a problem as bytes, for exact comparison.
+/// Sets values of a problem in place, with the same result as changing the scenario and reading it again; and
+/// serializes a problem to bytes, for exact comparison.
 
 #include <functional>
 #include <span>
@@ -13,20 +13,20 @@
 
 namespace grapnel {
 
-/// Puts numbers, in the order of the scenario's value, where the reader of scenarios would. False if it cannot vouch
-/// for them: they may be refused by the reader, and the problem is to be read, not used.
+/// Sets numbers, in the order of the scenario's value. False if the reader might reject them: discard the problem and
+/// read the scenario again.
 using ProblemSetter = std::function<bool(CaptureProblem&, std::span<const double>)>;
 
-/// The setter of what stands at `steps`, whose value has the form of `form` (a number, a list or a mapping of numbers);
-/// null if there is none. `problem` was read from the scenario. Whoever uses it compares once what it does with what
-/// the reader does (problem_bytes()).
+/// The setter for the value at `steps`, with the form of `form` (a number, a list or a mapping of numbers); null if
+/// there is none. `problem` was read from the scenario. Callers compare its result once with that of the reader
+/// (problem_bytes()).
 ProblemSetter problem_setter(std::span<const PathStep> steps, const Node& form, const CaptureProblem& problem);
 
-// All of a problem as bytes, for exact comparison.
+// A problem as bytes, for exact comparison.
 
 /// The bits of every member but the sha256 and the source: two problems are the same, to the last bit and with the
-/// signs of zeros, if and only if their bytes are. Not a format: only for comparison within one program. Meshes count
-/// as the same where they are one object.
+/// signs of zeros, if and only if their bytes are. Not a file format: only for comparison within one process. Meshes
+/// are equal if they are the same object.
 std::string problem_bytes(const CaptureProblem& problem);
 
 }  // namespace grapnel

@@ -37,12 +37,12 @@ std::vector<CsvCell> split_from(std::string_view line, std::size_t begin) {
 
 std::vector<CsvCell> split(std::string_view line) { return split_from(line, 0); }
 
-// Whether this may be what someone calls time. Other files have anything in their first line, and it is not shown.
+// Whether this may be a name of the time column. First lines of other files are not shown in messages.
 bool may_be_time(std::string_view text) {
   return text.size() <= 2 || !nearest(text, {"time", "times", "time_s", "time [s]", "seconds"}).empty();
 }
 
-// What a column of numbers is.
+// The meaning of a column of numbers.
 struct CsvColumn {
   enum class Kind { unknown, time, position, rate, effort, base, wheel, gyro, thruster };
   Kind kind = Kind::unknown;
@@ -57,7 +57,7 @@ struct CsvColumn {
 
 class TrajectoryReader {
  public:
-  /// What the columns of joints are.
+  /// The columns of joints.
   enum class Contents { motion, efforts };
   TrajectoryReader(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults,
                    Contents contents = Contents::motion)
@@ -95,7 +95,7 @@ class TrajectoryReader {
  private:
   // ---- Actuators of the base ----
 
-  // A kind of them: how its columns begin, what names there are, and what a value may be.
+  // A kind of actuator: prefix of its columns, names, and limits of its values.
   struct Actuator {
     CsvColumn::Kind kind;
     std::string_view prefix, unit, limit;
@@ -126,7 +126,7 @@ class TrajectoryReader {
     if (column.kind == CsvColumn::Kind::wheel) return robot.wheels[column.joint].torque;
     return column.kind == CsvColumn::Kind::gyro ? robot.gyros[column.joint].rate : 1;
   }
-  // Whether the column is an actuator's, or was meant to be one, which has been said.
+  // Whether the column belongs to an actuator, or was intended to and has been reported.
   bool is_actuator(CsvColumn& column, const Mark& mark) {
     for (const Actuator& a : kActuators) {
       if (!column.name.starts_with(a.prefix)) continue;
@@ -151,7 +151,7 @@ class TrajectoryReader {
     if (!within && column.beyond++ == 0) column.first_beyond = mark_at(field.begin), column.value_beyond = value;
     column.values.push_back(value);
   }
-  // Of a kind, per actuator, per row; those without a column are told zero. Empty: none of them has one.
+  // Values of a kind, per actuator, per row; actuators without a column get zero. Empty: no columns of this kind.
   std::vector<std::vector<double>> told(CsvColumn::Kind kind, std::size_t rows) const {
     std::vector<std::vector<double>> columns;
     for (const CsvColumn& column : columns_) {
@@ -203,7 +203,7 @@ class TrajectoryReader {
     return number_of(scratch_).has_value();
   }
 
-  // Columns count characters; only a fault needs them.
+  // Column numbers count characters; only error messages need them.
   Mark mark_at(std::size_t bytes) const {
     const std::string_view before = line_.substr(0, bytes);
     const auto characters = std::count_if(before.begin(), before.end(),
@@ -211,12 +211,13 @@ class TrajectoryReader {
     return {file_.source, line_number_, static_cast<int>(characters) + 1};
   }
 
-  // Spreadsheets of some countries write semicolons between fields, and then commas in numbers. One word for all lines.
+  // Some spreadsheets separate fields by semicolons and use decimal commas. One message covers all lines.
   bool has_commas(std::string_view line) {
     const std::size_t other = line.find_first_of(";\t");
     if (line.find(',') != std::string_view::npos || other == std::string_view::npos) return true;
-    faults_.add(mark_at(other), fmt::format("fields stand between commas, not {}, and numbers have points",
-                                            line[other] == ';' ? "semicolons" : "tabs"));
+    faults_.add(mark_at(other),
+                fmt::format("fields must be separated by commas, not {}, and numbers must have decimal points",
+                            line[other] == ';' ? "semicolons" : "tabs"));
     return false;
   }
 
@@ -225,7 +226,7 @@ class TrajectoryReader {
     if (fields[0].text != "time") {
       const bool shown = may_be_time(fields[0].text) || robot_.joint_index.contains(fields[0].text);
       faults_.add(here, shown ? fmt::format("the first column is {}, must be 'time'", in_quotes(fields[0].text))
-                              : "no trajectory: it must begin with a line time,<joint>,...");
+                              : "not a trajectory: the first line must be time,<joint>,...");
       foreign_ = !shown;
       if (foreign_) return;
     }
@@ -285,7 +286,7 @@ class TrajectoryReader {
     const auto tells = [](const CsvColumn& column) { return actuator(column.kind) != nullptr; };
     if (met.contains(kTorqueColumns[0]) && std::any_of(columns_.begin(), columns_.end(), tells))
       faults_.add(mark,
-                  "the header has base.x, which wheels and others would give, and columns of these too; leave out one");
+                  "the header has base.x and columns of actuators that produce this torque; leave out one of them");
     if (!robot_.count_known()) return;
     std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
@@ -358,7 +359,7 @@ class TrajectoryReader {
       if (motion_.times.empty() && value != 0) {
         faults_.add(mark_at(field.begin), fmt::format("the first time is {} [s], must be 0", value));
       } else if (!motion_.times.empty() && !(value > motion_.times.back())) {
-        faults_.add(mark_at(field.begin), fmt::format("time is {} [s], must be greater than {} of the sample before",
+        faults_.add(mark_at(field.begin), fmt::format("time is {} [s], must be greater than {} of the previous sample",
                                                       value, motion_.times.back()));
       }
       motion_.times.push_back(value);
@@ -402,7 +403,7 @@ class TrajectoryReader {
       faults_.add(column.first_beyond, fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name),
                                                    column.value_beyond, bounds, more));
     }
-    // A line with a fault may be the sample that lacks.
+    // A line with an error may be the missing sample.
     if (motion_.times.size() < 2 && faults_.size() == before_) {
       faults_.add({file_.source, 1, 1},
                   fmt::format("the file has {}, must have at least 2", counted(motion_.times.size(), "sample")));
@@ -416,7 +417,7 @@ class TrajectoryReader {
   std::string_view line_;
   int line_number_ = 0;
   std::vector<CsvColumn> columns_;
-  bool foreign_ = false;  // it is no trajectory at all, which has been said
+  bool foreign_ = false;  // not a trajectory, already reported
   struct CommentedHeader {
     std::string_view line;
     std::size_t begin = 0;  // of its names

@@ -13,7 +13,7 @@ namespace {
 
 const Node kNothing;
 
-// What stands at a key, or at an item of its list.
+// The value at a key, or at an item of its list.
 void read_value(const Node& node, const Field& field, const Type& type, const std::string& path, void* owner,
                 void* place, const ReadScope& scope) {
   const bool is_list = type.kind == Type::Kind::list && type.fixed_size == 0;
@@ -34,7 +34,7 @@ void read_value(const Node& node, const Field& field, const Type& type, const st
   }
 }
 
-// Whether a node can be a value of the type, as far as its kind tells; a list of numbers must have nothing else.
+// Whether a node can be a value of the type, by its kind; a list of numbers must contain only numbers.
 bool can_be(const Node& node, const Type& type) {
   switch (type.kind) {
     case Type::Kind::real:
@@ -57,7 +57,7 @@ bool can_be(const Node& node, const Type& type) {
   return true;
 }
 
-// A value of any type. One that cannot be it leaves the place as it is.
+// A value of any type. An unsuitable value leaves the place unchanged.
 void read_if_possible(const Node& node, const Field& field, const Type& type, void* place, const ReadScope& scope) {
   if (!can_be(node, type)) return;
   if (const Form* form = form_of(type)) {
@@ -89,7 +89,7 @@ void read_if_possible(const Node& node, const Field& field, const Type& type, vo
 }  // namespace
 
 void read_structure(const Node& mapping, const Type& type, void* structure) {
-  FaultList no_faults;  // plain values have none that their schema does not know
+  FaultList no_faults;  // the schema finds all errors of plain values
   const Meshes no_meshes;
   const ReadScope scope{no_faults, no_meshes};
   for (const Field& field : type.fields) {
@@ -144,7 +144,7 @@ Vector3d unit_vector_of(const Node& node, const std::string& name, FaultList& fa
   if (std::abs(length - 1) < 1e-9) return v;
   std::string advice;
   if (length > 0 && std::isfinite(length)) {
-    // All digits, so that the suggestion passes this very check.
+    // All digits, so that the suggestion passes this check.
     advice = fmt::format("; normalised it is [{}, {}, {}]", v[0] / length, v[1] / length, v[2] / length);
   }
   faults.add(node.mark, fmt::format("{} has length {:.9g}, must be a unit vector{}", name, length, advice));
@@ -164,7 +164,8 @@ void check_name(const std::string& name, const Mark& mark, const std::string& pa
   else if (name.size() > kLongest)
     why = fmt::format(" and may have {} bytes, not {}", kLongest, name.size());
   if (why.empty()) return;
-  faults.add(mark, fmt::format("{} {} cannot be a name: results are filed under names{}", path, in_quotes(name), why));
+  faults.add(mark, fmt::format("{} {} is not a valid name, because results are stored under names{}", path,
+                               in_quotes(name), why));
 }
 
 void NameTable::add_from(const Node& entry, const std::string& path, FaultList& faults) {
@@ -181,14 +182,14 @@ void NameTable::add_from(const Node& entry, const std::string& path, FaultList& 
     return;
   }
   duplicates_.insert(name);
-  complete_ = false;  // one of the two may be what another name means
+  complete_ = false;  // another name may refer to either of the two
   const std::string earlier = it->second.line > 0 ? fmt::format("; first given in line {}", it->second.line) : "";
   faults.add(mark,
-             fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));
+             fmt::format("duplicate name {} in {}: {} names must be unique{}", in_quotes(name), path, kind_, earlier));
 }
 
 bool NameTable::expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const {
-  // Faulty or nameless things elsewhere may be what is meant; they have been reported.
+  // The name may refer to an invalid or unnamed entry, which has been reported.
   if (name.empty() || !complete_ || faults.full() || marks_.contains(name)) return true;
   faults.add(mark,
              fmt::format("unknown {} {} in {}{}", kind_, in_quotes(name), path, suggestion(name, names_, kind_ + "s")));

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Values from a Node tree whose structure has been checked, and the checks that a schema cannot express. What is
-/// absent or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so
-/// that everything else can still be checked.
+/// Reads values from a Node tree whose structure has been checked, and performs the checks that a schema cannot
+/// express. Absent values and values of the wrong kind have been reported before: the readers silently return a neutral
+/// value for them, so that the remaining values can be checked.
 
 #include <cstdint>
 #include <map>
@@ -24,49 +24,48 @@ namespace grapnel {
 const Node& part(const Node& mapping, std::string_view key);
 
 std::string text_at(const Node& mapping, std::string_view key);
-/// Empty unless there is a number; it may be infinite.
+/// The number, possibly infinite, else empty.
 std::optional<double> number_at(const Node& mapping, std::string_view key);
 std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
 bool boolean_at(const Node& mapping, std::string_view key);
-/// A vector that must have length 1; `name` is the value's in messages.
+/// A vector that must have length 1; `name` is its name in messages.
 Vector3d unit_vector_of(const Node& node, const std::string& name, FaultList& faults);
 Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::string& path, FaultList& faults);
 
-/// Meshes by what geometry.file says; null for one that could not be read, which has been reported.
+/// Meshes by geometry.file; null for a mesh that could not be read, which has been reported.
 using Meshes = std::map<std::string, std::shared_ptr<const TriangleMesh>, std::less<>>;
 
 struct ReadRobot;
 
-/// What values need to be read besides their tree.
+/// Context for reading values, in addition to their tree.
 struct ReadScope {
   FaultList& faults;
   const Meshes& meshes;               // that geometry.file names
-  const ReadRobot* robot = nullptr;   // to which joint values belong; null: none
-  RobotSetup* robot_setup = nullptr;  // of the robot that is read, which keeps shapes and ratings in lists by name
+  const ReadRobot* robot = nullptr;   // robot of the joint values; null: none
+  RobotSetup* robot_setup = nullptr;  // the robot being read, which stores shapes and ratings in lists by name
 };
 
-/// Reads the keys of a mapping into the structure that the type describes, with all that is below: numbers, names,
-/// structures and lists of them, and values in forms of their own (forms.hpp). What is absent or faulty stays as it is,
-/// and what has no meaning beside what has been read (Field::when()) is passed over. `path` leads to the mapping.
+/// Reads the keys of a mapping into the structure that the type describes, recursively: numbers, names, structures and
+/// lists of them, and values in special forms (forms.hpp). Absent and invalid values remain unchanged, and keys without
+/// meaning for the values read so far (Field::when()) are skipped. `path` is the path of the mapping.
 void read_members(const Node& mapping, const Type& type, const std::string& path, void* structure,
                   const ReadScope& scope);
 
-/// Reads all that a mapping says into a structure that holds all of it: as the other, with values that may be written
-/// in several ways (alternatives). A value that cannot be what its member holds leaves it as it is, and so does one in
-/// a form of its own.
+/// Reads a whole mapping into a structure, as read_members(), including values with alternatives. A value of an
+/// unsuitable type, and a value in a special form, leaves its member unchanged.
 void read_structure(const Node& mapping, const Type& type, void* structure);
 
-/// Results are filed under the names of things: a fault where a name cannot be a folder's.
+/// Results are stored under names: an error if a name cannot be a folder name.
 void check_name(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults);
 
-/// Names of one kind of thing and where they were given.
+/// Names of one kind of object and their locations in the file.
 class NameTable {
  public:
   explicit NameTable(std::string kind) : kind_(std::move(kind)) {}
-  /// Takes the "name" of an entry; reports one that cannot be a name or occurs twice. An entry without a name makes the
-  /// table incomplete.
+  /// Adds the "name" of an entry; reports invalid and duplicate names. An entry without a name makes the table
+  /// incomplete.
   void add_from(const Node& entry, const std::string& path, FaultList& faults);
-  /// Whether `name` is there, else a fault at the mark. True also where faults elsewhere leave the names in doubt.
+  /// Whether `name` exists, else an error at the mark. True also if other errors make the table incomplete.
   bool expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const;
   bool contains(const std::string& name) const { return marks_.contains(name); }
   bool is_duplicate(const std::string& name) const { return duplicates_.contains(name); }

@@ -13,7 +13,7 @@
 namespace grapnel {
 namespace {
 
-// Mappings of files that hold some members of a structure.
+// Mappings of files for a subset of a structure's members.
 struct OriginKeys;
 struct JointKeys;
 struct GripperRatingKeys;
@@ -39,7 +39,7 @@ struct Described<JointType> {
 template <>
 struct Described<Geometry> {
   using T = Geometry;
-  // Of which shapes a key is.
+  // Shapes to which a key applies.
   static bool is_box(const T& t) { return t.shape == T::Shape::box; }
   static bool is_mesh(const T& t) { return t.shape == T::Shape::mesh; }
   static bool is_long(const T& t) { return t.shape == T::Shape::cylinder || t.shape == T::Shape::capsule; }
@@ -49,12 +49,12 @@ struct Described<Geometry> {
       field<&T::size>("size", "m", "Edge lengths of a box along its x, y, z.").above(0).optional().when<[](const T& t) {
         return is_box(t);
       }>(),
-      found<[](T& t) -> double& { return t.size[0]; }>("radius", "m", "Of a cylinder, capsule or sphere.")
+      found<[](T& t) -> double& { return t.size[0]; }>("radius", "m", "Radius of a cylinder, capsule or sphere.")
           .above(0)
           .optional()
           .when<[](const T& t) { return is_round(t); }>(),
       found<[](T& t) -> double& { return t.size[1]; }>(
-          "length", "m", "Along the z axis: of a cylinder, or of a capsule between the centres of its end caps.")
+          "length", "m", "Length along the z axis: of a cylinder, or of a capsule between the centres of its end caps.")
           .above(0)
           .optional()
           .when<[](const T& t) { return is_long(t); }>(),
@@ -71,7 +71,7 @@ struct Described<Geometry> {
           .optional()
           .when<[](const T& t) { return is_mesh(t); }>(),
       found<[](T& t) -> Vector3d& { return t.X_BG.p; }>(
-          "position", "m", "Centre of the shape in the body's frame; of a mesh, its file's origin."),
+          "position", "m", "Centre of the shape in the body's frame; for a mesh the origin of its file."),
       quaternion_of<&T::X_BG>(),
       rpy_of<&T::X_BG>(),
   });
@@ -82,8 +82,8 @@ struct Described<Geometry> {
       when("shape", "sphere").require("radius").forbid("size, length, file, scale"),
       when("shape", "mesh").require("file").forbid("size, radius, length"),
   });
-  static constexpr Type type =
-      structure<T>("geometry", "A shape for drawing and clearance; it has no influence on the motion.", fields, rules);
+  static constexpr Type type = structure<T>(
+      "geometry", "A shape for visualization and clearance; it does not affect the motion.", fields, rules);
 };
 
 template <>
@@ -96,22 +96,23 @@ struct Described<OriginKeys> {
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
-      structure<T>("origin", "Where the joint's frame sits in the parent's frame.", fields, rules);
+      structure<T>("origin", "Pose of the joint's frame in the parent's frame.", fields, rules);
 };
 
 template <>
 struct Described<JointStop> {
   using T = JointStop;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::restitution>("restitution", "", "Rate after over rate before, at a stop.")
+      field<&T::restitution>("restitution", "", "Rate after over rate before an impact on a stop.")
           .at_least(0)
           .at_most(1)
           .required(),
-      field<&T::rest_rate>("rest_rate", "rad/s or m/s", "Slower than this, a joint that meets its stop rests there.")
+      field<&T::rest_rate>("rest_rate", "rad/s or m/s", "Rate below which a joint that meets its stop rests on it.")
           .at_least(0),
   });
   static constexpr Type type = structure<T>(
-      "joint_stop", "Stops at the joint's limits. Without them limits are watched and keep no joint.", fields);
+      "joint_stop", "Stops at the joint's limits. Without stops limits are monitored, but do not constrain the joint.",
+      fields);
 };
 
 template <>
@@ -143,15 +144,15 @@ struct Described<JointFriction> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::model>(
           "model", "",
-          "smooth: Coulomb's part turns round within the transition rate, and the joint creeps where a real "
-          "one sticks. sticking: it has its full size while the joint moves, and at rest holds the joint."),
+          "smooth: Coulomb friction changes its sign over the transition rate, and the joint creeps where a real one "
+          "sticks. sticking: it has its full value while the joint moves, and holds the joint at rest."),
       field<&T::viscous>("viscous", "N m s/rad or N s/m", "").at_least(0),
       field<&T::coulomb>("coulomb", "N m or N", "").at_least(0),
       field<&T::static_effort>("static", "N m or N",
-                               "Of the model sticking: beyond this a joint at rest breaks away; absent: coulomb.")
+                               "For the model sticking: breakaway effort of a joint at rest; absent: coulomb.")
           .at_least(0)
           .optional(),
-      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "Of the model smooth.").above(0),
+      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "For the model smooth.").above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       needs("static", "model"),
@@ -168,13 +169,13 @@ template <>
 struct Described<TorqueRipple> {
   using T = TorqueRipple;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::amplitude>("amplitude", "", "Relative to the effort.").at_least(0).at_most(1).required(),
-      field<&T::per_turn>("per_turn", "", "Periods in a turn of the motor.").above(0).required(),
-      field<&T::phase>("phase", "rad", "At the joint's zero."),
+      field<&T::amplitude>("amplitude", "", "Amplitude relative to the effort.").at_least(0).at_most(1).required(),
+      field<&T::per_turn>("per_turn", "", "Periods per turn of the motor.").above(0).required(),
+      field<&T::phase>("phase", "rad", "Phase at the joint's zero."),
   });
   static constexpr Type type = structure<T>(
       "torque_ripple",
-      "The motor's effort is what it is told times 1 + amplitude sin(per_turn gear_ratio joint value + phase).",
+      "The motor's effort is the commanded effort times 1 + amplitude sin(per_turn gear_ratio joint value + phase).",
       fields);
 };
 
@@ -183,24 +184,22 @@ struct Described<JointMotor> {
   using T = JointMotor;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::no_load_rate>("no_load_rate", "rad/s or m/s",
-                              "Of the joint: the largest effort in the sense of motion falls on a line from "
-                              "limits.effort at rest to nothing at this rate; absent: it does not fall.")
+                              "Joint rate at which the available effort in the direction of motion is zero; it falls "
+                              "linearly from limits.effort at rest. Absent: constant effort.")
           .above(0)
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
       field<&T::ripple>("ripple", "", "").optional(),
-      field<&T::torque_constant>(
-          "torque_constant", "",
-          "Of the motor, before its gear, in N m/A: current is effort over gear_ratio times this; absent: "
-          "no electrical energy is worked out.")
+      field<&T::torque_constant>("torque_constant", "",
+                                 "Torque constant of the motor, before its gear, in N m/A: current is effort over "
+                                 "gear_ratio times this; absent: electrical energy is not computed.")
           .above(0)
           .optional(),
-      field<&T::resistance>("resistance", "", "Of its winding, in Ohm.").at_least(0),
+      field<&T::resistance>("resistance", "", "Winding resistance, in Ohm.").at_least(0),
   });
   static constexpr auto rules = std::to_array<Rule>({needs("resistance", "torque_constant")});
-  static constexpr Type type =
-      structure<T>("joint_motor", "What the motor of the joint can do, and what it takes.", fields, rules);
+  static constexpr Type type = structure<T>("joint_motor", "Limits and losses of the joint's motor.", fields, rules);
 };
 
 template <>
@@ -209,12 +208,12 @@ struct Described<JointSpring> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::stiffness>("stiffness", "N m/rad or N/m", "").above(0).required(),
       field<&T::damping>("damping", "N m s/rad or N s/m", "").at_least(0),
-      field<&T::rest>("rest", "rad or m", "Joint value at which it pulls nowhere, and with which the joint begins."),
+      field<&T::rest>("rest", "rad or m", "Joint value of the relaxed spring, which is also the initial value."),
   });
   static constexpr Type type = structure<T>(
       "joint_spring",
-      "A spring and a damper at a joint that nothing drives, such as a panel's hinge: effort -(stiffness (joint value "
-      "- rest) + damping rate). The joint has no value among initial.joints and the like.",
+      "A spring and a damper at a joint without a drive, such as a panel's hinge: effort -(stiffness (joint value - "
+      "rest) + damping rate). The joint has no entry in initial.joints and other joint values.",
       fields);
 };
 
@@ -222,18 +221,18 @@ template <>
 struct Described<JointElasticity> {
   using T = JointElasticity;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Of the gear, seen at the joint.").above(0).required(),
-      field<&T::damping>("damping", "N m s/rad or N s/m", "Likewise.").at_least(0),
-      field<&T::backlash>("backlash", "rad or m",
-                          "How far the link can be moved against its motor, seen at the joint, before the spring "
-                          "resists; the damper always does.")
+      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Stiffness of the gear, at the joint.").above(0).required(),
+      field<&T::damping>("damping", "N m s/rad or N s/m", "Damping of the gear, at the joint.").at_least(0),
+      field<&T::backlash>(
+          "backlash", "rad or m",
+          "Free play of the link relative to its motor, at the joint, before the spring acts; the damper always acts.")
           .at_least(0),
   });
-  static constexpr Type type = structure<T>(
-      "joint_elasticity",
-      "The gear yields: a spring and a damper between what the motor turns and the link. The joint's values are the "
-      "motor's, over gear_ratio; the link is where the spring lets it be.",
-      fields);
+  static constexpr Type type =
+      structure<T>("joint_elasticity",
+                   "Elastic gear: a spring and a damper between motor and link. The joint's values are those of the "
+                   "motor, over gear_ratio; the link follows the deflection of the spring.",
+                   fields);
 };
 
 template <>
@@ -252,10 +251,10 @@ template <>
 struct Described<BeamSection> {
   using T = BeamSection;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::diameter>("diameter", "m", "Outer, of a round section.").above(0).optional(),
-      field<&T::width>("width", "m", "Outer, of a rectangle, along the section's y axis.").above(0).optional(),
-      field<&T::height>("height", "m", "Outer, of a rectangle, along the section's z axis.").above(0).optional(),
-      field<&T::wall_thickness>("wall_thickness", "m", "Absent: it is solid.").above(0).optional(),
+      field<&T::diameter>("diameter", "m", "Outer diameter of a round section.").above(0).optional(),
+      field<&T::width>("width", "m", "Outer width of a rectangle, along the section's y axis.").above(0).optional(),
+      field<&T::height>("height", "m", "Outer height of a rectangle, along the section's z axis.").above(0).optional(),
+      field<&T::wall_thickness>("wall_thickness", "m", "Wall thickness; absent: solid.").above(0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type =
@@ -266,7 +265,7 @@ template <>
 struct Described<BeamStation> {
   using T = BeamStation;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::at>("at", "m", "From the beam's beginning.").at_least(0).required(),
+      field<&T::at>("at", "m", "Distance from the start of the beam.").at_least(0).required(),
       field<&T::mass_per_length>("mass_per_length", "kg/m", "").above(0).optional(),
       field<&T::rotary_inertia>("rotary_inertia", "kg m", "").above(0).optional(),
       field<&T::bending_stiffness_y>("bending_stiffness_y", "N m^2", "").above(0).optional(),
@@ -276,102 +275,101 @@ struct Described<BeamStation> {
       field<&T::section>("section", "", "").optional(),
   });
   static constexpr Type type =
-      structure<T>("beam_station", "What the beam is at one place; the same as of the beam.", fields);
+      structure<T>("beam_station", "Properties of the beam at one position; the same keys as for the beam.", fields);
 };
 
 template <>
 struct Described<BeamDescription> {
   using T = BeamDescription;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "m", "Where it begins, in the link's frame; what is before it moves with its beginning.")
+      field<&T::from>("from", "m", "Start of the beam in the link's frame; bodies before it move with its start.")
           .by_default("[0, 0, 0]"),
-      field<&T::to>("to", "m", "Where it ends; what is beyond it moves with its end.").required(),
+      field<&T::to>("to", "m", "End of the beam; bodies beyond it move with its end.").required(),
       field<&T::section_y>(
           "section_y", "",
           "Direction of the section's y axis, in the link's frame; absent: the link's y axis, or its z "
           "axis where the beam is along y.")
           .optional(),
-      field<&T::mass_per_length>("mass_per_length", "kg/m",
-                                 "Absent: the link's whole mass is the beam's, from one end to the other.")
+      field<&T::mass_per_length>(
+          "mass_per_length", "kg/m",
+          "Mass per length; absent: the link's whole mass belongs to the beam, uniform from start to end.")
           .above(0)
           .optional(),
-      field<&T::rotary_inertia>("rotary_inertia", "kg m",
-                                "Of the section about the beam, per length: density times polar moment of area.")
+      field<&T::rotary_inertia>(
+          "rotary_inertia", "kg m",
+          "Rotary inertia of the section about the beam, per length: density times polar moment of area.")
           .at_least(0),
       field<&T::bending_stiffness_y>("bending_stiffness_y", "N m^2",
-                                     "E I of bending about the section's y axis; absent: it does not bend so.")
+                                     "E I of bending about the section's y axis; absent: rigid.")
           .above(0)
           .optional(),
-      field<&T::bending_stiffness_z>("bending_stiffness_z", "N m^2", "E I about the section's z axis; likewise.")
+      field<&T::bending_stiffness_z>("bending_stiffness_z", "N m^2",
+                                     "E I of bending about the section's z axis; absent: rigid.")
           .above(0)
           .optional(),
-      field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "G J; absent: it does not twist.")
-          .above(0)
-          .optional(),
-      field<&T::axial_stiffness>("axial_stiffness", "N", "E A; absent: it does not stretch.").above(0).optional(),
+      field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "G J; absent: rigid.").above(0).optional(),
+      field<&T::axial_stiffness>("axial_stiffness", "N", "E A; absent: rigid.").above(0).optional(),
       field<&T::material>("material", "", "").optional(),
-      field<&T::section>("section", "", "The same all along the beam.").optional(),
-      field<&T::stretches>("stretches", "", "With a section and a material: whether E A counts."),
+      field<&T::section>("section", "", "Section, constant along the beam.").optional(),
+      field<&T::stretches>("stretches", "", "With a section and a material: whether the beam stretches (E A)."),
       field<&T::stations>("stations", "",
-                          "A beam that is not the same everywhere, from its beginning to its end: what stations state, "
-                          "numbers or sizes of sections, is linear between them.")
+                          "A beam with varying properties, from start to end: stiffnesses, masses or section "
+                          "dimensions are linear between the stations.")
           .items(0, 100),
       field<&T::damping_ratio>("damping_ratio", "",
-                               "Of the first mode of each kind, of the beam alone, clamped where it begins; of higher "
-                               "ones it grows with the frequency.")
+                               "Damping ratio of the first mode of each kind, of the beam alone, clamped at its start; "
+                               "for higher modes it grows with the frequency.")
           .at_least(0)
           .at_most(1),
       field<&T::segments>(
           "segments", "",
-          "Equal lengths, each of which yields at its two Gauss points; errors of bending fall with the "
-          "fourth power of their number, of twisting and of what tension stiffens with the square.")
+          "Number of equal segments, each with springs at its two Gauss points; errors of bending fall with the fourth "
+          "power of this number, of torsion and of stiffening by tension with the square.")
           .at_least(1)
           .at_most(100),
       field<&T::modes>("modes", "",
-                       "It bends and twists only by so many of its slowest modes of each kind (bending about y, about "
-                       "z, twisting), which it has clamped where it begins, carrying what hangs on the link; absent: "
-                       "by all that its segments allow.")
+                       "Number of the slowest modes of each kind (bending about y, about z, torsion) that the beam "
+                       "keeps, clamped at its start, with the bodies on the link; absent: all modes of its segments.")
           .at_least(1)
           .at_most(200)
           .optional(),
       field<&T::fastest_mode>("fastest_mode", "Hz",
-                              "None of these modes may be faster: integration has to follow every one of them.")
+                              "Upper limit of the frequencies of these modes: integration must resolve each of them.")
           .above(0),
   });
-  static constexpr Type type = structure<T>(
-      "beam",
-      "The link bends along a straight beam, as rigid pieces on springs. The link's mass, centre of mass and inertia "
-      "are those of the whole, unbent, and include the beam's, a slender rod's; what is beside the beam moves with its "
-      "beginning.",
-      fields);
+  static constexpr Type type =
+      structure<T>("beam",
+                   "The link is flexible along a straight beam, modelled as rigid segments on springs. The link's "
+                   "mass, centre of mass and inertia describe the whole undeformed link and include the beam, a "
+                   "slender rod; bodies beside the beam move with its ends.",
+                   fields);
 };
 
 template <>
 struct Described<VibrationMode> {
   using T = VibrationMode;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::frequency>("frequency", "", "Clamped at the frame, in Hz.").above(0).required(),
+      field<&T::frequency>("frequency", "", "Frequency, clamped at the frame, in Hz.").above(0).required(),
       field<&T::damping_ratio>("damping_ratio", "", "").at_least(0).at_most(1),
       field<&T::translation>("translation", "", "Participation of translation, in kg^(1/2)."),
       field<&T::rotation>("rotation", "", "Participation of rotation about the frame's origin, in kg^(1/2) m."),
   });
-  static constexpr Type type =
-      structure<T>("vibration_mode",
-                   "A mode of the body clamped at its frame, of unit modal mass: the momentum per rate of its "
-                   "coordinate. The square "
-                   "of its translation is its effective mass. The body's mass and inertia include it.",
-                   fields);
+  static constexpr Type type = structure<T>(
+      "vibration_mode",
+      "A mode of the body clamped at its frame, of unit modal mass: the momentum per rate of its coordinate. The "
+      "square of its translation is its effective mass. The body's mass and inertia include it.",
+      fields);
 };
 
 template <>
 struct Described<LoadRating> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::force>("force", "N", "Magnitude of the force it passes on.").above(0).optional(),
+      field<&T::force>("force", "N", "Magnitude of the transmitted force.").above(0).optional(),
       field<&T::moment>("moment", "N m", "Magnitude of the moment.").above(0).optional(),
       field<&T::impulse>("impulse", "N s", "").above(0).optional(),
       field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
-      field<&T::driving>("driving", "N m or N", "About or along its axis: what brake or drive have to hold.")
+      field<&T::driving>("driving", "N m or N", "Effort about or along its axis, which a brake or drive must hold.")
           .above(0)
           .optional(),
       field<&T::driving_impulse>("driving_impulse", "N m s or N s", "").above(0).optional(),
@@ -379,8 +377,8 @@ struct Described<LoadRating> {
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type =
       structure<T>("joint_rating",
-                   "What the joint can bear in an impact, at its origin; what is absent is not watched. Forces and "
-                   "moments are peaks of an impact resolved in time, else impulses over impact.duration.",
+                   "Ratings of the joint in an impact, at its origin; absent ratings are not evaluated. Forces and "
+                   "moments are peaks of a compliant impact, else impulses over impact.duration.",
                    fields, rules);
 };
 
@@ -394,9 +392,8 @@ struct Described<GripperRatingKeys> {
       field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
-  static constexpr Type type =
-      structure<T>("gripper_rating", "What the gripper can bear in an impact, at the contact point; see joint_rating.",
-                   fields, rules);
+  static constexpr Type type = structure<T>(
+      "gripper_rating", "Ratings of the gripper in an impact, at the contact point; see joint_rating.", fields, rules);
 };
 
 template <>
@@ -404,7 +401,7 @@ struct Described<CaptureEnvelope> {
   using T = CaptureEnvelope;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::position>("position", "m", "Distance.").above(0).optional(),
-      field<&T::angle>("angle", "rad", "Of what the grasp's orientation asks for; without influence if it is free.")
+      field<&T::angle>("angle", "rad", "Angle from the required grasp orientation; not evaluated if it is free.")
           .above(0)
           .optional(),
       field<&T::velocity>("velocity", "m/s", "Relative speed of the end-effector's origin.").above(0).optional(),
@@ -412,8 +409,8 @@ struct Described<CaptureEnvelope> {
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>("envelope",
-                                            "What the end-effector can close on: how far it may be from its grasp "
-                                            "point, and how fast, relative to it. What is absent may be anything.",
+                                            "Capture envelope of the end-effector: largest deviations from its grasp "
+                                            "point in position and velocity. Absent keys have no limit.",
                                             fields, rules);
 };
 
@@ -425,7 +422,7 @@ struct Described<JointKeys> {
       found<[](T& t) -> JointType& { return t.joint.type; }>("type", "", "").required(),
       found<[](T& t) -> Vector3d& { return t.joint.axis; }>(
           "axis", "",
-          "Unit vector in the joint's frame, about which a revolute joint turns and along which a prismatic one moves.")
+          "Unit vector in the joint's frame: rotation axis of a revolute joint, direction of a prismatic joint.")
           .as("unit vector")
           .optional(),
       group<T, OriginKeys>("origin", ""),
@@ -434,15 +431,15 @@ struct Described<JointKeys> {
       found<[](T& t) -> JointFriction& { return t.joint.friction; }>("friction", "", ""),
       found<[](T& t) -> double& { return t.joint.rotor_inertia; }>(
           "rotor_inertia", "kg m^2",
-          "Of the motor about its own axis; adds gear_ratio^2 times it to the joint's inertia in every phase.")
+          "Inertia of the motor about its own axis; adds gear_ratio^2 times it to the joint's inertia in every phase.")
           .at_least(0),
       found<[](T& t) -> double& { return t.joint.gear_ratio; }>("gear_ratio", "1, or rad/m for a prismatic joint",
                                                                 "Motor turns per joint turn."),
       found<[](T& t) -> std::optional<Vector3d>& { return t.joint.rotor_axis; }>(
           "rotor_axis", "",
-          "Unit vector in the joint's frame: about it the rotor turns in the link that carries it, so that its spin is "
-          "momentum and turns that link. That link's mass and inertia include the rotor. Absent: the rotor adds to the "
-          "joint's inertia alone.")
+          "Unit vector in the joint's frame: axis of the rotor in the link that carries it, so that its spin has "
+          "angular momentum and acts on that link. That link's mass and inertia include the rotor. Absent: the rotor "
+          "only adds to the joint's inertia.")
           .as("unit vector")
           .optional(),
       found<[](T& t) -> std::optional<JointMotor>& { return t.joint.motor; }>("motor", "", "").optional(),
@@ -475,7 +472,7 @@ struct Described<BodyDescription> {
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       field<&T::beam>("beam", "", "").optional(),
-      field<&T::modes>("modes", "", "Modes of vibration, in place of a beam, as makers of panels state them.")
+      field<&T::modes>("modes", "", "Flexible modes in place of a beam, as manufacturers of panels state them.")
           .items(0, 50),
       key<std::vector<Geometry>>("geometry", "", kShapesText)
           .as("geometry of body")
@@ -491,13 +488,13 @@ struct Described<EndEffectorSetup> {
   using T = EndEffectorSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
-      field<&T::body>("link", "", "Name of the link, or of the base, that carries it.").required(),
-      found<[](T& t) -> Vector3d& { return t.X_BE.p; }>("position", "m", "In the link's frame."),
+      field<&T::body>("link", "", "Name of the link, or of the base, that carries the end-effector.").required(),
+      found<[](T& t) -> Vector3d& { return t.X_BE.p; }>("position", "m", "Position in the link's frame."),
       quaternion_of<&T::X_BE>(),
       rpy_of<&T::X_BE>(),
-      field<&T::approach_axis>("approach_axis", "",
-                               "Unit vector in the end-effector's frame: the direction in which it reaches out. For "
-                               "grasps with orientation axis.")
+      field<&T::approach_axis>(
+          "approach_axis", "",
+          "Unit vector in the end-effector's frame: the direction of approach. For grasps with orientation axis.")
           .as("unit vector")
           .optional(),
       field<&T::envelope>("envelope", "", "").optional(),
@@ -530,7 +527,7 @@ struct Described<WheelSetup> {
   });
   static constexpr Type type = structure<T>(
       "reaction_wheel",
-      "A balanced rotor that a motor turns against the base. What drives it: base_control of scenarios.", fields);
+      "A balanced rotor that a motor accelerates relative to the base. base_control of scenarios commands it.", fields);
 };
 
 template <>
@@ -538,7 +535,7 @@ struct Described<MomentGyroSetup> {
   using T = MomentGyroSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
-      field<&T::gimbal_axis>("gimbal_axis", "", "Unit vector in the base's frame, about which the gimbal turns.")
+      field<&T::gimbal_axis>("gimbal_axis", "", "Unit vector in the base's frame: rotation axis of the gimbal.")
           .as("unit vector")
           .required(),
       field<&T::spin_axis>("spin_axis", "",
@@ -546,17 +543,18 @@ struct Described<MomentGyroSetup> {
                            "gimbal at its zero.")
           .as("unit vector")
           .required(),
-      field<&T::inertia>("inertia", "kg m^2", "Of the rotor about its axis. The base's own inertia includes the gyro.")
+      field<&T::inertia>("inertia", "kg m^2",
+                         "Moment of inertia of the rotor about its axis. The base's inertia includes the gyro.")
           .above(0)
           .required(),
-      field<&T::spin_rate>("spin_rate", "rad/s", "Of the rotor in the gimbal, which its motor keeps.")
+      field<&T::spin_rate>("spin_rate", "rad/s", "Rate of the rotor in the gimbal, controlled by its motor.")
           .above(0)
           .up_to(1e+09)
           .plausible_to(kFastestRotor)
           .required(),
       field<&T::gimbal_inertia>("gimbal_inertia", "kg m^2",
-                                "About the gimbal's axis, of all that turns with it; more than half of inertia, which "
-                                "the rotor has across its own axis.")
+                                "Moment of inertia about the gimbal's axis of all parts that turn with it; more than "
+                                "half of inertia, the minimum transverse inertia of the rotor.")
           .above(0)
           .required(),
       field<&T::torque>("torque", "N m", "Largest torque of the gimbal's motor; absent: none.")
@@ -568,26 +566,28 @@ struct Described<MomentGyroSetup> {
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
-      field<&T::bandwidth>("bandwidth", "1/s", "Of the loops by which the motors keep both rates.")
+      field<&T::bandwidth>("bandwidth", "1/s", "Bandwidth of the loops by which the motors control both rates.")
           .above(0)
           .up_to(1e+06),
   });
-  static constexpr Type type =
-      structure<T>("moment_gyro",
-                   "A control moment gyro: a rotor at a constant rate in a gimbal that a motor turns against the base. "
-                   "What turns it: base_control of scenarios.",
-                   fields);
+  static constexpr Type type = structure<T>("moment_gyro",
+                                            "A control moment gyro: a rotor at a constant rate in a gimbal that a "
+                                            "motor turns relative to the base. base_control of scenarios commands it.",
+                                            fields);
 };
 
 template <>
 struct Described<PlumeSetup> {
   using T = PlumeSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::half_angle>("half_angle", "rad", "Of the cone, at most 1.5 rad.").above(0).at_most(1.5).required(),
-      field<&T::range>("range", "m", "How far it reaches.").above(0).required(),
+      field<&T::half_angle>("half_angle", "rad", "Half angle of the cone, at most 1.5 rad.")
+          .above(0)
+          .at_most(1.5)
+          .required(),
+      field<&T::range>("range", "m", "Length of the cone.").above(0).required(),
   });
-  static constexpr Type type = structure<T>(
-      "plume", "Cone of what a thruster throws out, against its direction; what comes into it is reported.", fields);
+  static constexpr Type type =
+      structure<T>("plume", "Cone of a thruster's exhaust, opposite to its force; bodies in it are reported.", fields);
 };
 
 template <>
@@ -595,33 +595,34 @@ struct Described<ThrusterSetup> {
   using T = ThrusterSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
-      found<[](T& t) -> Vector3d& { return t.position; }>("position", "m", "Where its force acts, in the base's frame.")
+      found<[](T& t) -> Vector3d& { return t.position; }>("position", "m",
+                                                          "Point of application of its force, in the base's frame.")
           .required(),
       found<[](T& t) -> Vector3d& { return t.direction; }>(
-          "direction", "", "Unit vector of its force on the base, in the base's frame; the plume goes the other way.")
+          "direction", "",
+          "Unit vector of its force on the base, in the base's frame; the plume has the opposite direction.")
           .as("unit vector")
           .required(),
-      found<[](T& t) -> double& { return t.force; }>("force", "N", "When it is on.").above(0).required(),
+      found<[](T& t) -> double& { return t.force; }>("force", "N", "Force while it is on.").above(0).required(),
       found<[](T& t) -> double& { return t.specific_impulse; }>(
           "specific_impulse", "s",
-          "Of its propellant, of which it uses force / (specific impulse times 9.80665 m/s^2).")
+          "Specific impulse of its propellant; the mass flow is force / (specific impulse times 9.80665 m/s^2).")
           .above(0)
           .required(),
-      found<[](T& t) -> double& { return t.min_on_time; }>("min_on_time", "s", "Least time that its valve is open.")
+      found<[](T& t) -> double& { return t.min_on_time; }>("min_on_time", "s", "Minimum time that its valve is open.")
           .at_least(0),
-      found<[](T& t) -> double& { return t.rise; }>("rise_time", "s", "In which its force rises, in a straight line.")
+      found<[](T& t) -> double& { return t.rise; }>("rise_time", "s", "Duration of the linear rise of its force.")
           .at_least(0),
-      found<[](T& t) -> double& { return t.fall; }>("fall_time", "s", "In which it falls.").at_least(0),
+      found<[](T& t) -> double& { return t.fall; }>("fall_time", "s", "Duration of the linear fall of its force.")
+          .at_least(0),
       found<[](T& t) -> Vector3d& { return t.misalignment; }>(
           "misalignment", "rad",
-          "Rotation vector about the base's axes that turns its direction to where it really points; the controller "
-          "does "
-          "not know of it.")
+          "Rotation vector about the base's axes from its nominal to its true direction; unknown to the controller.")
           .by_default("[0, 0, 0]"),
       field<&T::plume>("plume", "", "").optional(),
   });
   static constexpr Type type = structure<T>(
-      "thruster", "A thruster of the base, on or off. What opens its valve: base_control of scenarios.", fields);
+      "thruster", "A thruster of the base, on or off. base_control of scenarios commands its valve.", fields);
 };
 
 template <>
@@ -630,8 +631,8 @@ struct Described<BaseKeys> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::base>("name", "", "").by_default("\"base\""),
       field<&T::base_mode>("mode", "",
-                           "free: floats. held: kept at its initial pose by an ideal wrench during the approach, free "
-                           "from the impact on. fixed: bolted to the ground."),
+                           "free: floating. held: kept at its initial pose by an ideal wrench during the approach, "
+                           "free from the impact on. fixed: bolted to the ground."),
       found<[](T& t) -> double& { return t.bodies[0].mass; }>("mass", "kg", "").above(0).required(),
       found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", kComText).by_default("[0, 0, 0]"),
       found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
@@ -647,7 +648,7 @@ struct Described<BaseKeys> {
 
 namespace {
 
-// The bodies but for the base, which comes first.
+// The bodies except the base, which comes first.
 const Type& links_type() {
   static const Type type = [] {
     Type list = type_of<std::vector<BodyDescription>>();
@@ -675,7 +676,7 @@ constexpr Field links(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
-// A key that stands for members which others read too.
+// A key for members that other keys also set.
 constexpr Field file_key(std::string_view key, const Type& (*type)(), std::string_view text) {
   Field f;
   f.key = key, f.text = text, f.type = type;
@@ -689,24 +690,24 @@ struct Described<RobotSetup> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
       version_key("constant grapnel-robot/1"),
-      field<&T::name>("name", "", "Shown in reports.").by_default("\"robot\""),
+      field<&T::name>("name", "", "Name in reports.").by_default("\"robot\""),
       description_key(),
       group<T, BaseKeys>("base", "").required(),
-      links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
+      links("links", "", "Links in any order; a joint connects each to its parent. Branches are allowed.")
           .items(0, 4000),
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
       field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
           .items(0, 100),
-      file_key("wheel_array", &wheel_array_description, "Equal reaction wheels in a usual arrangement."),
-      file_key("gyro_array", &gyro_array_description, "Equal control moment gyros in a usual arrangement."),
+      file_key("wheel_array", &wheel_array_description, "Equal reaction wheels in a standard arrangement."),
+      file_key("gyro_array", &gyro_array_description, "Equal control moment gyros in a standard arrangement."),
       field<&T::gyros>("gyros", "",
                        "Control moment gyros of the base. Its mass, centre of mass and inertia include them, rotors at "
                        "rest and gimbals at their zeros.")
           .items(0, 100),
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
       field<&T::propellant>("propellant", "kg",
-                            "At hand for the thrusters; what is used beyond it is reported. It is part of the base's "
-                            "mass, which stays.")
+                            "Available propellant of the thrusters; a consumption beyond it is reported. It is part of "
+                            "the base's mass, which remains constant.")
           .above(0)
           .optional(),
   });
@@ -740,7 +741,7 @@ void finish_base(const Node& node, const std::string& path, ReadRobot& robot, Fa
   doubt_body(node, path, base, setup, faults);
 }
 
-// Values with units that a joint of this kind does not have, in its mapping and below.
+// Values with units that do not apply to a joint of this type, in its mapping and below.
 void check_joint_units(const Node& node, const Type& keys, const JointDescription& joint, const std::string& path,
                        FaultList& faults) {
   for (const Field& field : keys.fields) {
@@ -768,7 +769,7 @@ void finish_link(const Node& node, const std::string& path, BodyDescription& lin
   doubt_body(node, path, link, robot.setup, faults);
 }
 
-// The cycles among parents, each as its members in order. A link that merely hangs on a cycle is no member.
+// The cycles among parents, each as its members in order. Descendants of a cycle are not members.
 std::vector<std::vector<std::string>> parent_cycles(const std::vector<BodyDescription>& bodies) {
   std::map<std::string_view, std::string_view> parent_of;
   for (const BodyDescription& body : bodies) parent_of.emplace(body.name, body.parent);
@@ -800,7 +801,7 @@ std::string cycle_text(const std::vector<std::string>& cycle, std::size_t from) 
   return text + (cycle.size() > kMost ? " -> …" : "") + " -> " + shortened(cycle[from]);
 }
 
-// Parents that exist and do not lead back to the link itself.
+// Checks that parents exist and form no cycle.
 void check_parents(const Node& links, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   std::map<std::string, std::string, std::less<>> cycle_of;
   for (const std::vector<std::string>& cycle : parent_cycles(robot.setup.bodies)) {
@@ -811,7 +812,7 @@ void check_parents(const Node& links, const std::string& path, const ReadRobot& 
     const std::string name = text_at(link, "name"), parent = text_at(link, "parent");
     if (!robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
     const auto it = cycle_of.find(name);
-    // Between two of one name nobody can say whose parent is meant.
+    // With duplicate names the parent is ambiguous.
     if (it == cycle_of.end() || robot.links.is_duplicate(name)) continue;
     faults.add(part(link, "parent").mark,
                fmt::format("{}: the parents of {} form a cycle: {}", item(path, i), in_quotes(name), it->second));
@@ -834,7 +835,7 @@ void finish_actuators(const Node& list, const std::string& path, const std::stri
   for (std::size_t i = 0; i < count && i < list.items.size(); ++i) names.add_from(list.items[i], item(path, i), faults);
 }
 
-// Where joints and end-effectors are on a body, in its frame; of a link its own joint too.
+// Positions of joints and end-effectors on a body, in its frame; for a link including its joint.
 std::vector<Vector3d> points_on(const RobotSetup& setup, std::size_t body) {
   const std::string& name = setup.bodies[body].name;
   std::vector<Vector3d> points;
@@ -853,7 +854,7 @@ void doubt_inertia_points(const Node& node, const std::string& path, const Robot
   for (std::size_t i = 0; i < setup.bodies.size(); ++i) {
     const BodyDescription& body = setup.bodies[i];
     if (i > 0 && (!links.is_sequence() || i - 1 >= links.items.size())) return;
-    // A base bears arms where they are mounted, which states nothing about its own extent.
+    // The mounting points of arms on a base do not bound its extent.
     const std::vector<Vector3d> points = i > 0 ? points_on(setup, i) : std::vector<Vector3d>();
     doubt_inertia_point(i > 0 ? links.items[i - 1] : part(node, "base"),
                         i > 0 ? item(below(path, "links"), i - 1) : below(path, "base"), body, points,

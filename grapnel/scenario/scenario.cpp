@@ -28,7 +28,7 @@ namespace {
 
 enum class FileKind { scenario, robot };
 
-// One clear sentence instead of every key of the other kind.
+// One message instead of one per key of the other kind.
 bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
   const Node* schema = tree.find("schema");
   if (!schema || !schema->is_scalar()) return true;
@@ -45,7 +45,7 @@ bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
   return false;
 }
 
-// Whether a line of the text begins with a key of such a file, or nothing but blanks and comments is there.
+// Whether a line of the text begins with a key of such a file, or the text has only blanks and comments.
 bool may_be_of_kind(std::string_view text, const nlohmann::ordered_json& schema) {
   bool any = false;
   for (std::size_t at = 0; at < text.size();) {
@@ -62,8 +62,8 @@ bool may_be_of_kind(std::string_view text, const nlohmann::ordered_json& schema)
   return !any;
 }
 
-// A file that another one names may be anything that can be read on this machine: what is no file of the kind at all is
-// refused without a word of what it says.
+// A file that another file names may be any readable file on this machine: files of another kind are rejected without
+// showing their contents.
 bool is_foreign(const std::string& text, FileKind kind, const std::shared_ptr<const std::string>& source,
                 FaultList& faults) {
   const bool robot = kind == FileKind::robot;
@@ -71,12 +71,12 @@ bool is_foreign(const std::string& text, FileKind kind, const std::shared_ptr<co
   if (may_be_of_kind(text, schema)) return false;
   std::vector<std::string> keys;
   for (const auto& [key, unused] : schema.at("properties").items()) keys.push_back(key);
-  faults.add({source, 1, 1}, fmt::format("this is no {} file: no line begins with a key of one, such as {}",
+  faults.add({source, 1, 1}, fmt::format("this is not a {} file: no line begins with one of its keys, such as {}",
                                          robot ? "robot" : "scenario", some_of(keys)));
   return true;
 }
 
-// A file's tree, with its bytes added to `hashed`. Empty after a fault.
+// A file's tree, with its bytes added to `hashed`. Empty after an error.
 std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
                               ScenarioFiles& files, FaultList& faults, const std::string& named = {}) {
   if (const auto kept = files.find(path)) {
@@ -106,12 +106,12 @@ Node tree_of(const ReadyMade& one) {
   return *parse_document(std::string(one.text), std::make_shared<const std::string>(one.source()), none);
 }
 
-// The tree of a robot that is part of the program, with its bytes added to `hashed`. Empty after a fault.
+// The tree of a ready-made robot, with its bytes added to `hashed`. Empty after an error.
 std::optional<Node> ready_made_robot(const Node& named, std::string& hashed, ScenarioFiles& files, FaultList& faults) {
   const ReadyMade* found = find_ready_made(ReadyMade::Kind::robots, named.text);
   if (!found) {
     faults.add(named.mark, no_ready_made(ReadyMade::Kind::robots, named.text) +
-                               " (a robot file is named with its ending, such as robot.yaml)");
+                               " (the name of a robot file needs its extension, such as robot.yaml)");
     return {};
   }
   hashed += found->text;
@@ -121,13 +121,13 @@ std::optional<Node> ready_made_robot(const Node& named, std::string& hashed, Sce
   return tree;
 }
 
-// Scenario and robot as trees, while the pieces come together.
+// Scenario and robot as trees during reading.
 class Loader {
  public:
   Loader(std::filesystem::path path, ScenarioFiles& files, FaultList faults = {})
       : path_(std::move(path)), files_(files), faults_(std::move(faults)) {}
 
-  /// The problem; into `warnings`, if any, what is allowed but hardly meant.
+  /// The problem; warnings about valid but implausible input go to `warnings`, unless it is null.
   CaptureProblem load(std::span<const Change> changes, std::vector<Fault>* warnings = nullptr) {
     const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
     std::string bytes, robot_bytes;
@@ -208,14 +208,14 @@ class Loader {
     return std::make_shared<const SourceTexts>(std::move(texts));
   }
 
-  // Another robot takes the place of the one before.
+  // Another robot replaces the previous one.
   void forget_robot(std::string& robot_bytes) {
     included_ = robot_unreadable_ = imported_ = false;
     robot_bytes.clear();
     robot_texts_.clear();
   }
 
-  // Replaces the robot's path, or what it is put together from, by the content of a robot file.
+  // Replaces the robot's path, or its parts, by the content of a robot file.
   void include_robot(Node& scenario, std::string& robot_bytes) {
     Node* named = scenario.find("robot");
     if (!named || robot_unreadable_) return;
@@ -240,11 +240,11 @@ class Loader {
   // A robot from files in other formats, or put together from several.
   void include_imported(const Node& scenario, Node& place, std::string& robot_bytes) {
     const auto robot = import_robot(scenario, path_, files_, faults_);
-    robot_path_ = path_;  // beside which meshes are named
+    robot_path_ = path_;  // mesh paths are relative to its folder
     imported_ = true;
     robot_unreadable_ = !robot;
     if (!robot) {
-      // What is wrong has been said; the path of a file stands for it.
+      // Errors have been reported; a path temporarily replaces the robot.
       place.entries.clear();
       place.kind = Node::Kind::scalar, place.text = "robot", place.plain = true;
       return;
@@ -258,7 +258,7 @@ class Loader {
     included_ = true;
   }
 
-  // Checks the robot by itself and leaves a path in its place. What is wrong with it must not hide faults of the rest.
+  // Checks the robot separately and leaves a path in its place, so that its errors do not hide errors of the rest.
   ReadRobot check_robot(Node& scenario) {
     Node* place = scenario.find("robot");
     if (!place || robot_unreadable_ || !(place->is_mapping() || included_)) return unknown_robot();
@@ -267,7 +267,7 @@ class Loader {
     place->kind = Node::Kind::scalar;
     place->mark = tree.mark;
     place->text = "robot";
-    // Overrides name the robot's values with "robot." before them.
+    // Overrides name the robot's values with the prefix "robot.".
     const bool by_itself = included_ && !set_inside_robot_;
     const std::string prefix = by_itself ? "" : "robot";
     check_structure(tree, robot_schema_document(), by_itself ? "the robot" : "robot", robot_faults_, prefix);
@@ -276,7 +276,7 @@ class Loader {
     return read_robot(tree, prefix, meshes, robot_faults_);
   }
 
-  // The file of numbers that approach.trajectory or control.torques names, if it does and it can be read.
+  // The file of numbers that approach.trajectory or control.torques names, if it exists and can be read.
   std::optional<TrajectoryFile> read_csv_file(const Node* named, std::string& bytes) {
     if (!named || !is_text(*named) || named->text.empty()) return {};
     const std::filesystem::path path = path_beside(path_, named->text);
@@ -294,7 +294,7 @@ class Loader {
     return TrajectoryFile{source, std::move(*text)};
   }
 
-  // The library that control.plugin names, or the FMU, and its digest, which stands for its bytes.
+  // The library that control.plugin names, or the FMU, and its digest, which represents its bytes.
   struct PluginFile {
     std::string file, sha256;
   };
@@ -319,7 +319,7 @@ class Loader {
     return {path.string(), kept->bytes};
   }
 
-  // What is wrong with an FMU is a fault where the scenario names it, or where it says what its variables are.
+  // Errors of an FMU are reported where the scenario names it, or where it maps its variables.
   void open_fmu(const Node& scenario, CaptureProblem& problem) {
     ControlSetup& control = *problem.control;
     const Node& section = part(scenario, "control");
@@ -363,7 +363,7 @@ class Loader {
 std::optional<Node> read_robot_tree(const std::filesystem::path& beside, const Node& named, std::string& hashed,
                                     ScenarioFiles& files, FaultList& faults) {
   const std::filesystem::path path = robot_path(beside, named.text);
-  // A name without dot and slash is that of a ready-made robot, unless only a file is called so.
+  // A name without dot and slash refers to a ready-made robot, unless only a file has this name.
   std::error_code unknown;
   if (is_ready_made_name(named.text) &&
       (find_ready_made(ReadyMade::Kind::robots, named.text) || !std::filesystem::exists(path, unknown)))
@@ -388,7 +388,7 @@ void include_targets(Node& scenario, std::set<std::string, std::less<>>& used, F
       used.emplace(found->name);
       tree = tree_of(*found);
     } else {
-      // What lacks for that is no further fault.
+      // Missing parts are not reported again.
       faults.add(named->mark, no_ready_made(ReadyMade::Kind::targets, named->text));
       tree.entries.push_back({"mass", named->mark, number_node(1, named->mark)});
       tree.entries.push_back({"inertia", named->mark, list_node(std::vector<double>{1, 1, 1}, named->mark)});
@@ -405,7 +405,7 @@ std::filesystem::path path_beside(const std::filesystem::path& file, const std::
   const std::filesystem::path shorter = path.lexically_normal();
   std::error_code error;
   if (std::filesystem::equivalent(path, shorter, error)) return shorter;
-  // Of a file that is not there the folder decides.
+  // For a missing file the folder decides.
   const bool same_folder = std::filesystem::equivalent(path.parent_path(), shorter.parent_path(), error);
   return same_folder && !std::filesystem::exists(path, error) ? shorter : path;
 }
@@ -504,7 +504,7 @@ RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* war
   } else {
     std::string bytes;
     const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
-    // By its name, where there is no such file.
+    // By its name, if there is no such file.
     std::error_code error;
     const bool is_name = is_ready_made_name(path.string()) && !std::filesystem::exists(path, error);
     Node named;

@@ -19,18 +19,16 @@ namespace grapnel {
 /// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
 /// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, those of ready-made targets in
 /// the order of their names, then the trajectory file's, then
-/// "--set path=value\n" of every override. Into `warnings`, where somebody reads them, what is allowed but hardly
-/// meant, such as an angle in degrees: warnings, in the order of their places. @throws InputError with all faults.
+/// "--set path=value\n" of every override. `warnings`, unless null, receives warnings about valid but implausible
+/// input, such as an angle in degrees, in the order of their places. @throws InputError with all errors.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {},
                              std::vector<Fault>* warnings = nullptr);
 
-/// Reads a robot file, or a ready-made robot by its name where there is no such file; `warnings` as for
-/// load_scenario().
-/// @throws InputError with all faults.
+/// Reads a robot file, or a ready-made robot by its name if there is no such file; `warnings` as for load_scenario().
+/// @throws InputError with all errors.
 RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
-/// A target that is part of the program, at rest at the origin; `warnings` as above.
-/// @throws InputError if there is none of this name.
+/// A ready-made target, at rest at the origin; `warnings` as above. @throws InputError if no target has this name.
 TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* warnings = nullptr);
 
 /// The published JSON Schemas (draft 7).

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Scenarios from files that are read once: a study sees the same bytes for all its points, whatever happens on disk
-/// meanwhile.
+/// Scenarios from files that are read once: a study uses the same bytes for all its points, independently of later
+/// changes on disk.
 
 #include <deque>
 #include <filesystem>
@@ -23,24 +23,24 @@ namespace grapnel {
 
 struct ImportedFile;  // imported_robot.hpp
 
-/// Files by path, with their trees. Only what could be read and parsed is kept. Thread safety: any number of threads.
+/// Files by path, with their trees. Only readable and valid files are stored. Thread safety: any number of threads.
 class ScenarioFiles {
  public:
   struct File {
     std::string bytes;
-    std::string text;  // checked_text() of a file that is no YAML
+    std::string text;  // checked_text() of a file that is not YAML
     Node tree;
-    std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are but a digest
+    std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are only a digest
     std::shared_ptr<const SourceModel> model = {};  // of a model to be imported
   };
-  /// Null if it has not been kept.
+  /// Null if it is not stored.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;
   void keep(const std::filesystem::path& path, File file);
-  /// Of all that has been kept, in order.
+  /// All stored files, in order.
   std::vector<std::filesystem::path> paths() const;
 
-  /// Robots put together from files, by what they were made from (imported_robot.hpp): the last ones only, since
-  /// campaigns may vary how they are made. Null if it has not been kept.
+  /// Robots assembled from files, by their sources (imported_robot.hpp): only the latest ones, because campaigns may
+  /// vary the options. Null if it is not stored.
   std::shared_ptr<const ImportedFile> find_imported(const std::string& key) const;
   void keep_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported);
 
@@ -64,15 +64,15 @@ CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const 
 std::optional<Node> read_robot_tree(const std::filesystem::path& beside, const Node& named, std::string& hashed,
                                     ScenarioFiles& files, FaultList& faults);
 
-/// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
-/// resolved where that names the same file (with symbolic links it may not).
+/// The path of a file named in another file, in readable form: relative to that file's folder, with ".." resolved if
+/// the result is the same file (with symbolic links it may not be).
 std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named);
 
-/// Where ScenarioFiles has the robot that a scenario names: a path beside the scenario's, or for one that is ready-made
-/// what messages call it.
+/// The key of a scenario's robot in ScenarioFiles: a path relative to the scenario, or the name in messages for a
+/// ready-made robot.
 std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named);
 
-/// Adds to every target that is `ready_made` what it does not say itself; the names of those are added to `used`.
+/// Adds the absent keys of every `ready_made` target; their names are added to `used`.
 void include_targets(Node& scenario, std::set<std::string, std::less<>>& used, FaultList& faults);
 
 /// Applies changes in their order, but first those that say which ready-made target one is; to ready-made targets

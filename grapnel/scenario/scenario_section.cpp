@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-// Mappings of files that hold some members of a structure.
+// Mappings of files for a subset of a structure's members.
 struct InitialBaseKeys;
 struct InitialKeys;
 struct OutputKeys;
@@ -22,17 +22,17 @@ constexpr Field import_key_of_scenarios() {
 
 }  // namespace
 
-// ---- What scenarios hold, but for the sections that have files of their own ----
+// ---- Contents of scenarios, except for the sections in separate files ----
 
 template <>
 struct Described<Momentumd> {
   using T = Momentumd;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::linear>("linear", "kg m/s", "In W."),
-      field<&T::angular>("angular", "kg m^2/s", "About the robot's centre of mass, in W."),
+      field<&T::linear>("linear", "kg m/s", "Linear momentum, in W."),
+      field<&T::angular>("angular", "kg m^2/s", "Angular momentum about the robot's centre of mass, in W."),
   });
   static constexpr Type type = structure<T>(
-      "momentum", "The robot's total momentum, in place of the base's velocities, which follow from it.", fields);
+      "momentum", "The robot's total momentum, in place of the base's velocities, which are computed from it.", fields);
 };
 
 template <>
@@ -64,12 +64,12 @@ struct Described<InitialKeys> {
   static constexpr auto fields = std::to_array<Field>({
       group<T, InitialBaseKeys>("base", ""),
       field<&T::joint_position>("joints", "rad or m",
-                                "Every moving joint's value; needed unless the robot has none or approach.trajectory "
-                                "or approach.pieces say it.")
+                                "Value of every moving joint; required unless the robot has no joints or "
+                                "approach.trajectory or approach.pieces state the values.")
           .as("joint values")
           .optional(),
       field<&T::joint_rate>("joint_rates", "rad/s or m/s",
-                            "Joint rates; joints left out of a mapping are at rest. Absent: those of "
+                            "Joint rates; joints absent from a mapping are at rest. Absent: those of "
                             "approach.trajectory or approach.pieces, else all at rest.")
           .as("joint values")
           .optional(),
@@ -91,25 +91,27 @@ struct Described<IntegrationSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::method>("method", "", "adaptive_8: Dormand-Prince of order 8 with error control. rk4: fixed steps."),
       field<&T::root_velocity>("root_velocity", "",
-                               "recovered: where nothing acts from outside, velocity and position of base and targets "
-                               "follow from the momentum and the centre of mass at the phase's start, so that momentum "
-                               "cannot drift. integrated: they are integrated like everything else."),
+                               "recovered: without external loads, velocity and position of base and targets follow "
+                               "from the momentum and the centre of mass at the phase's start, so that momentum cannot "
+                               "drift. integrated: they are integrated with the other states."),
       field<&T::loops>("loops", "",
-                       "How closed loops are kept closed. projection: positions and velocities are brought back after "
-                       "every step and at every output. baumgarte: defects are fed back to the accelerations. "
-                       "acceleration: on accelerations alone, as in the thesis: defects stay and grow. open: loops are "
-                       "cut, further grasps of a target do not hold it."),
-      field<&T::baumgarte_time>("baumgarte_time", "s", "Within which defects decay, for loops: baumgarte; absent: 0.1.")
+                       "Closure of kinematic loops. projection: positions and velocities are projected after every "
+                       "step and at every output. baumgarte: defects are fed back to the accelerations. acceleration: "
+                       "constraints on accelerations only, as in the thesis: defects grow. open: loops are cut, and "
+                       "further grasps of a target do not hold it."),
+      field<&T::baumgarte_time>("baumgarte_time", "s", "Decay time of defects, for loops: baumgarte; absent: 0.1.")
           .above(0)
           .optional(),
-      field<&T::relative_tolerance>("relative_tolerance", "", "For adaptive_8.").at_least(1e-14).at_most(0.1),
-      field<&T::absolute_tolerance>("absolute_tolerance", "", "For adaptive_8.").at_least(1e-18).at_most(0.1),
-      field<&T::step>("step", "s", "For rk4.").above(0),
+      field<&T::relative_tolerance>("relative_tolerance", "", "Tolerance of adaptive_8.").at_least(1e-14).at_most(0.1),
+      field<&T::absolute_tolerance>("absolute_tolerance", "", "Tolerance of adaptive_8.").at_least(1e-18).at_most(0.1),
+      field<&T::step>("step", "s", "Step of rk4.").above(0),
       field<&T::max_step>("max_step", "s",
-                          "For adaptive_8; absent: a hundredth of a phase with driven joints, else none.")
+                          "Maximum step of adaptive_8; absent: a hundredth of a phase with driven joints, else none.")
           .above(0)
           .optional(),
-      field<&T::max_steps>("max_steps", "", "A phase that needs more fails.").at_least(1).at_most(1000000000),
+      field<&T::max_steps>("max_steps", "", "Maximum number of steps of a phase; a phase that needs more fails.")
+          .at_least(1)
+          .at_most(1000000000),
   });
   static constexpr auto rules = std::to_array<Rule>({
       needs("baumgarte_time", "loops"),
@@ -122,12 +124,12 @@ template <>
 struct Described<OutputKeys> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::output_interval>("interval", "s", "Between the samples of the time series.").above(0),
+      field<&T::output_interval>("interval", "s", "Interval between the samples of the time series.").above(0),
       field<&T::output_links>("links", "",
                               "Record the velocities of all links, and the angular momentum inside the base."),
       field<&T::output_as_published>("as_published", "",
-                                     "Show what the thesis's formulas (3.8)-(3.13) would give beside the impact that "
-                                     "keeps momentum. With law as_published it is always shown."),
+                                     "Show the results of the thesis's formulas (3.8)-(3.13) in addition to the impact "
+                                     "that conserves momentum. With law as_published they are always shown."),
   });
   static constexpr Type type = structure<T>("output", "", fields);
 };
@@ -152,7 +154,7 @@ struct Described<CaptureProblem> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
       version_key("constant grapnel-scenario/1"),
-      field<&T::name>("name", "", "Shown in results.").required(),
+      field<&T::name>("name", "", "Name in results.").required(),
       description_key(),
       field<&T::robot>(
           &robot_description, "robot",
@@ -164,19 +166,19 @@ struct Described<CaptureProblem> {
       field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),
       field<&T::orbit>(&orbit_description, "orbit", "").optional(),
       group<T, InitialKeys>("initial", ""),
-      field<&T::targets>(&targets_description, "targets", "The free bodies to be caught."),
+      field<&T::targets>(&targets_description, "targets", "The free bodies to be captured."),
       field<&T::grasps>(&grasps_description, "grasps",
-                        "Who grasps what; all at one instant where nothing else is said.")
+                        "Grasps of end-effectors on targets; all at one instant unless stated otherwise.")
           .items(1, 0)
           .optional(),
       field<&T::approach>(&approach_description, "approach", "").optional(),
       field<&T::contact>(&contact_description, "contact", ""),
       field<&T::impact>(&impact_description, "impact", "").optional(),
-      phases_key("post_impact", "Motion after the impact: a phase, or phases one after the other.")
+      phases_key("post_impact", "Motion after the impact: one phase, or consecutive phases.")
           .when<[](const T& t) { return t.impact.has_value(); }>(),
-      phases_key("motion",
-                 "Motion of a scenario in which nothing is captured: a phase, or phases one after the other, from t = "
-                 "0 or the approach's end.")
+      phases_key(
+          "motion",
+          "Motion of a scenario without a capture: one phase, or consecutive phases, from t = 0 or the approach's end.")
           .when<[](const T& t) { return !t.impact; }>(),
       field<&T::loads>(&external_wrenches_description, "external_wrenches",
                        "Wrenches on bodies as given functions of time, in all phases.")
@@ -195,11 +197,11 @@ struct Described<CaptureProblem> {
       not_both("motion, post_impact"),
       needs("grasps", "targets"),
   });
-  static constexpr Type type = structure<T>(
-      "scenario",
-      "One simulation: a robot, its targets, who grasps what, and the phases to simulate. SI units, radians; "
-      "vectors in the world frame where nothing else is said.",
-      fields, rules);
+  static constexpr Type type =
+      structure<T>("scenario",
+                   "One simulation: a robot, its targets, the grasps, and the phases to simulate. SI units, radians; "
+                   "vectors in the world frame unless stated otherwise.",
+                   fields, rules);
 };
 
 const Type& scenario_description() { return type_of<CaptureProblem>(); }
@@ -208,11 +210,11 @@ const Type& scenario_description() { return type_of<CaptureProblem>(); }
 
 namespace {
 
-// Where a path, or what of it is there, stands.
+// The location of a path, or of its longest existing part.
 struct Found {
   const Node* node;
   const NodeEntry* entry = nullptr;  // if it is the value of a key
-  bool is_whole = true;              // all of the path is there
+  bool is_whole = true;              // the whole path exists
 };
 Found find_path(const Node& root, std::string_view path) {
   Found found{&root};
@@ -238,7 +240,7 @@ Found find_path(const Node& root, std::string_view path) {
   return found;
 }
 
-// Whether a fault has been found in a value or below it.
+// Whether an error was reported in a value or below it.
 bool is_faulty(const Node& node, const FaultList& faults) {
   const auto is_here = [&](const Fault& f) {
     return node.mark.source && f.file == *node.mark.source && f.line == node.mark.line && f.column == node.mark.column;
@@ -294,9 +296,9 @@ class ScenarioReader {
 
   void check_conflicts() {
     const Node& approach = part(root_, "approach");
-    const bool is_stated = approach.find("trajectory") || approach.find("pieces");  // though it may be faulty
+    const bool is_stated = approach.find("trajectory") || approach.find("pieces");  // possibly with errors
     std::vector<ProblemFault> conflicts = problem_conflicts(problem_);
-    // A file that could not be read has been reported.
+    // An unreadable file has been reported.
     const bool is_lost = part(root_, "control").find("torques") && !(problem_.control && problem_.control->log);
     if (is_lost) std::erase_if(conflicts, [](const ProblemFault& f) { return f.relies_on == "control"; });
     if (is_stated) std::erase_if(conflicts, [](const ProblemFault& f) { return f.path == "approach.profile"; });

@@ -70,7 +70,7 @@ void allow_units(Json& schema, bool has_unit) {
   }
 }
 
-// Keys that something ready-made says where they are absent.
+// Keys that a ready-made target supplies if they are absent.
 void allow_ready_made(Json& schema) {
   for (auto& [name, part] : schema["definitions"].items()) {
     if (!part.contains("properties") || !part["properties"].contains("ready_made")) continue;
@@ -97,7 +97,7 @@ std::string robot_schema() { return published(robot_schema_document()); }
 
 namespace {
 
-// Follows steps through the schema, through every alternative that has them, and notes what it meets.
+// Follows steps through the schema and all its matching alternatives, and records their content.
 class Follower {
  public:
   explicit Follower(const Json& root) : root_(root) {}
@@ -123,7 +123,7 @@ class Follower {
   }
 
  private:
-  // What leads nowhere leaves no trace.
+  // Dead ends are not recorded.
   bool try_part(const Json& schema, std::span<const PathStep> steps, PlaceRule& rule) const {
     PlaceRule copy = rule;
     if (!follow(schema, steps, copy)) return false;
@@ -181,11 +181,11 @@ PlaceRule place_rule(std::string_view path) {
 namespace {
 
 struct OfUnit {
-  std::string_view unit;  // the first of a place's
+  std::string_view unit;  // first unit of a place
   Magnitudes magnitudes;
 };
 
-// Longer units before those that they begin with.
+// Longer units before their prefixes.
 constexpr std::array kUnits{
     OfUnit{"kg m^2/s", {1e25, 0}}, OfUnit{"kg m^2", {1e25, 0}}, OfUnit{"kg m/s", {1e20, 0}}, OfUnit{"kg", {1e15, 1e-9}},
     OfUnit{"m/s^2", {1e6, 0}},     OfUnit{"m/s", {1e6, 0}},     OfUnit{"m", {1e4, 1e-9}},    OfUnit{"rad/s", {1e4, 0}},
@@ -220,7 +220,7 @@ std::vector<std::string> names_in(std::string_view list, std::string_view betwee
   return names;
 }
 
-// ---- What keys demand of each other ----
+// ---- Rules between keys ----
 
 Json required(const std::vector<std::string>& keys) { return {{"required", keys}}; }
 
@@ -234,7 +234,7 @@ Json condition_of(const Rule& rule) {
   return condition;
 }
 
-// The schema of a list's items where a rule says what they are.
+// The schema of a list's items if a rule states it.
 using ItemSchema = std::function<Json(const Type&, const Field&)>;
 
 void add_consequence(const Rule& rule, const ItemSchema& item_schema, Json& then) {
@@ -251,7 +251,7 @@ void add_consequence(const Rule& rule, const ItemSchema& item_schema, Json& then
     Field item;
     item.range.least = rule.least;
     Json list{{"type", "array"}, {"items", item_schema(rule.items(), item)}};
-    if (rule.items().kind == Type::Kind::real) list["x-any-unit"] = true;  // of what another key says
+    if (rule.items().kind == Type::Kind::real) list["x-any-unit"] = true;  // unit depends on another key
     then["properties"][std::string(rule.narrowed)] = std::move(list);
   }
 }
@@ -299,7 +299,7 @@ void add_rules(std::span<const Rule> rules, const ItemSchema& item_schema, Json&
 
 // ---- Structures ----
 
-// Numbers as a file would have them.
+// Numbers as in files.
 void write_plainly(Json& value) {
   if (value.is_number_float()) value = number_json(value.get<double>());
   if (!value.is_array()) return;
@@ -331,7 +331,7 @@ class SchemaWriter {
   Json reference(const Type& type) {
     const std::string name(type.name);
     if (!definitions.contains(name)) {
-      definitions[name] = nullptr;  // its place in the order
+      definitions[name] = nullptr;  // reserves its position
       Json schema = object(type);
       definitions[name] = std::move(schema);
     }

@@ -21,7 +21,7 @@ const Json& resolve(const Json& root, const std::string& reference) {
   return root.at(Json::json_pointer(reference.substr(1)));  // "#/definitions/x"
 }
 
-// The keyword of the schema itself, else of what it refers to.
+// The keyword of the schema, else of the referenced definition.
 const Json* keyword(const Json& root, const Json& schema, const char* name) {
   if (!schema.is_object()) return nullptr;
   if (const auto it = schema.find(name); it != schema.end()) return &*it;
@@ -44,13 +44,13 @@ bool fits_type(const Node& node, const std::string& type) {
   return false;
 }
 
-// Whether a node may be meant as a value of the type: numbers are also written with units, which are taken later.
+// Whether a node may represent a value of the type: numbers may have units, which are converted later.
 bool may_be_of_type(const Node& node, const std::string& type) {
   const bool has_unit = node.is_scalar() && (node.unit != 0 || number_and_unit(node.text));
   return fits_type(node, type) || (type == "number" && has_unit);
 }
 
-// Whether a list of lists is given where one of lists is meant, as the first item says.
+// Whether both are lists of lists, judged by the first item.
 bool fits_depth(const Json& root, const Node& node, const Json& array) {
   const auto items = array.find("items");
   if (node.items.empty() || items == array.end()) return true;
@@ -71,7 +71,7 @@ bool fits_keys(const Node& node, const Json& object) {
   return true;
 }
 
-// The alternative that the node must mean: of its type, then of its length or with its keys; null if there is none.
+// The alternative that matches the node: by type, then by length or keys; null if there is none.
 const Json* chosen_alternative(const Json& root, const Json& alternatives, const Node& node) {
   const Json* of_type = nullptr;
   std::size_t count = 0;
@@ -82,7 +82,7 @@ const Json* chosen_alternative(const Json& root, const Json& alternatives, const
     if (fits) return &alternative;
     of_type = &alternative, ++count;
   }
-  // Of one type there is no doubt what is meant; of several lists, the length must say it.
+  // A single match by type is unambiguous; among several lists the length decides.
   return count == 1 || node.is_mapping() ? of_type : nullptr;
 }
 
@@ -106,7 +106,7 @@ std::vector<std::string> names_in(const Json& properties) {
   return names;
 }
 
-// false, or {"not": {}} with a description that says why.
+// false, or {"not": {}} with the reason as description.
 bool is_forbidden(const Json& property) {
   if (property.is_boolean()) return true;
   const auto negated = property.find("not");
@@ -119,8 +119,8 @@ std::string joined_path(const std::string& path, const std::string& key) {
   return path.empty() ? shortened(key) : path + "." + shortened(key);
 }
 
-// "; is '0,5' a decimal comma?" where a list is longer than it may be and exactly so many of its commas have no blank
-// behind them, but others do.
+// "; is '0,5' a decimal comma?" if a list is too long and exactly the excess number of its commas has no blank after
+// them, while others have.
 std::string decimal_comma_advice(const Node& list, std::size_t most) {
   if (most == 0 || list.items.size() <= most) return {};
   std::size_t tight = 0;
@@ -134,14 +134,14 @@ std::string decimal_comma_advice(const Node& list, std::size_t most) {
   return "; is " + in_quotes(first) + " one number? It needs a point";
 }
 
-// Where a check stands.
+// The state of a check at one place.
 struct Where {
   std::string path;        // as in --set; empty: the whole document
   std::string unit;        // of the numbers below
   double largest = NAN;    // in magnitude, of the numbers below; NaN: by the unit
-  double plausible = NAN;  // likewise, what causes no warning
+  double plausible = NAN;  // likewise, without a warning
   std::string condition;   // "with type: continuous" inside a conditional part
-  std::string written;     // of a number that was written with a unit: how
+  std::string written;     // original text of a number with a unit
 };
 
 class Checker {
@@ -149,7 +149,7 @@ class Checker {
   Checker(const Json& root, const std::string& document, FaultList& faults)
       : root_(root), document_(document), faults_(faults) {}
 
-  // False if the node is of another type, so that nothing else can be said about it.
+  // False if the node has another type, so that no further check applies.
   bool check(Node& node, const Json& schema, Where where) {
     if (schema.contains("x-unit")) where.unit = schema["x-unit"];
     if (schema.contains("x-largest")) where.largest = schema["x-largest"];
@@ -180,7 +180,7 @@ class Checker {
 
   static bool is_number_type(const Json& type) { return type == "number" || type == "integer"; }
 
-  // False if the node has a unit that this place cannot have, which has been reported.
+  // False if the node has a unit that is not allowed here, which has been reported.
   bool take_unit(Node& node, Where& where) {
     if (!node.is_scalar() || (node.unit == 0 && number_of(node))) return true;
     std::string written = node.text;
@@ -189,7 +189,7 @@ class Checker {
     return reading != UnitReading::refused;
   }
 
-  // A number as a message shows it: "5 km (5000)".
+  // A number in a message: "5 km (5000)".
   static std::string shown(const Node& node, const Where& where) {
     if (where.written.empty()) return shortened(node.text);
     return fmt::format("{} ({})", shortened(where.written), shortened(node.text));
@@ -281,7 +281,7 @@ class Checker {
       if (above == 0 && value < limits.smallest) return fault(fmt::format("at least {:g}", limits.smallest));
     }
     if (within) {
-      if (node.unit != 0) return;  // who writes a unit has thought of it
+      if (node.unit != 0) return;  // numbers with explicit units need no warning
       if (where.unit == "rad") doubt_angle(value, node.mark, name_of(where), faults_);
       if (where.unit == "rad/s" && std::isnan(where.plausible))
         doubt_angular_rate(value, node.mark, name_of(where), faults_);
@@ -295,7 +295,7 @@ class Checker {
     fault(fmt::format("at least {}", from));
   }
 
-  // What a text may not hold, since it is shown on terminals and pages, and names files.
+  // Forbidden characters of texts, which appear on terminals and pages and in file names.
   void check_text(const Node& node, const Where& where) {
     for (std::size_t i = 0; i < node.text.size();) {
       const std::size_t length = std::max<std::size_t>(utf8_length(node.text, i), 1);
@@ -443,8 +443,7 @@ class Checker {
                                         suggestion(entry.key, names_in(known))));
   }
 
-  // A key that is unknown but near to one that is absent: what it holds is checked as what was meant, if it can be
-  // that.
+  // An unknown key that is similar to an absent key: its value is checked as that of the absent key if the type fits.
   void mend_keys(Node& node, const Json& schema, const Where& where) {
     const auto other = schema.find("additionalProperties");
     if (other == schema.end() || !other->is_boolean()) return;
@@ -462,7 +461,7 @@ class Checker {
     }
   }
 
-  // {mach: twist} where an alternative is {match: ...}; the numbers of another one have keys of their own.
+  // {mach: twist} if an alternative is {match: ...}; other alternatives have free keys.
   void mend_only_key(Node& node, const Json& alternatives, const Where& where) {
     if (node.entries.size() != 1 || !is_text(node.entries[0].value)) return;
     for (const Json& alternative : alternatives) {
@@ -476,7 +475,7 @@ class Checker {
   FaultList& faults_;
 };
 
-// {duration:20}: YAML takes it for a key without a value. Reported, and split as it was meant.
+// {duration:20}: YAML reads a key without a value. It is reported and split into key and value.
 void mend_missing_blanks(Node& node, FaultList& faults) {
   for (Node& item : node.items) mend_missing_blanks(item, faults);
   for (NodeEntry& entry : node.entries) {
@@ -490,7 +489,7 @@ void mend_missing_blanks(Node& node, FaultList& faults) {
   }
 }
 
-// Duplicates at every level, also below keys that are unknown. A YAML parser keeps one of them without a word.
+// Duplicates at every level, also below unknown keys. YAML parsers silently keep one of them.
 void check_duplicates(const Node& node, const std::string& path, const std::string& document, FaultList& faults) {
   std::map<std::string_view, const NodeEntry*> first;
   for (const NodeEntry& entry : node.entries) {

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// What robot and scenario files hold, section by section. Each *_section.cpp describes its part, every key with its
-/// place in RobotSetup or CaptureProblem, its unit, range, default and meaning, and reads what is more than keys and
-/// values: names, and what keys mean together. The published schemas, the check of a file's structure, its reading and
-/// values that campaigns set in place follow from the descriptions; the tables of docs/formats are tested against them.
+/// Contents of robot and scenario files, by section. Each *_section.cpp describes its section: every key with its
+/// member of RobotSetup or CaptureProblem, its unit, range, default and meaning. It also reads names and checks
+/// combinations of keys. The published schemas, the structure check, the reader and the setters of campaigns are
+/// generated from the descriptions; tests compare the tables of docs/formats with them.
 
 #include <map>
 #include <memory>
@@ -23,7 +23,7 @@ namespace grapnel {
 
 // ---- Descriptions ----
 
-// What stands in files in forms of its own only (forms.hpp).
+// Values with special forms in files (forms.hpp).
 template <>
 struct Described<Rotationd> {
   static constexpr Type type = structure<Rotationd>("rotation", "", {});
@@ -41,18 +41,18 @@ struct Described<std::pair<std::string, std::string>> {
   static constexpr Type type = structure<std::pair<std::string, std::string>>("names", "", {});
 };
 
-/// Keys that all files have, for their readers.
+/// Keys common to all files.
 constexpr Field version_key(std::string_view constant) {
-  return key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
+  return key<std::string>("schema", "", "Kind of the file and version of its format; absent: this version.")
       .as(constant)
       .optional();
 }
 constexpr Field description_key() {
-  return key<std::string>("description", "", "For the reader of the file.").as("any text").optional();
+  return key<std::string>("description", "", "Free description.").as("any text").optional();
 }
 
 inline constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double
-inline constexpr std::string_view kSeedText = "Of the random numbers; the same seed gives the same results.";
+inline constexpr std::string_view kSeedText = "Seed of the random numbers; the same seed gives the same results.";
 /// Rates of wheels and rotors above this are implausible [rad/s]: 60,000 turns per minute.
 inline constexpr double kFastestRotor = 6300;
 
@@ -61,7 +61,7 @@ inline constexpr std::string_view kInertiaText =
     "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of x y "
     "dm.";
 
-inline constexpr std::string_view kShapesText = "For drawing and clearance; a body may have several shapes.";
+inline constexpr std::string_view kShapesText = "For visualization and clearance; a body may have several shapes.";
 inline constexpr std::string_view kShapesTitles = "a mapping of one shape; a list of shapes";
 
 /// The orientation of a member that is a pose.
@@ -70,7 +70,7 @@ constexpr Field quaternion_of() {
   using Owner = typename detail::MemberOf<decltype(Pose)>::owner;
   return found<[](Owner& owner) -> Rotationd& { return (owner.*Pose).R; }>(
              "quaternion_wxyz", "",
-             "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
+             "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, rejected otherwise.")
       .as("quaternion")
       .optional();
 }
@@ -92,9 +92,9 @@ const Type& shapes_description();        ///< of a std::vector<Geometry>
 const Type& beam_description();          ///< of a std::optional<BeamDescription>
 const Type& spring_description();        ///< of a std::optional<JointSpring>
 const Type& vibrations_description();    ///< of a std::vector<VibrationMode>
-const Type& import_description();        ///< of the choices for a robot that is imported
-const Type& robot_on_bus_description();  ///< of a robot that is put together from files
-// Of members of CaptureProblem, by the names of their keys.
+const Type& import_description();        ///< of the options of an imported robot
+const Type& robot_on_bus_description();  ///< of a robot assembled from files
+// Descriptions of members of CaptureProblem, by the names of their keys.
 const Type& targets_description();
 const Type& grasps_description();
 const Type& approach_description();
@@ -115,7 +115,7 @@ const Type& base_control_description();     // of approach and of post_impact
 
 // ---- Robots ----
 
-/// What a scenario needs to know about its robot, as far as faults allow.
+/// Properties of the robot that a scenario requires, as far as errors allow.
 struct ReadRobot {
   RobotSetup setup;
   NameTable links{"link"};
@@ -127,40 +127,40 @@ struct ReadRobot {
   bool order_known = false;
   bool types_known = true;  // of all joints
 
-  /// Whether `joints` holds what the user means by the moving joints.
+  /// Whether `joints` is the complete list of moving joints.
   bool count_known() const { return joint_names.complete() && types_known; }
 };
 
-/// `path` is "robot" for an inline robot and empty for a file; `meshes` are those that its geometry names.
+/// `path` is "robot" for an inline robot and empty for a file; `meshes` are the meshes named in its geometry.
 ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& meshes, FaultList& faults);
 
-/// Model of the robot as it is described. @throws ModelError
+/// Model of the described robot. @throws ModelError
 Model build_model(const RobotSetup& setup);
 /// Its moving joints, in the order of Model::joints(). @throws ModelError
 std::vector<JointDescription> moving_joints(const RobotSetup& setup);
 
 // ---- Scenarios ----
 
-/// A joint motion's file whose text has been read and found clean.
+/// A file of joint motion whose text has been read and checked.
 struct TrajectoryFile {
   std::shared_ptr<const std::string> source;  // its path
   std::string text;
 };
 
-/// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
-/// faults leave the motion in doubt.
+/// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty if
+/// errors make the motion uncertain.
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
-/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none, or in their
+/// The same for joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none, or in their
 /// place wheel.NAME, gyro.NAME and thruster.NAME of its actuators.
 std::optional<EffortLog> read_efforts(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
 
-/// A capture problem from a Node tree. `robot` may lack everything where its file could not be read; names and joints
-/// are then not checked. `trajectory` is the file that approach.trajectory names and `torques` that of control.torques,
-/// null if there is none or it could not be read. `meshes` are those that targets' geometry names.
+/// A capture problem from a Node tree. `robot` may be empty if its file could not be read; names and joints are then
+/// not checked. `trajectory` is the file that approach.trajectory names and `torques` that of control.torques, null if
+/// there is none or it could not be read. `meshes` are the meshes named in the targets' geometry.
 CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory,
                              const TrajectoryFile* torques, const Meshes& meshes, FaultList& faults);
 
-/// A scenario of which the values have been read, while its sections look at names and at what belongs together.
+/// A scenario whose values have been read, while its sections check names and combinations of keys.
 struct Reading {
   Reading(const Node& tree, ReadRobot read_robot, const Meshes& meshes, FaultList& list)
       : root(tree), robot(std::move(read_robot)), scope{list, meshes, &robot}, faults(list) {}
@@ -189,7 +189,7 @@ void finish_clearance(Reading& reading);
 void finish_control(const TrajectoryFile* torques, Reading& reading);
 void finish_sensors(Reading& reading);
 
-/// Adds conflicts at their places in the tree, but for those of keys that are not there and those that rest on what is
+/// Adds conflicts at their places in the tree, except those of absent keys and those that depend on values that are
 /// faulty.
 void add_conflicts(std::vector<ProblemFault> conflicts, const Node& root, FaultList& faults);
 

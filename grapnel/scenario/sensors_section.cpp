@@ -4,13 +4,13 @@
 
 namespace grapnel {
 
-// ---- What "sensors" holds, and what the computer takes targets for ----
+// ---- Contents of "sensors", and the estimates of targets ----
 
 namespace {
 
-constexpr std::string_view kSampleTime = "Between readings, a multiple of control.period; absent: every tick.";
+constexpr std::string_view kSampleTime = "Time between readings, a multiple of control.period; absent: control.period.";
 constexpr std::string_view kNoise = "Standard deviation of a reading.";
-constexpr std::string_view kQuantum = "Readings are multiples of it; 0: they are not rounded.";
+constexpr std::string_view kQuantum = "Quantum: readings are multiples of it; 0: no quantization.";
 
 }  // namespace
 
@@ -19,15 +19,18 @@ struct Described<JointSensors> {
   using T = JointSensors;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad or m", kNoise).at_least(0),
-      field<&T::bias>("bias", "rad or m", "Of every moving joint; absent: none.").as("offsets of joints").optional(),
+      field<&T::bias>("bias", "rad or m", "Bias of every moving joint; absent: none.")
+          .as("offsets of joints")
+          .optional(),
       field<&T::quantum>("quantum", "rad or m", kQuantum).at_least(0).optional(),
       field<&T::counts_per_turn>("counts_per_turn", "", "In place of quantum, 2 pi over it.").at_least(1).optional(),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
       field<&T::rate>("rate", "",
-                      "difference: of the last two positions read. sensor: of a sensor of its own. exact: the truth."),
-      field<&T::rate_noise>("rate_noise", "rad/s or m/s", "Of a rate sensor.").at_least(0),
-      field<&T::rate_bias>("rate_bias", "rad/s or m/s", "Of the rate sensors, all joints'."),
-      field<&T::rate_quantum>("rate_quantum", "rad/s or m/s", "Of a rate sensor.").at_least(0),
+                      "difference: from the last two position readings. sensor: from a separate rate sensor. exact: "
+                      "the true value."),
+      field<&T::rate_noise>("rate_noise", "rad/s or m/s", "Noise of a rate sensor.").at_least(0),
+      field<&T::rate_bias>("rate_bias", "rad/s or m/s", "Bias of the rate sensors of all joints."),
+      field<&T::rate_quantum>("rate_quantum", "rad/s or m/s", "Quantum of a rate sensor.").at_least(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("quantum, counts_per_turn"),
@@ -48,7 +51,7 @@ struct Described<GyroSensor> {
                                    "In place of noise, in rad/sqrt(s): noise is this over the root of the sample time.")
           .above(0)
           .optional(),
-      field<&T::bias>("bias", "rad/s", "In the base's axes."),
+      field<&T::bias>("bias", "rad/s", "Bias in the base's axes."),
       field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
@@ -62,7 +65,8 @@ struct Described<AttitudeSensor> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad", "Standard deviation of a reading, about each axis.").at_least(0),
       field<&T::bias>("bias", "rad", "Rotation vector in the base's axes."),
-      field<&T::quantum>("quantum", "rad", "Of the components of the reading's rotation vector; 0: none.").at_least(0),
+      field<&T::quantum>("quantum", "rad", "Quantum of the components of the reading's rotation vector; 0: none.")
+          .at_least(0),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
   static constexpr Type type = structure<T>("attitude_sensor", "The base's attitude.", fields);
@@ -73,7 +77,7 @@ struct Described<WheelSensors> {
   using T = WheelSensors;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad/s", kNoise).at_least(0).plausible_to(kFastestRotor),
-      field<&T::bias>("bias", "rad/s", "Of all wheels.").plausible_to(kFastestRotor),
+      field<&T::bias>("bias", "rad/s", "Bias of all wheels.").plausible_to(kFastestRotor),
       field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0).plausible_to(kFastestRotor),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
@@ -87,14 +91,14 @@ struct Described<WristSensor> {
       field<&T::end_effector>("end_effector", "", "").required(),
       field<&T::force_noise>("force_noise", "N", kNoise).at_least(0),
       field<&T::torque_noise>("torque_noise", "N m", kNoise).at_least(0),
-      field<&T::force_bias>("force_bias", "N", "In the end-effector's axes."),
-      field<&T::torque_bias>("torque_bias", "N m", "In the end-effector's axes."),
+      field<&T::force_bias>("force_bias", "N", "Bias in the end-effector's axes."),
+      field<&T::torque_bias>("torque_bias", "N m", "Bias in the end-effector's axes."),
       field<&T::force_quantum>("force_quantum", "N", kQuantum).at_least(0),
       field<&T::torque_quantum>("torque_quantum", "N m", kQuantum).at_least(0),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
   static constexpr Type type = structure<T>(
-      "wrist_sensor", "Force and torque that a grasp passes to the end-effector, about its origin.", fields);
+      "wrist_sensor", "Force and torque that a grasp transmits to the end-effector, about its origin.", fields);
 };
 
 template <>
@@ -106,10 +110,10 @@ struct Described<RelativePoseSensor> {
       field<&T::orientation_noise>("orientation_noise", "rad", kNoise).at_least(0),
       field<&T::velocity_noise>("velocity_noise", "m/s", kNoise).at_least(0),
       field<&T::angular_velocity_noise>("angular_velocity_noise", "rad/s", kNoise).at_least(0),
-      field<&T::position_bias>("position_bias", "m", "In the base's axes."),
+      field<&T::position_bias>("position_bias", "m", "Bias in the base's axes."),
       field<&T::orientation_bias>("orientation_bias", "rad", "Rotation vector in the target's axes."),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
-      field<&T::delay>("delay", "s", "From a reading until it can be used.").at_least(0),
+      field<&T::delay>("delay", "s", "Time from a reading until it is available.").at_least(0),
   });
   static constexpr Type type =
       structure<T>("relative_pose", "Pose and motion of a target relative to the base.", fields);
@@ -124,93 +128,99 @@ struct Described<SensorSetup> {
       field<&T::gyro>("gyro", "", "").optional(),
       field<&T::attitude>("attitude", "", "").optional(),
       field<&T::wheels>("wheels", "", "").optional(),
-      field<&T::wrists>("force_torque", "", "At end-effectors.").items(0, 100),
-      field<&T::relative_poses>("relative_pose", "", "Of targets.").items(0, 100),
+      field<&T::wrists>("force_torque", "", "Sensors at end-effectors.").items(0, 100),
+      field<&T::relative_poses>("relative_pose", "", "Sensors for targets.").items(0, 100),
   });
-  static constexpr Type type = structure<T>(
-      "sensors",
-      "What is read at the ticks of the on-board computer's clock. Of what no sensor reads the laws know the truth.",
-      fields);
+  static constexpr Type type = structure<T>("sensors",
+                                            "Sensor readings at the sample times of the on-board computer. Control "
+                                            "laws receive true values for quantities without a sensor.",
+                                            fields);
 };
 
 template <>
 struct Described<TargetEstimate> {
   using T = TargetEstimate;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::position_error>("position_error", "m", "Estimate less truth, in W."),
+      field<&T::position_error>("position_error", "m", "Estimate minus true value, in W."),
       field<&T::orientation_error>("orientation_error", "rad",
-                                   "Rotation vector in W that turns the true target into the estimated one."),
-      field<&T::velocity_error>("velocity_error", "m/s", "Of the target frame's origin, in W."),
-      field<&T::angular_velocity_error>("angular_velocity_error", "rad/s", "In W."),
+                                   "Rotation vector in W from the true target to the estimated one."),
+      field<&T::velocity_error>("velocity_error", "m/s", "Error of the velocity of the target frame's origin, in W."),
+      field<&T::angular_velocity_error>("angular_velocity_error", "rad/s", "Error of the angular velocity, in W."),
   });
   static constexpr Type type = structure<T>(
-      "target_estimate", "Where the approach takes the target to be, against where it is, at the instant of `state`.",
-      fields);
+      "target_estimate",
+      "Estimate of the target that the approach uses, relative to its true state, at the instant of `state`.", fields);
 };
 
 template <>
 struct Described<ReplanSetup> {
   using T = ReplanSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::every>("every", "s", "Between replannings, the first one after it.").above(0).required(),
-      field<&T::until>("until", "s", "From the start; absent: until the approach's end, or straight_in.")
+      field<&T::every>("every", "s", "Interval between replannings; the first follows after one interval.")
+          .above(0)
+          .required(),
+      field<&T::until>("until", "s", "End of replanning, from the start; absent: the approach's end, or straight_in.")
           .above(0)
           .optional(),
   });
   static constexpr Type type = structure<T>(
-      "replan", "What is left of the approach is planned anew, by what relative pose sensors say then.", fields);
+      "replan", "The remainder of the approach is planned again, with the latest readings of relative pose sensors.",
+      fields);
 };
 
 template <>
 struct Described<AssumedTarget> {
   using T = AssumedTarget;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
       field<&T::mass>("mass", "kg", "").above(0).optional(),
       field<&T::com>("com", "m", "Centre of mass in the target's frame.").optional(),
       field<&T::inertia>("inertia", "kg m^2", "About the assumed centre of mass, in the target's axes.")
           .as("inertia")
           .optional(),
   });
-  static constexpr Type type = structure<T>(
-      "assumed", "What the laws take the held target for until it has been identified; what is absent they know.",
-      fields);
+  static constexpr Type type = structure<T>("assumed",
+                                            "Properties that the control laws assume for the held target until it is "
+                                            "identified; absent keys have their true values.",
+                                            fields);
 };
 
 template <>
 struct Described<ExcitationSetup> {
   using T = ExcitationSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::amplitude>("amplitude", "rad or m", "Of every moving joint, to both sides of where it is held.")
+      field<&T::amplitude>("amplitude", "rad or m", "Amplitude of every moving joint about its held position.")
           .as("offsets of joints")
           .required(),
-      field<&T::swings>("swings", "", "To and fro of the first joint; the next ones make one more, two more, the same.")
+      field<&T::swings>(
+          "swings", "",
+          "Number of periods of the first joint; each further joint has one period more, in the same time.")
           .at_least(1)
           .at_most(1000),
   });
   static constexpr Type type =
-      structure<T>("excitation", "Joints move to and fro, so that there is something to see.", fields);
+      structure<T>("excitation", "Oscillation of the joints, which makes the parameters observable.", fields);
 };
 
 template <>
 struct Described<IdentifySetup> {
   using T = IdentifySetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
-      field<&T::from>("from", "s", "When sampling begins, since post_impact began.").at_least(0),
-      field<&T::duration>("duration", "s", "Of the sampling.").above(0).required(),
-      field<&T::sample_time>("sample_time", "s", "Between samples, a multiple of control.period; absent: every tick.")
+      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
+      field<&T::from>("from", "s", "Start of sampling, since post_impact began.").at_least(0),
+      field<&T::duration>("duration", "s", "Duration of sampling.").above(0).required(),
+      field<&T::sample_time>("sample_time", "s",
+                             "Time between samples, a multiple of control.period; absent: control.period.")
           .above(0)
           .optional(),
       field<&T::base>("base", "",
-                      "What is measured of the base's motion. twist: position and velocity too. rotation: attitude and "
-                      "angular velocity alone."),
+                      "Measured motion of the base. twist: including position and velocity. rotation: attitude and "
+                      "angular velocity only."),
       field<&T::momentum_known>("momentum_known", "", "Whether the total momentum at the first sample is known."),
       field<&T::excitation>("excitation", "", "").optional(),
   });
   static constexpr Type type = structure<T>(
-      "identify", "Mass, centre of mass and inertia of a held target are looked for, by what the sensors read.",
-      fields);
+      "identify", "Identification of mass, centre of mass and inertia of a held target from sensor readings.", fields);
 };
 
 const Type& sensors_description() { return type_of<std::optional<SensorSetup>>(); }
@@ -219,7 +229,7 @@ const Type& replan_description() { return type_of<std::optional<ReplanSetup>>();
 const Type& assumed_description() { return type_of<std::optional<AssumedTarget>>(); }
 const Type& identify_description() { return type_of<std::optional<IdentifySetup>>(); }
 
-// ---- How it is read ----
+// ---- Reading ----
 
 void finish_sensors(Reading& reading) {
   const Node& node = part(reading.root, "sensors");

@@ -20,18 +20,18 @@ struct Described<GraspPoint> {
   using T = GraspPoint;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
-      found<[](T& t) -> Vector3d& { return t.X_TG.p; }>("position", "m", "In the target's frame."),
+      found<[](T& t) -> Vector3d& { return t.X_TG.p; }>("position", "m", "Position in the target's frame."),
       quaternion_of<&T::X_TG>(),
       rpy_of<&T::X_TG>(),
       field<&T::approach_direction>(
           "approach_direction", "",
-          "Unit vector in the target's frame: the direction in which the end-effector comes in.")
+          "Unit vector in the target's frame: direction of motion of the approaching end-effector.")
           .as("unit vector")
           .optional(),
       field<&T::normal>(
           "normal", "",
-          "Unit vector in the target's frame: the surface's outward normal, for grasps with model "
-          "contact. Absent: against the approach_direction, else that of a target whose only shape is a sphere.")
+          "Unit vector in the target's frame: outward normal of the surface, for grasps with model contact. Absent: "
+          "opposite to approach_direction, else that of a target whose only shape is a sphere.")
           .as("unit vector")
           .optional(),
   });
@@ -45,14 +45,15 @@ struct Described<TargetStateKeys> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::given_at>(
           "at", "",
-          "When it holds: at t = 0 or at the instant of capture. The target moves free of torque in between."),
-      found<[](T& t) -> Vector3d& { return t.X_WT.p; }>("position", "m", "Of the target frame's origin, in W.")
+          "Instant of this state: t = 0 or the instant of capture. The target moves free of torque in between."),
+      found<[](T& t) -> Vector3d& { return t.X_WT.p; }>("position", "m", "Position of the target frame's origin, in W.")
           .up_to(1e+09)
           .required(),
       quaternion_of<&T::X_WT>(),
       rpy_of<&T::X_WT>(),
-      found<[](T& t) -> Vector3d& { return t.V_WT.angular; }>("angular_velocity", "rad/s", "In W."),
-      found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>("velocity", "m/s", "Of the target frame's origin, in W."),
+      found<[](T& t) -> Vector3d& { return t.V_WT.angular; }>("angular_velocity", "rad/s", "Angular velocity, in W."),
+      found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>("velocity", "m/s",
+                                                             "Velocity of the target frame's origin, in W."),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type = structure<T>("target_state", "", fields, rules);
@@ -68,7 +69,7 @@ struct Described<PanelOriginKeys> {
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
-      structure<T>("panel_origin", "Where the panel's frame sits in the target's frame.", fields, rules);
+      structure<T>("panel_origin", "Pose of the panel's frame in the target's frame.", fields, rules);
 };
 
 template <>
@@ -80,12 +81,12 @@ struct Described<PanelSetup> {
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
-      field<&T::hinge_axis>("hinge_axis", "", "Unit vector in the panel's frame, about which it turns on its hinge.")
+      field<&T::hinge_axis>("hinge_axis", "", "Unit vector in the panel's frame: axis of its hinge.")
           .as("unit vector")
           .optional(),
-      field<&T::hinge>(&spring_description, "hinge", "Spring and damper of the hinge; absent: it is fixed.").optional(),
-      field<&T::beam>(&beam_description, "beam", "It bends along a beam.").optional(),
-      field<&T::modes>(&vibrations_description, "modes", "In place of a beam.").items(0, 50),
+      field<&T::hinge>(&spring_description, "hinge", "Spring and damper of the hinge; absent: fixed.").optional(),
+      field<&T::beam>(&beam_description, "beam", "Beam of a flexible panel.").optional(),
+      field<&T::modes>(&vibrations_description, "modes", "Flexible modes in place of a beam.").items(0, 50),
       field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
@@ -94,7 +95,7 @@ struct Described<PanelSetup> {
       not_both("beam, modes"),
   });
   static constexpr Type type = structure<T>(
-      "panel", "What stands out from the target and may bend or turn on a hinge; nothing drives it.", fields, rules);
+      "panel", "An appendage of the target, optionally flexible or on a hinge, without a drive.", fields, rules);
 };
 
 template <>
@@ -102,9 +103,10 @@ struct Described<TargetSetup> {
   using T = TargetSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
-      key<std::string>("ready_made", "",
-                       "Name of a ready-made target, which then says what is not given here; grapnel init --list has "
-                       "them.")
+      key<std::string>(
+          "ready_made", "",
+          "Name of a ready-made target, which supplies the keys that are absent here; grapnel init --list prints "
+          "them.")
           .optional(),
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
@@ -113,7 +115,7 @@ struct Described<TargetSetup> {
       group<T, TargetStateKeys>("state", "").required(),
       field<&T::estimate>(&target_estimate_description, "estimate", "").optional(),
       field<&T::panels>("panels", "",
-                        "What stands out from it and may bend. Its mass, centre of mass and inertia are those of the "
+                        "Appendages, optionally flexible. Mass, centre of mass and inertia of the target describe the "
                         "whole, with panels at rest.")
           .items(0, 100),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
@@ -129,8 +131,8 @@ struct Described<GraspSetup> {
       field<&T::target>("target", "", "").required(),
       field<&T::grasp_point>("point", "", "Name of a grasp point of that target.").required(),
       field<&T::model>("model", "",
-                       "rigid: holds position and the orientation found at contact. hinge: leaves one rotation free. "
-                       "point: holds the position. contact: does not hold; it touches and rebounds, by impact.law "
+                       "rigid: holds position and the orientation at contact. hinge: leaves one rotation free. point: "
+                       "holds the position. contact: does not hold; it touches and rebounds, with impact.law "
                        "restitution, friction or compliant.")
           .as("one of rigid, hinge, point, contact")
           .by_default("\"rigid\""),
@@ -138,25 +140,26 @@ struct Described<GraspSetup> {
           .as("unit vector")
           .optional()
           .when<[](const T& t) { return t.model == GraspModel::hinge; }>(),
-      field<&T::orientation>("orientation", "",
-                             "What the end-effector's orientation at the grasp is to be. free: any. axis: its "
-                             "approach_axis along the grasp point's approach_direction. pose: its frame that of the "
-                             "grasp point. Absent: axis if the grasp point has an approach_direction, else free.")
+      field<&T::orientation>(
+          "orientation", "",
+          "Required orientation of the end-effector at the grasp. free: any. axis: its approach_axis along the grasp "
+          "point's approach_direction. pose: its frame equal to that of the grasp point. Absent: axis if the grasp "
+          "point has an approach_direction, else free.")
           .optional(),
       field<&T::closes_at>(
           "closes_at", "s",
-          "When it closes, from the start of the scenario; absent: with the others, when the approach ends.")
+          "Closing time, from the start of the scenario; absent: with the other grasps, at the end of the approach.")
           .above(0)
           .optional(),
       key<bool>("closes_on_arrival", "",
-                "true: it closes as soon as its end-effector is within its envelope, in the approach or after it.")
+                "true: it closes as soon as its end-effector is within its envelope, during the approach or after it.")
           .by_default("false"),
       field<&T::relative_velocity>("relative_velocity", "m/s",
-                                   "With which it is to arrive, end-effector minus grasp point, in W: added to what "
-                                   "approach.final_rates matches. Absent: zero.")
+                                   "Relative velocity at arrival, end-effector minus grasp point, in W: added to the "
+                                   "motion that approach.final_rates matches. Absent: zero.")
           .optional(),
       field<&T::relative_angular_velocity>("relative_angular_velocity", "rad/s",
-                                           "Likewise; needs final_rates {match: twist}.")
+                                           "Relative angular velocity at arrival; needs final_rates {match: twist}.")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
@@ -188,7 +191,7 @@ void finish_target(const Node& node, const std::string& path, const TargetSetup&
   reading.points.emplace(target.name, std::move(points));
 }
 
-// What the end-effector's orientation is to be, and whether both sides have what that takes.
+// The required orientation of the end-effector, and whether end-effector and grasp point have the required axes.
 GraspSetup::Orientation orientation_of(const Node& node, const std::string& path, const GraspSetup& grasp,
                                        Reading& reading) {
   using Orientation = GraspSetup::Orientation;
@@ -212,14 +215,14 @@ GraspSetup::Orientation orientation_of(const Node& node, const std::string& path
   if (node.find("orientation") || !point || !point->approach_direction) return Orientation::free;
   if (end_effector && !end_effector->approach_axis) {
     reading.faults.add(part(node, "end_effector").mark,
-                       fmt::format("{}: grasp point {} has an approach_direction and end-effector {} no approach_axis "
-                                   "to go with it; give the end-effector one, or the grasp orientation: free",
+                       fmt::format("{}: grasp point {} has an approach_direction, but end-effector {} has no "
+                                   "approach_axis; add one, or set orientation: free for the grasp",
                                    path, in_quotes(point->name), in_quotes(end_effector->name)));
   }
   return Orientation::axis;
 }
 
-// Whether the scenario asks for a capture anywhere; else targets may move by themselves.
+// Whether the scenario has a capture; otherwise targets may move freely.
 bool is_capture(const Reading& reading) {
   const Node& approach = part(reading.root, "approach");
   return reading.root.entry("grasps") || reading.root.entry("impact") || approach.entry("plan") ||
@@ -233,9 +236,8 @@ void check_all_targets_grasped(const Reading& reading) {
   for (const Node& target : part(reading.root, "targets").items) {
     const std::string name = text_at(target, "name");
     if (name.empty() || grasped.contains(name)) continue;
-    reading.faults.add(
-        part(target, "name").mark,
-        fmt::format("target {} is grasped by nobody; add a grasp or remove the target", in_quotes(name)));
+    reading.faults.add(part(target, "name").mark,
+                       fmt::format("no grasp refers to target {}; add a grasp or remove the target", in_quotes(name)));
   }
 }
 
@@ -268,7 +270,7 @@ void finish_grasps(Reading& reading) {
     if (const auto it = reading.points.find(grasp.target); it != reading.points.end())
       it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults);
   }
-  // A misspelt target in a grasp may well mean the one that seems to be left alone.
+  // A misspelt target name in a grasp may refer to the target that appears to have no grasp.
   if (all_known) check_all_targets_grasped(reading);
 }
 

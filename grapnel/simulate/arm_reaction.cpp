@@ -33,7 +33,7 @@ Vector3d momentum_rate(const Model& model, const State& state, int root, std::sp
     const Symmetric3d I = rotate(R, body.inertia);
     rate += cross(k.X_WB[i].p + r - com, body.mass * a) + I * A[i].angular + cross(w, I * w);
   }
-  // The spins of rotors turn with the links that carry them, (19.8).
+  // The angular momentum of rotors rotates with the links that carry them, (19.8).
   for (const int rotor : model.rotors()) {
     const Body& body = model.bodies()[rotor];
     if (!is_in(static_cast<std::size_t>(body.parent))) continue;

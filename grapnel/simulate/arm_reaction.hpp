@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The torque by which moving arms turn their base. Thread safety: pure functions.
+/// The reaction torque of moving arms on their base. Thread safety: pure functions.
 
 #include <span>
 
@@ -11,10 +11,10 @@
 
 namespace grapnel {
 
-/// (18.6): the rate of the angular momentum, about the centre of mass of the root's tree, that the joints' motion adds
-/// to it while the root does not accelerate: what a torque on the root has to give so that the arms do not turn it, in
-/// the root's axes [N m]. `acceleration`: per velocity, of the joints [rad/s^2 or m/s^2]; others are not read. `idle`:
-/// per velocity, of joints that do not count (wheels): they turn as they do, without acceleration.
+/// (18.6): the rate of the angular momentum that the joints' motion adds about the centre of mass of the root's tree,
+/// for a root without acceleration. It is the torque on the root that compensates the arms' motion, in the root's axes
+/// [N m]. `acceleration`: per velocity, of the joints [rad/s^2 or m/s^2]; others are not read. `idle`: per velocity,
+/// joints that are excluded (wheels): they keep their rates.
 Vector3d arm_reaction(const Model& model, const State& state, int root, std::span<const double> acceleration,
                       std::span<const std::uint8_t> idle);
 

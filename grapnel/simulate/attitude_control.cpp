@@ -5,8 +5,8 @@
 namespace grapnel {
 namespace {
 
-// Of the shorter way, from a quaternion of any norm: smooth in its entries, so that an integrator's stages, whose
-// quaternions are not quite of unit norm, keep their order.
+// For the shorter rotation, from a quaternion of any norm: smooth in its entries, so that an integrator whose stages
+// have quaternions of slightly different norm keeps its order.
 double turn_per_sine(double s, double w) {
   const double sign = w < 0 ? -1 : 1, size = std::abs(w);
   return sign * (s < 1e-150 ? 2 / size : 2 * std::atan2(s, size) / s);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A base under attitude control: a torque on a free root by a given law.
+/// Attitude control of a base: a torque on a free root by a given law.
 
 #include <limits>
 
@@ -10,9 +10,9 @@
 
 namespace grapnel {
 
-/// tau_B = -(kp o phi + kd o w_B), each axis cut at its limit; phi is the rotation vector of R_DB = R_WD^T R_WB in B
-/// (angle at most pi), w_B the base's angular velocity in B, both by axis. It is given from outside, and
-/// enters the conservation checks as such, or by PhaseSetup::wheels.
+/// tau_B = -(kp o phi + kd o w_B), limited per axis; phi is the rotation vector of R_DB = R_WD^T R_WB in B (angle at
+/// most pi), w_B the base's angular velocity in B, both by axis. The torque is external, and enters the conservation
+/// checks as such, or is given by PhaseSetup::wheels.
 struct AttitudeControl {
   int root = -1;                           // body index of the free root
   Rotationd R_WD = Rotationd::identity();  // desired attitude
@@ -22,21 +22,21 @@ struct AttitudeControl {
   Vector3d limit{kNone, kNone, kNone};  // [N m]
 };
 
-/// tau_B [N m] for the attitude q_WB (its norm does not matter) and the angular velocity w_B [rad/s].
+/// tau_B [N m] for the attitude q_WB (of any norm) and the angular velocity w_B [rad/s].
 Vector3d attitude_torque(const AttitudeControl& control, const Quaterniond& q_WB, const Vector3d& w_B);
 
 namespace control_law {
 
-/// The law's numbers.
+/// The law's parameters.
 template <class S>
 struct AttitudeLaw {
   Quaternion<S> q_WD;
   Vector3<S> kp, kd, limit;
 };
 
-/// The law as one text for a capture on its own (double) and for many in SIMD lanes (packs). `turn_per_sine(s, w)`
-/// gives the shorter rotation's angle over s, for the norm s of a quaternion's vector part and its scalar part w, with
-/// w's sign: 2 atan2(s, |w|) / s.
+/// The law as a template for a single capture (double) and for many in SIMD lanes (packs). `turn_per_sine(s, w)`
+/// returns the shorter rotation's angle divided by s, for the norm s of a quaternion's vector part and its scalar part
+/// w, with the sign of w: 2 atan2(s, |w|) / s.
 template <class S, class TurnPerSine>
 GRAPNEL_INLINE Vector3<S> attitude_torque(const AttitudeLaw<S>& law, const Quaternion<S>& q_WB, const Vector3<S>& w_B,
                                           TurnPerSine&& turn_per_sine) {

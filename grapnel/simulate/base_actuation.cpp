@@ -7,7 +7,7 @@
 namespace grapnel {
 namespace {
 
-// A wheel at its largest rate that is driven on by less, relative to that rate, is driven on by rounding [1/s].
+// Threshold of the relative acceleration of a wheel at its maximum rate; smaller values are rounding errors [1/s].
 constexpr double kDrivenOn = 1e-9;
 
 }  // namespace
@@ -31,17 +31,19 @@ void BaseActuation::check_actuators() const {
   const BaseActuators& a = actuators_;
   if (a.one_by_one) {
     if (attitude_ || root_ < 0 || !clock_)
-      throw std::invalid_argument("BaseActuation: actuators one by one are told by a controller, at a clock's ticks");
+      throw std::invalid_argument("BaseActuation: commands of each actuator need a controller and a clock");
     return;
   }
   if (a.steering && (root_ < 0 || gyros_.gyros().size() < 3 || !wheels_.empty() || a.thrusters))
-    throw std::invalid_argument("BaseActuation: a torque takes three gyros or more, and nothing beside them");
+    throw std::invalid_argument(
+        "BaseActuation: a torque by gyros needs at least three of them, and no other actuators");
   if ((a.thrusters || a.feedforward || a.wheel_speed_rate != 0) && !attitude_)
-    throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds belong to attitude control");
+    throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds need attitude control");
   if (a.thrusters && a.modulation.kind == ThrusterModulation::Kind::pulse_width && !clock_)
     throw std::invalid_argument("BaseActuation: pulse widths need a clock");
   if (a.thrusters && a.dumping.has_value() == wheels_.empty())
-    throw std::invalid_argument("BaseActuation: thrusters drive the base, or take out the momentum of its wheels");
+    throw std::invalid_argument(
+        "BaseActuation: thrusters must either drive the base or dump the momentum of its wheels");
   if (a.dumping && (!a.thrusters || a.modulation.kind != ThrusterModulation::Kind::pulse_width))
     throw std::invalid_argument("BaseActuation: dumping needs thrusters and pulse widths");
   if (!a.wheel_speeds.empty() && a.wheel_speeds.size() != wheels_.wheels().size())
@@ -68,7 +70,7 @@ void BaseActuation::prescribe(const PrescribedRates& rates) const {
   }
 }
 
-// Forces of the thrusters at a time, and what they come to.
+// Computes the thrusters' forces at a time, and their resultant.
 void BaseActuation::look_at_thrusts(double t) {
   thrust_torque_ = Vector3d::zero(), thrust_ = thrust_at(t);
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
@@ -99,7 +101,7 @@ void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> 
   }
 }
 
-// What the wheels give beside what is asked of them, against the thrusters.
+// The torque of the wheels that compensates the thrusters.
 Vector3d BaseActuation::countered() const {
   return actuators_.dumping ? actuators_.thrusters->mean_torque : Vector3d::zero();
 }
@@ -125,7 +127,7 @@ void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& comman
     return;
   }
   asked_ = torque;
-  if (actuators_.steering) return;  // turn_gyros() does
+  if (actuators_.steering) return;  // done by turn_gyros()
   if (!wheels_.empty()) {
     wheels_.drive(torque - countered(), effort);
     if (!(actuators_.wheel_speed_rate > 0) || wheel_rates.empty()) return;
@@ -198,7 +200,7 @@ std::optional<std::pair<int, double>> BaseActuation::tried_rate() const {
   return std::pair{wheels_.wheels()[*tried_].velocity, wheels_.held_rate(*tried_)};
 }
 
-// Of a wheel that is held: how it would go on if it were free.
+// The acceleration that a held wheel would have if it were free.
 double BaseActuation::driving_on(std::size_t wheel, const Evaluation& evaluate) {
   tried_ = wheel;
   wheels_.try_free(wheel);
@@ -208,7 +210,7 @@ double BaseActuation::driving_on(std::size_t wheel, const Evaluation& evaluate) 
   return wheels_.driving_on(wheel, acceleration);
 }
 
-// Thrusters that are on or off by the state alone, at any time.
+// Whether thrusters switch by the state, at any time.
 bool BaseActuation::triggers_by_state() const {
   return has_thrusters() && actuators_.modulation.kind == ThrusterModulation::Kind::schmitt && !clock_;
 }
@@ -248,7 +250,7 @@ void BaseActuation::choose_modes(double t, std::span<const double> v, const Eval
   if (wheels_.has_rate_limits()) choose_wheels(v, evaluate);
 }
 
-// Where a command of the clock begins to act, or, without a clock, by the state.
+// Switches thrusters when a command of the clock begins to act, or, without a clock, by the state.
 void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   ThrusterBank& bank = *actuators_.thrusters;
   if (!clock_) {
@@ -263,7 +265,7 @@ void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   if (actuators_.one_by_one) return bank.pulse_each(clock_->held().actuators.thruster, period);
   Vector3d torque = clock_->held().base_torque;
   if (actuators_.dumping) {
-    // By what was read at the tick. Not more than what is left.
+    // From the readings at the sample time. At most the remaining momentum.
     const Vector3d h = wheels_.momentum(clock_->held().wheel_rates);
     const double size = norm(h);
     const bool dumps = bank.dumps(size, *actuators_.dumping);
@@ -274,9 +276,9 @@ void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   bank.mean_torque = bank.pulse(period * torque, period, actuators_.modulation);
 }
 
-// By the rates, then by what the wheels at their largest rates would do if they were free. Each is freed at most once,
-// and held again if another one's being free drives it on: then it stays held until modes are chosen again, as one that
-// rounding leaves in doubt does.
+// Chooses modes by the rates, then by the accelerations that wheels at their maximum rates would have if they were
+// free. Each is freed at most once. It is held again if freeing another one accelerates it further; then it stays held
+// until the next choice, as does a wheel in doubt due to rounding.
 void BaseActuation::choose_wheels(std::span<const double> v, const Evaluation& evaluate) {
   const std::size_t count = wheels_.wheels().size();
   wheels_.take_modes(v);

@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// Times that rounding alone separates are one.
+// Times that differ only by rounding are equal.
 double resolution_at(double t) { return 64 * std::numeric_limits<double>::epsilon() * std::abs(t); }
 
 }  // namespace
@@ -22,9 +22,9 @@ ControlClock::ControlClock(const ControlTiming& timing, std::size_t channels) : 
 }
 
 std::vector<double> ControlClock::break_times(double t0, double t1) const {
-  constexpr double kMost = 1e8;  // more ticks than can be run
+  constexpr double kMost = 1e8;  // maximum number of sample times of a phase
   if (!((t1 - t0) / timing_.period < kMost))
-    throw std::invalid_argument("ControlClock: more ticks in a phase than can be counted; the period is too short");
+    throw std::invalid_argument("ControlClock: too many sample times in a phase; the period is too short");
   std::vector<double> times;
   const auto add = [&](double offset) {
     const double first = std::max(0.0, std::floor((t0 - offset) / timing_.period));
@@ -50,7 +50,7 @@ bool ControlClock::tick(double t, double same) {
   const double within = std::max(same, resolution_at(t)), now = t + within;
   let_act(now);
   if (tick_time(next_tick_) > now) return false;
-  // The latest tick that has come; it is at hand if it is now.
+  // The latest sample time up to t; it is due if it equals t.
   auto k = std::max(next_tick_, static_cast<std::int64_t>(std::floor(t / timing_.period)));
   while (tick_time(k + 1) <= now) ++k;
   while (k > next_tick_ && tick_time(k) > now) --k;
@@ -67,7 +67,7 @@ std::vector<ControlClock::Command> ControlClock::commands() const {
 
 void ControlClock::put(std::vector<Command> commands) {
   if (commands.size() != 1 + pending_.size())
-    throw std::invalid_argument("ControlClock: as many commands as it has are to be put");
+    throw std::invalid_argument("ControlClock: the number of commands must not change");
   held_ = std::move(commands.front());
   for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].command = std::move(commands[i + 1]);
 }

@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// The line of the table that speaks at `inside`, at time t.
+// The wrench at time t by the line of the table that is valid at `inside`.
 Wrenchd on_line(const LoadProfile& p, double t, double inside) {
   if (p.times.empty() || inside < p.times.front() || inside > p.times.back()) return Wrenchd::zero();
   const auto above = std::upper_bound(p.times.begin(), p.times.end(), inside);
@@ -42,14 +42,14 @@ bool is_unit(const Vector3d& v) { return std::abs(norm(v) - 1) < 1e-9; }
 void validate_stream(const ExternalLoad& load) {
   const Stream& s = *load.stream;
   if (load.profile.shape == LoadProfile::Shape::table)
-    throw std::invalid_argument("external load: a table is the wrench itself and has no stream beside it");
+    throw std::invalid_argument("external load: a table states the wrench itself and cannot have a stream");
   if (load.frame == LoadFrame::body) throw std::invalid_argument("external load: a stream does not turn with the body");
   if (!is_unit(s.direction) || !is_unit(s.normal))
     throw std::invalid_argument("external load: a stream's direction and normal must be unit vectors");
   if (!(s.pressure >= 0 && s.area >= 0) || !std::isfinite(s.pressure * s.area))
     throw std::invalid_argument("external load: a stream's pressure and area must not be negative");
   if (!(s.specular >= 0 && s.diffuse >= 0 && s.specular + s.diffuse <= 1))
-    throw std::invalid_argument("external load: what a plate mirrors and scatters are shares of at most 1 together");
+    throw std::invalid_argument("external load: the sum of specular and diffuse must be at most 1");
 }
 
 }  // namespace

@@ -14,11 +14,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Eigenvalues of A below this are zero: squares, as the pivots of closures (loop_limits.hpp).
+// Eigenvalues of A below this are zero: they are squares, like the pivots of closures (loop_limits.hpp).
 constexpr double kImmobileSquare = 1e-11;
-// Of the largest component of b: what is left along these directions is rounding.
+// Relative to the largest component of b: a smaller remainder in these directions is a rounding error.
 constexpr double kFlat = 1e-8;
-// Of a basis of self-stresses, relative to the largest singular value, and of entries, relative to their terms.
+// Tolerances of a basis of self-stresses, relative to the largest singular value, and of entries, relative to their
+// terms.
 constexpr double kDependent = 1e-9, kEntryRounding = 1e-9;
 
 // --- The program in a box ---
@@ -47,7 +48,7 @@ class BoxMinimizer {
   }
 
  private:
-  // Towards the minimum over the free variables, as far as the bounds allow. Whether it was reached.
+  // Moves to the minimum over the free variables, as far as the bounds permit. Returns whether it was reached.
   bool descend() {
     std::vector<Index> free;
     for (Index i = 0; i < n_; ++i) {
@@ -59,7 +60,7 @@ class BoxMinimizer {
     const VectorXd slack = eigen.eigenvectors().cwiseAbs().transpose() * p_.tolerance(free) +
                            VectorXd::Constant(g.size(), kFlat * p_.b.cwiseAbs().maxCoeff());
     VectorXd newton = VectorXd::Zero(g.size()), flat = newton;
-    bool falls = false;  // along a direction without curvature
+    bool falls = false;  // unbounded along a direction without curvature
     for (Index k = 0; k < g.size(); ++k) {
       if (eigen.eigenvalues()[k] > kImmobileSquare) {
         newton[k] = -g[k] / eigen.eigenvalues()[k];
@@ -83,7 +84,8 @@ class BoxMinimizer {
     return hit < 0;
   }
 
-  // Frees a variable at a bound that the objective pulls off it; `first`: the first of them, so that it ends.
+  // Frees a variable at a bound if the objective decreases away from it; `first`: the first such variable, which
+  // ensures termination.
   bool release(bool first) {
     Index worst = -1;
     double most = 0.1;
@@ -105,9 +107,9 @@ class BoxMinimizer {
   int sense_ = 0;
 };
 
-// --- The least largest excess ---
+// --- Minimization of the maximum excess ---
 
-// ExcessRows g + G z <= w t, the first of which is -1 <= t.
+// Constraints g + G z <= w t, the first of which is -1 <= t.
 struct ExcessRows {
   MatrixXd G;
   VectorXd g, w;
@@ -131,8 +133,7 @@ ExcessRows excess_rows(const EffortFamily& f) {
   return r;
 }
 
-// max g^T y with G^T y = 0, w^T y = 1, y >= 0: the basis are the rows that hold t, of which one is the first to begin
-// with.
+// max g^T y with G^T y = 0, w^T y = 1, y >= 0: the basis contains the rows that determine t, initially only the first.
 class MinimaxSimplex {
  public:
   explicit MinimaxSimplex(ExcessRows rows) : r_(std::move(rows)), k_(r_.G.cols()) {
@@ -141,7 +142,7 @@ class MinimaxSimplex {
     for (Index i = 0; i < k_; ++i) basis_.push_back(qr.colsPermutation().indices()[i]);
   }
 
-  // z and t.
+  // Returns z and t.
   VectorXd run() {
     const Index rows = r_.g.size();
     VectorXd corner;
@@ -198,7 +199,7 @@ class MinimaxSimplex {
   std::vector<Index> basis_;
 };
 
-// u >= 0 with the least |E u - f|.
+// u >= 0 that minimizes |E u - f|.
 VectorXd nonnegative_least_squares(const MatrixXd& E, const VectorXd& f) {
   const Index n = E.cols();
   VectorXd u = VectorXd::Zero(n);
@@ -235,7 +236,7 @@ VectorXd nonnegative_least_squares(const MatrixXd& E, const VectorXd& f) {
   return u;
 }
 
-// The part of the way from x to y, both in the family, y within the bounds, after which the bounds hold.
+// The fraction of the segment from x to y, both in the family, y within the bounds, from which on the bounds hold.
 VectorXd drawn_within(const EffortFamily& f, const VectorXd& x, const VectorXd& y) {
   double share = 0;
   for (Index i = 0; i < x.size(); ++i) {

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The small convex programs of joints at rest (docs/theory.md, section 19): which of them slip, whether friction can
-/// hold them all, and which of several admissible sets of friction efforts is reported. Thread safety: free functions.
+/// The small convex programs of joints at rest (docs/theory, section 19): which of them slip, whether friction can
+/// hold all, and which of several admissible sets of friction efforts is reported. Thread safety: free functions.
 
 #include <Eigen/Core>
 #include <vector>
@@ -12,22 +12,22 @@ namespace grapnel {
 /// min 1/2 x^T A x + b^T x with lower <= x <= upper, A symmetric positive semidefinite; bounds may be infinite, and 0
 /// lies between them. The gradient A x + b is unique, x is not where A is singular.
 struct BoxProgram {
-  Eigen::MatrixXd A;  // of diagonal entries of order 1 or less
+  Eigen::MatrixXd A;  // diagonal entries of order 1 or less
   Eigen::VectorXd b, lower, upper;
-  Eigen::VectorXd tolerance;  // components of the gradient up to this are rounding
+  Eigen::VectorXd tolerance;  // components of the gradient up to this are rounding errors
 };
 
 struct BoxSolution {
   Eigen::VectorXd x;
   Eigen::VectorXd gradient;
   std::vector<int> bound;  // -1: at the lower bound, 1: at the upper one, 0: between them
-  bool bounded = true;     // false: the objective falls without end along an infinite bound
+  bool bounded = true;     // false: the objective is unbounded along an infinite bound
 };
 
 /// By the primal active-set method with Newton steps on the free variables, from x = 0.
 BoxSolution minimize_in_box(const BoxProgram& program);
 
-/// The efforts x0 + N z for any z, N with orthonormal columns, in units in which excesses over the bounds compare.
+/// The efforts x0 + N z for any z, N with orthonormal columns, scaled so that excesses over the bounds are comparable.
 struct EffortFamily {
   Eigen::VectorXd x0;
   Eigen::MatrixXd N;
@@ -43,12 +43,12 @@ struct LeastExcess {
 /// By the simplex method on the dual program, with Bland's rule.
 LeastExcess least_excess(const EffortFamily& family);
 
-/// The member of the family of least |x| within the bounds. `feasible`: a member within them. By nonnegative least
+/// The minimum-norm member of the family within the bounds. `feasible`: any member within them. By nonnegative least
 /// squares (Lawson and Hanson 1974, chapter 23).
 Eigen::VectorXd least_norm_within(const EffortFamily& family, const Eigen::VectorXd& feasible);
 
-/// Columns of `directions` as an orthonormal basis of their span; entries below rounding of `terms`, the
-/// sizes of what each entry is a part of, count as zero. No columns: nothing is left of them.
+/// An orthonormal basis of the span of `directions`; entries below the rounding error of `terms`, the magnitudes of the
+/// summands of each entry, count as zero. No columns: the span is zero.
 Eigen::MatrixXd basis_of(Eigen::MatrixXd directions, const Eigen::MatrixXd& terms);
 
 }  // namespace grapnel

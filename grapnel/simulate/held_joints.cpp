@@ -1,4 +1,5 @@
-/// What JointModes asks of the dynamics of a phase: what holds joints at rest, and how they would move without it.
+/// The interface of a phase's dynamics to JointModes: the efforts that hold joints at rest, and the accelerations
+/// without them.
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,7 @@
 
 namespace grapnel {
 
-// Held joints are at rest as prescribed.
+// Prescribes held joints at rest.
 void PhaseDynamics::hold_joints() {
   for (const JointModes::Joint& joint : modes_.joints()) {
     const bool held = joint.mode == JointModes::Mode::held;
@@ -34,14 +35,14 @@ void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
   hold_joints();
 }
 
-// Of the last evaluation.
+// Undetermined efforts of the last evaluation.
 JointModes::OpenEfforts PhaseDynamics::open_efforts() const {
   if (!solver_ || !modes_.any_held() || solver_->rank() == solver_->rows()) return {};
   LoopSolver::JointEfforts efforts = solver_->self_stress_efforts(workspace_);
   return {std::move(efforts.effort), std::move(efforts.terms)};
 }
 
-// What joints transmit is I A + p; its component along the axis is found to rounding of its size.
+// The transmitted wrench of a joint is I A + p; its component along the axis has a rounding error of the wrench's size.
 JointModes::Response PhaseDynamics::held_response() {
   constexpr double kRounding = 1e-13;
   rounding_.assign(friction_.size(), 0.0);
@@ -58,7 +59,7 @@ JointModes::Response PhaseDynamics::held_response() {
   return response;
 }
 
-// Columns of M^-1 on and off the loops, by unit efforts on the system at rest.
+// Columns of M^-1 with and without loops, from unit efforts on the system at rest.
 JointModes::Mobility PhaseDynamics::mobility_of(std::span<const int> velocities) {
   std::vector<std::uint8_t> prescribed = prescribed_;
   for (const int v : velocities) prescribed[v] = 0;
@@ -98,8 +99,8 @@ Eigen::VectorXd PhaseDynamics::accelerations_released(std::span<const int> veloc
   return accelerations;
 }
 
-// Where loops leave open what holds stuck joints: gives them the friction of least norm, under which they stay at rest
-// as if nothing held them, so that the loops' multipliers are those that belong to it.
+// If loops leave the efforts of stuck joints undetermined: replaces them by the minimum-norm friction, without a change
+// of motion, and updates the loops' multipliers.
 void PhaseDynamics::settle_friction() {
   if (!modes_.any_held()) return;
   const std::vector<int> released = modes_.share_out(open_efforts(), friction_);

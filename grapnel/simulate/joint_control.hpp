@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What drives a joint: the table of control laws, and the laws themselves, joint friction included, as one text for a
-/// capture on its own (double) and for many in SIMD lanes (packs, grapnel/lanes/). A new law is a value of
-/// JointControl, its line in kJointControls and what it says in control_law::command().
+/// Joint control: the table of control laws, and the laws themselves including joint friction, as templates for a
+/// single capture (double) and for many in SIMD lanes (packs, grapnel/lanes/). A new law is a value of JointControl,
+/// its row in kJointControls and its case in control_law::command().
 
 #include <cstdint>
 #include <string_view>
@@ -17,24 +17,23 @@ namespace grapnel {
 /// acceleration theta_dd_d).
 ///
 /// pd: tau = kp (theta_d - theta_m) + kd (rate_d - rate_m) (4.1).
-/// computed_torque: the torques that, with the base moving as it then does, give all joints under this control the
+/// computed_torque: the torques that, including the base's response, give all joints under this control the
 /// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
-/// state and what acts on it, except friction, which disturbs it.
-/// prescribed: theta = theta_d - n exactly, whatever torque that takes.
-/// controller: tau is what PhaseSetup::controller says (controller.hpp).
-/// impedance: a name in files alone. A law of all joints (grapnel/control/) is the controller where it works, else pd.
+/// state and the external forces, but not friction, which acts as a disturbance.
+/// prescribed: theta = theta_d - n exactly, with any torque.
+/// controller: tau is the output of PhaseSetup::controller (controller.hpp).
+/// impedance: a name in files only. A law of all joints (grapnel/control/) is the controller while it acts, else pd.
 enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed, controller, impedance };
 
-/// What a law says: nothing; an effort, which is cut at the joint's limit; the acceleration that efforts of the model
-/// are to give, which are cut likewise; the motion itself; or an effort that a controller says of all its joints at
-/// once, which is cut likewise.
+/// The output of a law: none; an effort, limited at the joint's limit; the acceleration that efforts of the model
+/// produce, limited likewise; the motion itself; or an effort from a controller of all its joints, limited likewise.
 enum class ControlOutput : std::uint8_t { none, effort, acceleration, motion, command };
 
 struct JointControlLaw {
   JointControl control;
   ControlOutput output;
   bool reads_acceleration;         // of the trajectory
-  std::string_view name_in_files;  // as a mode of tracking; empty: not to be had there
+  std::string_view name_in_files;  // as a mode of tracking; empty: not available in files
 };
 inline constexpr JointControlLaw kJointControls[] = {
     {JointControl::free, ControlOutput::none, false, ""},
@@ -56,19 +55,19 @@ constexpr ControlOutput output_of(JointControl control) { return law_of(control)
 constexpr bool has_gains(JointControl control) {
   return output_of(control) == ControlOutput::effort || output_of(control) == ControlOutput::acceleration;
 }
-/// Whether a law works through efforts that a joint's limit cuts.
+/// Whether the output of a law is an effort within the joint's limit.
 GRAPNEL_INLINE constexpr bool works_by_effort(ControlOutput output) {
   return output == ControlOutput::effort || output == ControlOutput::acceleration || output == ControlOutput::command;
 }
 
 namespace control_law {
 
-// As packs have them: b where either is not a number.
+// As for packs: b if either is NaN.
 GRAPNEL_INLINE double min(double a, double b) { return a < b ? a : b; }
 GRAPNEL_INLINE double max(double a, double b) { return a > b ? a : b; }
 
-/// What a joint follows that is to be at `desired`, where its sensor misreads by n: the difference. Accelerations that
-/// a law commands are the trajectory's own, since no sensor reads them.
+/// The reference of a joint less its sensor error n. Accelerations that a law commands are those of the trajectory,
+/// since no sensor measures them.
 template <class S>
 GRAPNEL_INLINE BasicJointPoint<S> reference(ControlOutput output, const BasicJointPoint<S>& desired,
                                             const BasicJointPoint<S>& n) {
@@ -76,7 +75,7 @@ GRAPNEL_INLINE BasicJointPoint<S> reference(ControlOutput output, const BasicJoi
           output == ControlOutput::motion ? S(desired.acceleration - n.acceleration) : desired.acceleration};
 }
 
-/// What a law with gains says, of the kind that its output is.
+/// The output of a law with gains, of the law's kind of output.
 template <class S>
 GRAPNEL_INLINE S command(JointControl control, const S& kp, const S& kd, const BasicJointPoint<S>& reference,
                          const S& position, const S& rate) {
@@ -85,14 +84,13 @@ GRAPNEL_INLINE S command(JointControl control, const S& kp, const S& kd, const B
   return correction;  // (4.1)
 }
 
-/// An effort within the joint's limit; in this order of arguments a NaN stays.
+/// An effort within the joint's limit; this order of arguments preserves NaN.
 template <class S>
 GRAPNEL_INLINE S within_limit(const S& effort, const S& limit) {
   return min(limit, max(S(-limit), effort));
 }
 
-/// Friction's effort at a joint's rate. `slip`: gives tanh(rate / transition rate), and is asked where there is
-/// Coulomb friction.
+/// Friction effort at a joint's rate. `slip`: returns tanh(rate / transition rate), called only with Coulomb friction.
 template <class S, class Slip>
 GRAPNEL_INLINE S friction(bool is_viscous, const S& viscous, bool has_coulomb, const S& coulomb, const S& rate,
                           Slip&& slip) {

@@ -6,27 +6,27 @@
 namespace grapnel {
 namespace {
 
-// Slower than this is at rest: events are found to rounding [rad/s or m/s].
+// Rates below this are zero: events are found to rounding [rad/s or m/s].
 constexpr double kAtRest = 1e-11;
-// Events count a little beyond the zero that they are about, so that a motion that begins there does not end there:
-// of rates [rad/s or m/s], of positions relative to the stop's, or to 1 rad or m.
+// Tolerances beyond the zero of an event, so that a motion that begins at an event does not end there: of rates [rad/s
+// or m/s], of positions relative to the stop's, or to 1 rad or m.
 constexpr double kRateSlack = 1e-13, kPlaceSlack = 1e-14;
-// Nearer than this a joint is at its stop [rad or m].
+// A joint closer than this is at its stop [rad or m].
 constexpr double kAtStop = 4e-12;
-// Of holding efforts, relative to those at hand, and at stops without friction [N m or N].
+// Tolerance of holding efforts, relative to their current size, and at stops without friction [N m or N].
 constexpr double kEffortSlack = 1e-11, kLeastStopSlack = 1e-12;
-// Of accelerations that are compared with each other: rounding.
+// Rounding error in comparisons of accelerations.
 constexpr double kAccelerationRounding = 1e-13;
-// Shares of the holding slack up to which a joint at its limit does not slip yet, if it is not needed.
+// Fractions of the holding slack up to which a joint at its limit is held if it need not slip.
 constexpr double kLimitShare = 0.25;
-// Of a unit change of the efforts that loops leave open: less is rounding.
+// Threshold of a unit change of undetermined efforts; smaller values are rounding errors.
 constexpr double kOpen = 1e-9;
-// Where motors answer to the choice of modes.
+// Maximum number of iterations if motors respond to the choice of modes.
 constexpr int kMostRounds = 20;
-// Impulses that pull by less, relative to the largest, are rounding.
+// Tolerance of pulling impulses, relative to the largest.
 constexpr double kPulls = 1e-12;
-constexpr std::size_t kKept = 100;  // impacts
-// A joint is freed where its excess is more than this part of the slack; events come at the whole of it.
+constexpr std::size_t kKept = 100;  // maximum number of recorded impacts
+// Fraction of the slack above which a joint's excess frees it; events occur at the whole slack.
 constexpr double kFreed = 0.5;
 
 double sense_of(double x) { return x < 0 ? -1 : 1; }
@@ -40,7 +40,7 @@ JointModes::End end_at(const JointModes::Joint& joint, double q) {
 struct HoldingRange {
   double lower, upper;
 };
-// What friction up to `breakaway` and a stop give together.
+// The range of efforts that friction up to `breakaway` and a stop provide together.
 HoldingRange holding_range(const JointModes::Joint& joint, double breakaway) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   return {joint.end == JointModes::End::upper ? -kNone : -breakaway,
@@ -57,7 +57,7 @@ JointModes::JointModes(const Model& model, std::span<const std::uint8_t> prescri
     const Body& body = model.bodies()[model.joints()[j]];
     const JointDescription& d = body.description.joint;
     at_.push_back(-1);
-    // Friction that holds nothing has no modes.
+    // Friction without breakaway effort has no modes.
     const bool sticks = d.friction.model == JointFriction::Model::sticking && d.friction.breakaway() > 0;
     if (prescribed[body.v] || !(sticks || d.limits.stop)) continue;
     at_.back() = static_cast<int>(joints_.size());
@@ -111,7 +111,7 @@ void JointModes::choose(std::span<const double> q, std::span<const double> v, co
   chosen_ = true;
 }
 
-// Of joints at rest, all held to begin with.
+// Settles joints at rest, initially all held.
 void JointModes::settle(const Dynamics& dynamics) {
   std::vector<Joint*> resting;
   std::vector<int> velocities;
@@ -126,7 +126,7 @@ void JointModes::settle(const Dynamics& dynamics) {
   Eigen::VectorXd released;
   for (int round = 0; round < kMostRounds; ++round) {
     const Eigen::VectorXd now = dynamics.released(velocities);
-    // Laws that know what is held may give other efforts; else one round is all it takes.
+    // Model-based laws may respond with other efforts to held joints; otherwise one iteration suffices.
     const bool same = round > 0 && (now - released).norm() <= kAccelerationRounding * now.norm();
     released = now;
     if (!same) slip(resting, mobility, released, response, kLimitShare);
@@ -139,13 +139,14 @@ void JointModes::settle(const Dynamics& dynamics) {
   response = dynamics.respond();
   take_slacks(response);
   if (fits(response, resting)) return;
-  // No choice fits to rounding: what is held stays so until its limits are exceeded by twice as much.
+  // No choice is consistent to within rounding: held joints stay held until their limits are exceeded by twice the
+  // excess.
   const double excess = held_excess(response.holding, response.open);
   if (!(excess > 1 - kLimitShare)) return;
   for (Joint& j : joints_) j.relief = 2 * excess;
 }
 
-// Units and slacks of held joints. A stop holds whatever it takes.
+// Units and slacks of held joints. A stop provides any effort.
 void JointModes::take_slacks(const Response& response) {
   for (Joint& j : joints_) {
     j.relief = 1;
@@ -179,7 +180,7 @@ EffortFamily JointModes::held_family(std::span<const double> holding, const Open
   return family;
 }
 
-// How far the holding efforts are outside what friction and stops give, in slacks; negative inside.
+// The excess of holding efforts over the range of friction and stops, in slacks; negative inside.
 double JointModes::held_excess(std::span<const double> holding, const OpenEfforts& open) const {
   if (open.effort.cols() == 0) {
     double largest = -1 / kEffortSlack;
@@ -194,7 +195,7 @@ double JointModes::held_excess(std::span<const double> holding, const OpenEffort
   const EffortFamily family = held_family(holding, open);
   if (family.x0.size() == 0) return -1 / kEffortSlack;
   if (family.N.cols() > 0) {
-    // Far from the limits the least norm serves, and costs less.
+    // Far from the limits the minimum-norm efforts suffice, at lower cost.
     constexpr double kFar = -1e-3;
     EffortFamily one = family;
     one.x0 -= family.N * (family.N.transpose() * family.x0);
@@ -204,7 +205,7 @@ double JointModes::held_excess(std::span<const double> holding, const OpenEffort
   return least_excess(family).excess / kEffortSlack;
 }
 
-// The program (19.17), in units in which each joint alone has the mobility 1, until (19.18) frees no more.
+// The program (19.17), scaled to unit mobility of each joint alone, repeated until (19.18) frees no more joints.
 void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobility, const Eigen::VectorXd& released,
                       const Response& response, double slack_share) {
   const auto count = static_cast<Eigen::Index>(resting.size());
@@ -243,7 +244,7 @@ void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobili
   }
 }
 
-// Whether joints that slip do so against their friction, and those that are held can be.
+// Whether slipping joints move against their friction, and held joints can be held.
 bool JointModes::fits(const Response& response, const std::vector<Joint*>& resting) const {
   for (const Joint* j : resting) {
     if (j->mode == Mode::moving && !(response.acceleration[j->v] * j->sense > -j->rate_noise)) return false;
@@ -290,7 +291,7 @@ void JointModes::note_holding(std::span<const double> holding) {
     if (j.mode != Mode::held || j.breakaway == 0) continue;
     const HoldingRange range = holding_range(j, 0);
     double beyond = std::max(range.lower - holding[j.joint], holding[j.joint] - range.upper);
-    if (beyond > j.breakaway && beyond <= j.breakaway + j.slack) beyond = j.breakaway;  // rounding
+    if (beyond > j.breakaway && beyond <= j.breakaway + j.slack) beyond = j.breakaway;  // rounding error
     if (!(beyond / j.breakaway <= j.largest_share)) j.largest_share = beyond / j.breakaway;
   }
 }
@@ -322,8 +323,8 @@ bool JointModes::meet_stops(double time, std::span<double> q, std::span<double> 
     pushes.push_back(rate >= -kAtRest);
   }
   if (!any) return false;
-  // Which stops act: first all that are met or rested on; then not those that would pull, and again those into which
-  // joints would be driven, each at most once.
+  // Determines the acting stops: initially all that are reached or rested on; then without those that would pull, and
+  // with those into which joints would be driven, each at most once.
   std::vector<std::uint8_t> dropped(candidates.size(), 0), added(candidates.size(), 0);
   std::vector<RateChange> changes;
   std::vector<double> after;  // of these

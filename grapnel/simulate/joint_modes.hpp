@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Joints that stick, and joints that meet stops: the modes in which their motion is smooth, how they are chosen where
-/// one ends, and the impacts at stops. docs/theory.md, section 19. Thread safety: one thread at a time.
+/// Joints with static friction and stops: modes in which their motion is smooth, the choice of modes at events, and
+/// impacts at stops. docs/theory, section 19. Thread safety: one thread at a time.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -16,9 +16,9 @@
 
 namespace grapnel {
 
-/// A joint between two events either moves, and its friction has one sense, or is held: at rest, by friction up to its
-/// breakaway effort, at a stop also by the stop, which only pushes. Modes change at events, where a margin falls to
-/// zero: a rate that turns round, a stop that is met, an effort that no longer holds.
+/// Between two events a joint either moves, with friction of constant sign, or is held at rest: by friction up to its
+/// breakaway effort, and at a stop also by the stop, which only pushes. Modes change at events, at which a margin falls
+/// to zero: a rate changes sign, a stop is reached, a holding effort exceeds its limit.
 ///
 /// Joints that move as prescribed have no modes.
 class JointModes {
@@ -27,24 +27,24 @@ class JointModes {
   enum class End : std::int8_t { lower = -1, none = 0, upper = 1 };
 
   struct Joint {
-    std::size_t joint;  // position in Model::joints()
-    int q, v;           // its places in State
+    std::size_t joint;  // index in Model::joints()
+    int q, v;           // its indices in State
     bool sticks;
-    double viscous, coulomb, breakaway;  // zero where it does not stick
-    double lower, upper;                 // where stops are; infinite: none
+    double viscous, coulomb, breakaway;  // zero without static friction
+    double lower, upper;                 // positions of stops; infinite: none
     double restitution, rest_rate;
     Mode mode = Mode::moving;
-    double sense = 0;       // of its motion, +1 or -1, against which Coulomb's friction acts
-    End end = End::none;    // at which stop it is
-    double unit = 1;        // of its holding effort, where the efforts of several joints are compared [N m or N]
-    double slack = 0;       // of the holding effort: rounding [N m or N]
-    double relief = 1;      // factor on the slack where no choice of modes fits
-    double rate_noise = 0;  // rounding error of its acceleration where it slips [rad/s^2 or m/s^2]
+    double sense = 0;       // of its motion, +1 or -1, opposite to Coulomb friction
+    End end = End::none;    // the stop at which it is
+    double unit = 1;        // of its holding effort, for comparison between joints [N m or N]
+    double slack = 0;       // rounding error of the holding effort [N m or N]
+    double relief = 1;      // factor on the slack if no choice of modes is consistent
+    double rate_noise = 0;  // rounding error of its acceleration while it slips [rad/s^2 or m/s^2]
     // Since begin():
     int sticks_count = 0, breakaways = 0, stop_impacts = 0;
     double stop_energy_lost = 0;  // [J]
-    double largest_share = 0;     // of its breakaway effort that friction has given while it was held
-    bool undetermined = false;    // closed loops have left that friction open
+    double largest_share = 0;     // maximum of the holding friction over the breakaway effort
+    bool undetermined = false;    // closed loops left that friction undetermined
   };
 
   /// An impact at a stop. `joint` as Joint::joint.
@@ -58,88 +58,88 @@ class JointModes {
   };
 
   JointModes() = default;
-  /// `prescribed`: per velocity of the model, those that move as prescribed.
+  /// `prescribed`: per velocity of the model, whether it moves as prescribed.
   JointModes(const Model& model, std::span<const std::uint8_t> prescribed);
 
   bool empty() const { return joints_.empty(); }
   const std::vector<Joint>& joints() const { return joints_; }
-  /// Of one of the model's joints; null: it has no modes.
+  /// The modes of one of the model's joints; null: it has none.
   const Joint* of(std::size_t joint) const { return at_[joint] < 0 ? nullptr : &joints_[at_[joint]]; }
   bool any_held() const;
-  /// The first ones since begin(), and how many there were.
+  /// The first ones since begin(), and their total number.
   const std::vector<StopImpact>& stop_impacts() const { return stop_impacts_; }
   long stop_impact_count() const { return stop_impact_count_; }
 
-  /// A phase begins with this state: forgets what was, and takes modes by rates alone. A joint that is beyond its stop
-  /// is stopped where it is.
+  /// Begins a phase with this state: resets all modes, and sets them by rates alone. A joint beyond its stop is stopped
+  /// at its position.
   void begin(std::span<const double> q, std::span<const double> v);
 
-  /// Friction of a joint that moves [N m or N].
+  /// Friction of a moving joint [N m or N].
   static double sliding_friction(const Joint& joint, double rate) {
     return -(joint.viscous * rate + joint.coulomb * joint.sense);
   }
 
-  /// Efforts that closed loops leave open between held joints: per velocity, one column for each self-stress, and the
-  /// size of the self-stress. No columns: none.
+  /// Efforts of held joints that closed loops leave undetermined: per velocity, one column for each self-stress, and
+  /// the magnitude of the self-stress. No columns: none.
   struct OpenEfforts {
     Eigen::MatrixXd effort, terms;
   };
-  /// What a choice of modes means: accelerations per velocity; per joint of the model the effort that holds it, of
-  /// friction and stop together, where it is held, and the rounding error of that effort.
+  /// The response to a choice of modes: accelerations per velocity; per joint of the model the effort that holds it
+  /// (friction and stop together) if it is held, and the rounding error of that effort.
   struct Response {
     std::span<const double> acceleration, holding, rounding;
     OpenEfforts open = {};
     bool possible = true;  // the held joints do not contradict the closed loops
   };
-  /// How joints at rest answer to unit efforts at their axes, all of them free.
+  /// The response of joints at rest to unit efforts at their axes, all of them free.
   struct Mobility {
-    Eigen::MatrixXd with_loops;     // accelerations [1/(kg m^2) or 1/kg]; singular where loops leave less freedom
-    Eigen::VectorXd without_loops;  // of each under its own effort, loops open
+    Eigen::MatrixXd with_loops;     // accelerations [1/(kg m^2) or 1/kg]; singular if loops reduce the freedom
+    Eigen::VectorXd without_loops;  // of each joint under its own effort, loops open
   };
-  /// The dynamics as choose() sees them.
+  /// The dynamics as a callback interface of choose().
   struct Dynamics {
-    std::function<Response()> respond;  // with the present modes
+    std::function<Response()> respond;  // with the current modes
     std::function<Mobility(std::span<const int> velocities)> mobility;
-    /// Accelerations of these without friction and stops, under the efforts of motors of the last response.
+    /// Accelerations of these velocities without friction and stops, under the motor efforts of the last response.
     std::function<Eigen::VectorXd(std::span<const int> velocities)> released;
   };
-  /// Chooses the modes for the motion that goes on from a state: all joints at rest are held where that takes no
-  /// friction above breakaway; else those slip that the convex program (19.15) has slip, with (19.18) for breakaway
-  /// efforts above Coulomb's.
+  /// Chooses the modes of the motion that continues from a state. All joints at rest are held if that needs no friction
+  /// above breakaway; otherwise the convex program (19.15) determines which slip, with (19.18) for breakaway efforts
+  /// above Coulomb friction.
   void choose(std::span<const double> q, std::span<const double> v, const Dynamics& dynamics);
 
-  /// Positive while the modes of joints that move may stay.
+  /// Positive while the modes of moving joints are valid.
   double moving_margin(std::span<const double> q, std::span<const double> v) const;
-  /// The same of those that are held; `holding` per joint of the model. Of several sets of holding efforts the one that
-  /// exceeds the limits least counts.
+  /// The same for held joints; `holding` per joint of the model. Of several sets of holding efforts, the one with the
+  /// minimum excess counts.
   double holding_margin(std::span<const double> holding, const OpenEfforts& open) const;
-  /// Replaces the efforts in `holding` that loops leave open by the admissible set of least norm in shares of
-  /// breakaway. Returns the velocities of joints whose efforts were open.
+  /// Replaces undetermined efforts in `holding` by the admissible set with the minimum norm, relative to breakaway
+  /// efforts. Returns the velocities of the affected joints.
   std::vector<int> share_out(const OpenEfforts& open, std::span<double> holding);
-  /// Takes note of what friction gives at held joints.
+  /// Records the friction of held joints.
   void note_holding(std::span<const double> holding);
 
-  /// A change of rate that stops give: a velocity's place in State::v, and the change [rad/s or m/s].
+  /// A change of rate caused by stops: the index of a velocity in State::v, and the change [rad/s or m/s].
   struct RateChange {
     int v;
     double change;
   };
-  /// Of joints that stick and whose rates have just turned round: what is left of their rates, which events find to
-  /// the resolution of time, taken away.
+  /// Corrections that set the rates of joints with static friction to zero after a change of sign: events have a finite
+  /// resolution in time.
   std::vector<RateChange> overshoots(std::span<const double> v) const;
 
-  /// What given changes of some velocities do to the whole system: changes of all velocities, and the impulses that
-  /// those take, per velocity.
+  /// The response of the whole system to given changes of some velocities: changes of all velocities, and the required
+  /// impulses, per velocity.
   struct ImpulseResponse {
     std::span<const double> change, impulse;
   };
-  /// Joints that are at a stop and move on into it meet it: their rates become -restitution times what they were, or
-  /// zero where they are slower than the rest rate; of several at one instant the least restitution holds for all.
-  /// Joints that rest on a stop are kept by it where that takes a push. Stuck joints slide: no friction is felt in an
-  /// impact. Changes q (to the very end of the range) and v. Whether anything was met.
+  /// Computes impacts of joints at a stop that move into it. Their rates become -restitution times the rates before, or
+  /// zero if they are below the rest rate; of several at one instant the minimum restitution applies to all. Joints
+  /// resting on a stop remain there if that needs a push. Stuck joints slide: friction has no effect in an impact.
+  /// Changes q (to the exact end of the range) and v. Returns whether any impact occurred.
   bool meet_stops(double time, std::span<double> q, std::span<double> v,
                   const std::function<ImpulseResponse(std::span<const RateChange>)>& respond);
-  /// By the whole system in the last impact, all stops together [J].
+  /// Energy loss of the whole system in the last impact, all stops together [J].
   double last_energy_lost() const { return last_energy_lost_; }
 
  private:
@@ -153,7 +153,7 @@ class JointModes {
   bool fits(const Response& response, const std::vector<Joint*>& resting) const;
 
   std::vector<Joint> joints_;
-  std::vector<int> at_;  // per joint of the model: place in joints_, or -1
+  std::vector<int> at_;  // per joint of the model: index in joints_, or -1
   std::vector<StopImpact> stop_impacts_;
   long stop_impact_count_ = 0;
   double last_energy_lost_ = 0;

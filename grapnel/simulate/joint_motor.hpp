@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What a joint's motor makes of what it is told: the largest effort at a rate, torque ripple, current. docs/theory.md,
-/// (19.12) to (19.14).
+/// Models of joint motors: maximum effort at a rate, torque ripple, current. docs/theory, (19.12) to (19.14).
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +11,8 @@
 
 namespace grapnel::joint_motor {
 
-/// An effort within what the motor can give at a rate: on the line from limits.effort at rest to nothing at the no-load
-/// rate in the sense of motion, and limits.effort against it. A NaN stays.
+/// Limits an effort to the motor's range at a rate: in the direction of motion on the line from limits.effort at rest
+/// to zero at the no-load rate, against it limits.effort. A NaN is preserved.
 inline double within_line(const JointDescription& joint, double effort, double rate) {
   const double most = joint.limits.effort;
   if (!joint.motor || !std::isfinite(joint.motor->no_load_rate)) return control_law::within_limit(effort, most);
@@ -29,7 +28,7 @@ inline double with_ripple(const JointDescription& joint, double effort, double p
   return effort * (1 + r.amplitude * std::sin(r.per_turn * joint.gear_ratio * position + r.phase));
 }
 
-/// Heat in the winding under an effort without ripple [W]; zero where the torque constant is not known.
+/// Heat in the winding under an effort without ripple [W]; zero if the torque constant is unknown.
 inline double copper_power(const JointDescription& joint, double effort) {
   if (!joint.motor || !(joint.motor->torque_constant > 0)) return 0;
   const double current = effort / (joint.gear_ratio * joint.motor->torque_constant);

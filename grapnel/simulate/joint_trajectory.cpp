@@ -9,7 +9,7 @@ namespace grapnel {
 
 namespace {
 
-// Position, first and second derivative with respect to x = t/T of the three shapes a path is made of.
+// Position, first and second derivative with respect to x = t/T of the three basis functions of a path.
 struct Shape {
   double f, df, ddf;
 };
@@ -22,7 +22,7 @@ Shape cycloidal_step(double x) {
   const double w = 2 * std::numbers::pi;
   return {x - std::sin(w * x) / w, 1 - std::cos(w * x), w * std::sin(w * x)};
 }
-// Ends at 0 with unit rate: the terms of (3.1) that carry s, written without the division by the angle travelled.
+// Ends at 0 with unit rate: the terms of (3.1) that contain s, without division by the angle travelled.
 Shape end_rate_term(double x) {
   return {x * x * x * (-4 + x * (7 - 3 * x)), x * x * (-12 + x * (28 - 15 * x)), x * (-24 + x * (84 - 60 * x))};
 }
@@ -160,10 +160,10 @@ void validate(const JointTrajectory& trajectory) {
       throw std::invalid_argument("joint trajectory: a piece must end after it begins");
     }
     if (before != nullptr && piece.begin != before->end) {
-      throw std::invalid_argument("joint trajectory: a piece must begin where the one before ends");
+      throw std::invalid_argument("joint trajectory: a piece must begin where the previous one ends");
     }
     if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
-      // An end computed as begin + duration is exact to the rounding of the times.
+      // An end computed as begin + duration is exact to within the rounding of the times.
       const double rounding = 1e-12 * (std::abs(piece.begin) + std::abs(piece.end));
       if (!(std::abs(piece.end - piece.begin - path->duration) <= rounding)) {
         throw std::invalid_argument("joint trajectory: a path must last as long as its piece");

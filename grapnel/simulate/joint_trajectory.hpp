@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Motion of one joint over a whole phase: pieces that follow each other in time, each a profile between two points or
-/// a polynomial.
+/// Motion of one joint over a whole phase: consecutive pieces in time, each a profile between two points or a
+/// polynomial.
 
 #include <span>
 #include <variant>
@@ -12,13 +12,13 @@ namespace grapnel {
 
 // Motion of one joint from one angle to another in a given time.
 
-/// quartic: the thesis's (3.1)-(3.2), a fourth-order polynomial of the rate, starting from rest.
-/// quintic: the fifth-order polynomial of position that also starts with a given rate (from rest it is the quartic).
-/// cycloidal: a sine's integral, the final and initial rates added as in the quintic.
-/// All have zero acceleration at both ends.
+/// quartic: the thesis's (3.1)-(3.2), a fourth-order polynomial of the rate, starting from rest. quintic: the
+/// fifth-order polynomial of position with a given initial rate (from rest it equals the quartic). cycloidal: the
+/// integral of a sine, plus terms for the final and initial rates as in the quintic. All have zero acceleration at both
+/// ends.
 enum class JointProfile { quartic, cycloidal, quintic };
 
-/// Where a joint is at one instant, and how it moves; S: double, or packs of SIMD lanes.
+/// Position, rate and acceleration of a joint at one instant; S: double, or packs of SIMD lanes.
 template <class S>
 struct BasicJointPoint {
   S position = S(0.0);      // [rad or m]
@@ -36,7 +36,7 @@ struct JointPath {
   double end_rate = 0;
 };
 
-/// The path at time t; before 0 and after T it stays at the end points' values (rate included, as the thesis's
+/// The path at time t; before 0 and after T, position and rate keep the values of the end points (as the thesis's
 /// reference does), with zero acceleration.
 JointPoint evaluate(const JointPath& path, double t);
 
@@ -46,38 +46,38 @@ struct ChebyshevPiece {
   std::vector<double> coefficients;  // at least one [rad or m]
 };
 
-/// One piece. The time of a JointPath counts from `begin`, and its duration is end - begin.
+/// One piece. The time of a JointPath is relative to `begin`, and its duration is end - begin.
 struct JointPiece {
   double begin = 0;  // [s], absolute
   double end = 0;
   std::variant<JointPath, ChebyshevPiece> shape;
 };
 
-/// Pieces in the order of time; each begins where the one before ends. Before the first and after the last piece the
-/// joint stays at that end's position and rate (rate included, as the thesis's reference does) with zero acceleration.
-/// A trajectory without pieces is at zero.
+/// Pieces in the order of time; each begins where the previous one ends. Before the first and after the last piece,
+/// position and rate keep the values of that end (as the thesis's reference does), with zero acceleration. A trajectory
+/// without pieces is zero.
 struct JointTrajectory {
   std::vector<JointPiece> pieces;
 
   JointTrajectory() = default;
   /// One profile that begins at `begin`.
   JointTrajectory(double begin, const JointPath& path) : pieces{{begin, begin + path.duration, path}} {}
-  /// A joint that stays at `position`.
+  /// A joint at rest at `position`.
   static JointTrajectory at_rest(double position);
 };
 
-/// Position, rate and acceleration at time t. At a common end of two pieces the later piece speaks.
+/// Position, rate and acceleration at time t. At a common end of two pieces the later piece applies.
 JointPoint evaluate(const JointTrajectory& trajectory, double t);
-/// The same by the piece that speaks at the time `inside`: at the ends of the piece, where the acceleration may jump,
-/// its own limits. Beyond its ends a piece stays at them.
+/// The same by the piece that contains the time `inside`: at the ends of the piece, where the acceleration may jump,
+/// the limit from inside. Beyond its ends a piece keeps its end values.
 JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside);
 
 /// Times at which the trajectory is not smooth: the ends of all pieces, except the outer ends of a constant.
 /// Increasing.
 std::vector<double> break_times(const JointTrajectory& trajectory);
 
-/// @throws std::invalid_argument if a piece does not end after it begins or does not begin where the one before ends, a
-/// path lasts longer or shorter than its piece, or a series has no coefficients.
+/// @throws std::invalid_argument if a piece does not end after it begins or does not begin where the previous one ends,
+/// a path has another duration than its piece, or a series has no coefficients.
 void validate(const JointTrajectory& trajectory);
 
 /// The series that interpolates values given at the Chebyshev-Lobatto points t_k = middle + half cos(pi (n - k) / n),
@@ -89,10 +89,9 @@ ChebyshevPiece chebyshev_interpolant(std::span<const double> values);
 double chebyshev_point(double begin, double end, int k, int n);
 
 /// A trajectory through samples at strictly increasing times: a cubic spline with continuous acceleration ("not a knot"
-/// at the ends; a line for two samples, a parabola for three), or, with rates, the cubic that meets position and rate
-/// at every sample (its acceleration jumps there).
-/// @throws std::invalid_argument if sizes differ, there are fewer than two samples, times do not increase, or a number
-/// is not finite.
+/// at the ends; a line for two samples, a parabola for three). With rates, the cubic through position and rate of every
+/// sample (its acceleration jumps there). @throws std::invalid_argument if sizes differ, there are fewer than two
+/// samples, times do not increase, or a number is not finite.
 JointTrajectory interpolate_samples(std::span<const double> times, std::span<const double> positions,
                                     std::span<const double> rates = {});
 

@@ -9,10 +9,10 @@
 namespace grapnel {
 namespace {
 
-// Symmetric matrices by their rows.
+// A symmetric matrix by its rows.
 using Rows = std::array<Vector3d, 3>;
 
-// A A^T over the square of a momentum.
+// A A^T divided by the square of a momentum.
 Rows products(std::span<const Vector3d> columns, double momentum) {
   Rows rows{Vector3d::zero(), Vector3d::zero(), Vector3d::zero()};
   for (const Vector3d& c : columns) {
@@ -28,7 +28,7 @@ Vector3d solved(const Rows& m, const Vector3d& b) {
   return (1 / determinant(m)) * (b[0] * cross(m[1], m[2]) + b[1] * cross(m[2], m[0]) + b[2] * cross(m[0], m[1]));
 }
 
-// With fewer than three columns the determinant is rounding.
+// With fewer than three columns the determinant is zero up to rounding.
 double measure_of(std::span<const Vector3d> columns, double momentum) {
   return columns.size() < 3 ? 0 : std::sqrt(std::max(determinant(products(columns, momentum)), 0.0));
 }
@@ -53,10 +53,11 @@ GyroArray::GyroArray(std::vector<MomentGyro> gyros, const GyroSteering& steering
         !(std::abs(dot(g.gimbal_axis, g.spin_axis)) < 1e-6) || !(g.inertia > 0) || !std::isfinite(g.momentum()) ||
         g.spin_rate == 0 || !(g.torque > 0) || !(g.rate > 0) || !(g.bandwidth > 0))
       throw std::invalid_argument(
-          "GyroArray: axes are perpendicular unit vectors, inertia, limits and bandwidth positive, and rotors spin");
+          "GyroArray: axes must be perpendicular unit vectors, inertia, limits and bandwidth positive, spin rates not "
+          "zero");
   }
   if (!(steering.near > 0) || !(steering.damping > 0) || !(steering.dither >= 0 && steering.dither < 0.5))
-    throw std::invalid_argument("GyroArray: numbers of the steering are out of range");
+    throw std::invalid_argument("GyroArray: parameters of the steering are out of range");
   if (!gyros_.empty()) largest_ = largest_momentum(gyros_);
 }
 
@@ -79,7 +80,7 @@ Vector3d GyroArray::momentum() const {
 
 // (17.8)-(17.10)
 void GyroArray::steer(const Vector3d& torque, const Vector3d& w_B, double t) {
-  const Vector3d wanted = -(torque + cross(w_B, momentum()));  // of A d
+  const Vector3d wanted = -(torque + cross(w_B, momentum()));  // required value of A d
   Rows m = products(dh_, largest_);
   if (measure_ < steering_.near) {
     const double apart = 1 - measure_ / steering_.near, lambda = steering_.damping * apart * apart;

@@ -6,14 +6,14 @@
 namespace grapnel {
 namespace {
 
-constexpr double kSquare = 1e-9;  // of lengths of 1 and right angles
+constexpr double kSquare = 1e-9;  // tolerance of unit lengths and right angles
 
-// The eccentric anomaly E of M = E - e sin E, for M in [-pi, pi] (14.1). Newton's method; from where it begins, the
-// first or the second iterate lies beyond the solution, and all later ones come down to it.
+// The eccentric anomaly E of M = E - e sin E, for M in [-pi, pi] (14.1), by Newton's method. From the chosen start, the
+// first or second iterate is beyond the solution, and later ones converge monotonically.
 double eccentric_anomaly(double M, double e) {
   if (e == 0) return M;
   double E = e < 0.8 ? M + e * std::sin(M) : std::copysign(std::numbers::pi, M);
-  constexpr int kMost = 30;  // 5 do up to e = 0.8
+  constexpr int kMost = 30;  // 5 suffice up to e = 0.8
   for (int i = 0; i < kMost; ++i) {
     const double step = (E - e * std::sin(E) - M) / (1 - e * std::cos(E));
     E -= step;

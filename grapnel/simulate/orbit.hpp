@@ -1,13 +1,13 @@
 #pragma once
 
 /// @file
-/// A reference orbit, and what bodies near it feel in a frame that falls with it without turning (docs/theory.md,
+/// A reference orbit, and the forces on bodies near it in a frame that falls with it without rotation (docs/theory,
 /// section 14).
 ///
 /// The field is the linear part of the difference between the gravity at a point and that at the reference point. Its
 /// relative error is some 3/2 of the distance over the orbit's radius: 2e-6 at 10 m above the Earth, 2e-3 at 10 km.
-/// What is a template on the scalar is one text for a capture on its own and for many in SIMD lanes (grapnel/lanes/).
-/// Thread safety: free functions; no state.
+/// Templates on the scalar serve a single capture and many in SIMD lanes (grapnel/lanes/). Thread safety: free
+/// functions; no state.
 
 #include <string>
 
@@ -15,25 +15,26 @@
 
 namespace grapnel {
 
-/// A Kepler orbit, t counted from the start of the run.
+/// A Kepler orbit; t is relative to the start of the run.
 struct ReferenceOrbit {
-  double mu = 0;                  // gravitational parameter of the central body [m^3/s^2]
-  double semi_major_axis = 0;     // [m]
-  double eccentricity = 0;        // at least 0, less than 1
-  double true_anomaly = 0;        // at t = 0, from the lowest point in the sense of the motion [rad]
-  Vector3d radial{1, 0, 0};       // unit, in W: at t = 0 from the central body to the reference point
-  Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it in the orbit's plane, the way it goes, at t = 0
-  /// The reference point in the frame of the computation, in which it moves uniformly as seen from there (a frame that
-  /// moves uniformly in W, which falls too): at t = 0 [m], and its velocity [m/s]. W itself has zeros.
+  double mu = 0;               // gravitational parameter of the central body [m^3/s^2]
+  double semi_major_axis = 0;  // [m]
+  double eccentricity = 0;     // at least 0, less than 1
+  double true_anomaly = 0;     // at t = 0, from the lowest point in the direction of motion [rad]
+  Vector3d radial{1, 0, 0};    // unit, in W: at t = 0 from the central body to the reference point
+  // unit, in W: perpendicular to it in the orbit's plane, in the direction of motion, at t = 0
+  Vector3d along_track{0, 1, 0};
+  /// The reference point in the frame of the computation, in which it moves uniformly (that frame moves uniformly in W
+  /// and falls, too): at t = 0 [m], and its velocity [m/s]. Zero in W itself.
   Vector3d position = Vector3d::zero();
   Vector3d velocity = Vector3d::zero();
 };
 
-/// Where the reference point is on its orbit, and the axes O that turn with it; S: double, or packs of SIMD lanes.
+/// The reference point on its orbit, and the axes O that rotate with it; S: double, or packs of SIMD lanes.
 template <class S>
 struct BasicOrbitPoint {
   S radius = S(0.0);                           // R, from the central body's centre [m]
-  S rate = S(0.0);                             // at which O turns in W, about cross-track [rad/s]
+  S rate = S(0.0);                             // rotation rate of O in W, about cross-track [rad/s]
   S gradient = S(0.0);                         // mu / R^3 [1/s^2]
   Rotation<S> R_WO = Rotation<S>::identity();  // columns: radial, along-track, cross-track
   Vector3<S> position = Vector3<S>::zero();    // of the reference point, in the frame of the computation [m]
@@ -42,7 +43,7 @@ struct BasicOrbitPoint {
 };
 using OrbitPoint = BasicOrbitPoint<double>;
 
-/// What of an orbit does not change with time: its own numbers, and what follows from them.
+/// The constants of an orbit: its parameters, and quantities derived from them.
 template <class S>
 struct OrbitConstants {
   S mu, semi_major_axis, eccentricity;
@@ -59,7 +60,7 @@ OrbitPoint orbit_point(const ReferenceOrbit& orbit, double t);
 /// The same from the eccentric anomaly E at the time t, which solves M + n t = E - e sin E (14.1).
 template <class S>
 GRAPNEL_INLINE BasicOrbitPoint<S> orbit_point(const OrbitConstants<S>& orbit, const S& t, const SineCosine<S>& E) {
-  // True anomaly, and how far it is from the one at t = 0.
+  // True anomaly, and its difference from the one at t = 0.
   const S shrink = S(1.0) - orbit.eccentricity * E.cosine;
   const S cos_now = S(E.cosine - orbit.eccentricity) / shrink, sin_now = S(orbit.root * E.sine) / shrink;
   const S c = cos_now * orbit.cosine + sin_now * orbit.sine, s = sin_now * orbit.cosine - cos_now * orbit.sine;
@@ -89,7 +90,7 @@ GRAPNEL_INLINE Vector3<S> gravity_gradient_torque(const BasicOrbitPoint<S>& at, 
   return R_WB * (S(S(3.0) * at.gradient) * cross(up, I_B * up));
 }
 
-/// Position and velocity of a point as they are seen in O: components radial, along-track, cross-track.
+/// Position and velocity of a point relative to O: components radial, along-track, cross-track.
 struct OrbitalMotion {
   Vector3d position;  // from the reference point [m]
   Vector3d velocity;  // its rate of change in O [m/s]
@@ -101,7 +102,7 @@ OrbitalMotion orbital_motion(const ReferenceOrbit& orbit, const OrbitPoint& at, 
 /// Mean motion sqrt(mu / a^3) [rad/s].
 double mean_motion(const ReferenceOrbit& orbit);
 
-/// What is wrong with an orbit, as the end of a sentence that begins with it; empty: nothing.
+/// The error in an orbit, as the end of a sentence that begins with it; empty: none.
 std::string fault_of(const ReferenceOrbit& orbit);
 
 }  // namespace grapnel

@@ -135,10 +135,10 @@ void PhaseDynamics::check_and_classify() {
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
-      throw std::invalid_argument("PhaseDynamics: a load acts on no body of the model");
+      throw std::invalid_argument("PhaseDynamics: the body of a load is not in the model");
     }
     if (load.frame == LoadFrame::orbit && !setup_.orbit) {
-      throw std::invalid_argument("PhaseDynamics: a load is in the axes of an orbit, and there is none");
+      throw std::invalid_argument("PhaseDynamics: a load is in the axes of an orbit, but no orbit is set");
     }
   }
   if (setup_.orbit) {
@@ -157,13 +157,13 @@ void PhaseDynamics::check_and_classify() {
   }
 }
 
-// What says efforts and the torque on a root, and when.
+// Checks the source of efforts and of the torque on a root, and the clock.
 void PhaseDynamics::check_control() {
   has_controller_ = setup_.commanded_root >= 0;
   for (const JointDrive& drive : setup_.drives)
     has_controller_ = has_controller_ || output_of(drive.control) == ControlOutput::command;
   if (has_controller_ && !setup_.controller)
-    throw std::invalid_argument("PhaseDynamics: joints or a root are to have a controller, and there is none");
+    throw std::invalid_argument("PhaseDynamics: joints or a root need a controller, but none is set");
   if (setup_.commanded_root >= 0) {
     const Body& root = model_.bodies().at(setup_.commanded_root);
     const bool is_free_root = root.parent < 0 && root.description.joint.type == JointType::free;
@@ -173,10 +173,10 @@ void PhaseDynamics::check_control() {
           "control");
   }
   if (setup_.sensors && !setup_.clock)
-    throw std::invalid_argument("PhaseDynamics: sensors are read at the ticks of a clock, and there is none");
+    throw std::invalid_argument("PhaseDynamics: sensors need a clock, but none is set");
   if (setup_.law_model && (setup_.law_model->velocities() != model_.velocities() ||
                            setup_.law_model->bodies().size() != model_.bodies().size()))
-    throw std::invalid_argument("PhaseDynamics: the laws' model has another structure");
+    throw std::invalid_argument("PhaseDynamics: the structure of the laws' model differs");
   if (!setup_.clock) return;
   if (!setup_.channels) {
     setup_.channels.emplace(channel_of_.size());
@@ -184,17 +184,17 @@ void PhaseDynamics::check_control() {
   }
   const std::vector<int>& channels = *setup_.channels;
   if (channels.size() != setup_.clock->channels())
-    throw std::invalid_argument("PhaseDynamics: the clock has another number of channels");
+    throw std::invalid_argument("PhaseDynamics: the number of the clock's channels differs");
   for (std::size_t c = 0; c < channels.size(); ++c) channel_of_.at(channels[c]) = static_cast<int>(c);
 }
 
-// Wheels hang on the root that they turn, by joints that nothing else drives.
+// Wheels are attached to the root that they turn, by joints without other drives.
 void PhaseDynamics::check_wheels() {
   for (const ReactionWheel& wheel : setup_.wheels) {
     const Body& body = model_.bodies().at(model_.joints().at(wheel.joint));
     if (body.v != wheel.velocity || body.parent != base_.root() ||
         setup_.drives[wheel.joint].control != JointControl::free)
-      throw std::invalid_argument("PhaseDynamics: a wheel is on no free joint of the root whose torque it gives");
+      throw std::invalid_argument("PhaseDynamics: a wheel must be on a free joint of the root that it turns");
   }
 }
 
@@ -207,7 +207,7 @@ void PhaseDynamics::check_gyros() {
         (base_.root() >= 0 && on_base.parent != base_.root()) ||
         setup_.drives[gyro.gimbal].control != JointControl::free ||
         setup_.drives[gyro.rotor].control != JointControl::free)
-      throw std::invalid_argument("PhaseDynamics: a gyro is no rotor in a gimbal of the root, on free joints");
+      throw std::invalid_argument("PhaseDynamics: a gyro must be a rotor in a gimbal of the root, on free joints");
     for (const int v : {gyro.gimbal_velocity, gyro.rotor_velocity}) prescribed_[v] = commanded_[v] = 1;
   }
 }
@@ -233,7 +233,7 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
 
 std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
   if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size())
-    throw std::invalid_argument("PhaseDynamics: the integrals are those of another phase");
+    throw std::invalid_argument("PhaseDynamics: the integrals belong to another phase");
   std::vector<double> y = initial(state, t);
   double* whole = y.data() + model_.coordinates() + model_.velocities();
   const auto put = [](const Vector3d& v, double* out) { std::copy(v.e, v.e + 3, out); };
@@ -251,7 +251,7 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
     at[kJointMotor] = joint.motor_work, at[kJointFriction] = joint.friction_work, at[kJointCopper] = joint.copper_loss;
     at += kJointCount;
   }
-  // Without them dampers are in the work of friction, of the one tree that has any.
+  // Without them, the work of dampers is included in that of friction, which only one tree has.
   if (integrals.damper_work.size() == static_cast<std::size_t>(damper_integral_count()))
     std::copy(integrals.damper_work.begin(), integrals.damper_work.end(), at);
   at += damper_integral_count();
@@ -262,7 +262,7 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
   return y;
 }
 
-// Takes the state out of y and overwrites prescribed joints by their references.
+// Reads the state from y and overwrites prescribed joints by their references.
 void PhaseDynamics::load(double t, std::span<const double> y) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   std::copy(y.begin(), y.begin() + nq, now_.q.begin());
@@ -298,14 +298,14 @@ void PhaseDynamics::recover(double t) {
   recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
 }
 
-// Brings the state at hand onto the closures. A closure is relative, so roots may be recovered afterwards.
+// Projects the current state onto the closures. A closure is relative, so roots may be recovered afterwards.
 ProjectionResult PhaseDynamics::close_loops(double t) {
   const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v);
   recover(t);
   return result;
 }
 
-// A load's wrench now.
+// The current wrench of a load.
 ExternalWrench PhaseDynamics::wrench_of(const ExternalLoad& load, double t, const OrbitPoint& at) const {
   const Posed& X_WB = workspace_.kinematics.X_WB[load.body];
   const double inside = inside_.value_or(t);
@@ -321,7 +321,7 @@ ExternalWrench PhaseDynamics::wrench_of(const ExternalLoad& load, double t, cons
   return {load.body, X_WB * load.p_BP, F};
 }
 
-// The field near the orbit, on every body at its centre of mass: (14.2), (14.3).
+// The field near the orbit, on each body at its centre of mass: (14.2), (14.3).
 void PhaseDynamics::act_on_orbit(const OrbitPoint& at) {
   for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
     const BodyDescription& body = model_.bodies()[i].description;
@@ -347,7 +347,7 @@ void PhaseDynamics::act_from_outside(double t) {
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
 }
 
-// The torque of attitude control or of the controller, or what the clock holds of it.
+// The torque of attitude control or of the controller, or the held command.
 void PhaseDynamics::drive_root() {
   Vector3d torque = commanded_torque_;
   if (!laws_speak()) {
@@ -363,7 +363,7 @@ const ActuatorCommands& PhaseDynamics::commands() const {
   return laws_speak() ? commanded_actuators_ : setup_.clock->held().actuators;
 }
 
-// What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
+// The reaction torque of the joints' motion, as far as laws know it: joints with a reference have its acceleration.
 Vector3d PhaseDynamics::arms_ahead() {
   known_acceleration_.assign(now_.v.size(), 0.0);
   is_idle_.assign(now_.v.size(), 0);
@@ -379,14 +379,15 @@ Vector3d PhaseDynamics::arms_ahead() {
   return arm_reaction(model_, now_, base_.root(), known_acceleration_, is_idle_);
 }
 
-// Of a joint under a law with gains.
+// The output of a joint's law with gains.
 double PhaseDynamics::said_by_law(std::size_t joint) const {
   const JointDrive& drive = setup_.drives[joint];
   const Body& body = model_.bodies()[model_.joints()[joint]];
   return control_law::command(drive.control, drive.kp, drive.kd, reference_[joint], now_.q[body.q], now_.v[body.v]);
 }
 
-// Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
+// Friction, efforts of joints under other laws, attitude control. Computed torque is added after the controller's
+// output.
 void PhaseDynamics::gather_beside(double t) {
   beside_.assign(now_.v.size(), 0.0);
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
@@ -400,7 +401,7 @@ void PhaseDynamics::gather_beside(double t) {
   base_.add_beside(t, now_, motor_, beside_);
 }
 
-// What the controller says now.
+// Calls the controller.
 void PhaseDynamics::ask_controller(double t) {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
@@ -414,7 +415,7 @@ void PhaseDynamics::ask_controller(double t) {
   const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
   setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
   const auto refuse = [&](const std::string& what) {
-    throw ControllerError(fmt::format("at t = {:.9g} s the controller says {}, which is no finite number", t, what));
+    throw ControllerError(fmt::format("at t = {:.9g} s the controller returns {}, which is not finite", t, what));
   };
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     if (output_of(setup_.drives[j].control) != ControlOutput::command || std::isfinite(commanded_effort_[j])) continue;
@@ -437,16 +438,18 @@ void PhaseDynamics::ask_controller(double t) {
 }
 
 void PhaseDynamics::begin_control(double t, double end) {
-  if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
-  if (!modes_.empty() && end < t) throw std::logic_error("PhaseDynamics: friction and stops do not run backwards");
-  if (base_.has_thrusters() && end < t) throw std::logic_error("PhaseDynamics: thrusters do not run backwards");
+  if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control cannot be integrated backwards");
+  if (!modes_.empty() && end < t)
+    throw std::logic_error("PhaseDynamics: static friction and stops cannot be integrated backwards");
+  if (base_.has_thrusters() && end < t)
+    throw std::logic_error("PhaseDynamics: thrusters cannot be integrated backwards");
   same_time_ = break_resolution(t, end);
   base_.begin(t, same_time_);
   if (has_controller_) setup_.controller->begin_piece(law_model(), t);
 }
 
 void PhaseDynamics::refuse_runaway(double t) const {
-  // Wheels may be fast for good.
+  // Wheels may reach high rates.
   std::vector<double> speeds = now_.v;
   for (const ReactionWheel& wheel : setup_.wheels) speeds[wheel.velocity] = 0;
   for (const MomentGyro& gyro : setup_.gyros) speeds[gyro.rotor_velocity] = 0;
@@ -462,13 +465,14 @@ void PhaseDynamics::refuse_runaway(double t) const {
                                : fmt::format("body \"{}\" has the velocity", body.description.name);
   const ControlTiming& timing = setup_.clock->timing();
   throw ControllerError(
-      fmt::format("sampled control is unstable: at t = {:.9g} s {} {:.3g} (rad/s or m/s), beyond {:g}; samples are "
-                  "taken every {:g} s "
-                  "and act {:g} s later, for which gains are too high",
+      fmt::format("sampled control is unstable: at t = {:.9g} s {} {:.3g} (rad/s or m/s), above {:g}; reduce the "
+                  "gains, or the sample "
+                  "time of {:g} s "
+                  "and the delay of {:g} s",
                   t, what, *fastest, kRunaway, timing.period, timing.delay));
 }
 
-// From here on until the next evaluation the state at hand is what laws see.
+// From here to the next evaluation, the current state holds the values that laws receive.
 void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
   if (setup_.sensors->needs_forces()) {
     sampling_ = false;
@@ -519,7 +523,7 @@ PhaseDynamics::HeldDrive PhaseDynamics::held_drive() {
   return {motor_, base_.acts_from_outside() ? base_.given() : Vector3d::zero()};
 }
 
-// Friction, and what the control laws say: efforts, or accelerations.
+// Friction, and the output of the control laws: efforts, or accelerations.
 void PhaseDynamics::actuate() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
@@ -546,7 +550,7 @@ void PhaseDynamics::actuate() {
   }
 }
 
-// Of a joint as it now moves. What holds one at rest follows from the motion: no friction says it.
+// Friction of a moving joint. For a joint at rest, friction follows from the motion.
 double PhaseDynamics::friction_of(std::size_t joint) const {
   const Body& body = model_.bodies()[model_.joints()[joint]];
   const JointModes::Joint* modes = modes_.of(joint);
@@ -557,14 +561,14 @@ double PhaseDynamics::friction_of(std::size_t joint) const {
   return modes->mode == JointModes::Mode::held ? 0 : JointModes::sliding_friction(*modes, now_.v[body.v]);
 }
 
-// The effort that a motor gives when it is told one.
+// The motor's effort for a commanded effort.
 double PhaseDynamics::output_of_motor(std::size_t joint, double told) {
   const Body& body = model_.bodies()[model_.joints()[joint]];
   told_[joint] = joint_motor::within_line(body.description.joint, told, now_.v[body.v]);
   return joint_motor::with_ripple(body.description.joint, told_[joint], now_.q[body.q]);
 }
 
-// Accelerations under force_, and the forces that the prescribed ones take.
+// Accelerations under force_, and the forces of the prescribed ones.
 void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
@@ -577,7 +581,7 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   }
 }
 
-// The forces that the commanded accelerations take by the model that the laws work with.
+// The forces of the commanded accelerations, by the model that the laws use.
 const std::vector<double>& PhaseDynamics::commanded_forces() {
   if (!setup_.law_model) {
     solve(commanded_);
@@ -606,8 +610,8 @@ void PhaseDynamics::accelerate(double t) {
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
   if (any_computed_ && laws_speak()) {
-    // What the controller takes the robot for: one without friction that moves as commanded. The kernel finds the
-    // torques, and where nothing disturbs it or cuts them the accelerations as well.
+    // The controller's model of the robot: without friction, moving as commanded. The kernel computes the torques and,
+    // without disturbances or limits, also the accelerations.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + spring_[j];
     const std::vector<double>& forces = commanded_forces();
     as_commanded = !has_friction_ && !modes_.any_held() && !setup_.law_model;
@@ -619,11 +623,11 @@ void PhaseDynamics::accelerate(double t) {
     }
   }
   if (!as_commanded) {
-    hold_joints();  // the laws may have said accelerations of theirs
+    hold_joints();  // the laws may have written accelerations
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
   }
-  // Gimbals whose motors would need more than they have.
+  // Gimbals whose motors would exceed their torque.
   while (base_.cut_gimbals(workspace_.force, prescribed_, motor_)) {
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
@@ -640,7 +644,7 @@ void PhaseDynamics::accelerate(double t) {
   base_.conclude(workspace_.force, friction_, motor_);
 }
 
-// Accelerations at the state in y, with the base's modes as they are.
+// Accelerations at the state in y, with the base's current modes.
 std::span<const double> PhaseDynamics::accelerations_in(double t, std::span<const double> y) {
   load(t, y);
   if (const auto tried = base_.tried_rate()) {
@@ -690,8 +694,8 @@ void PhaseDynamics::meet_stops(double t, std::span<double> y) {
   hold_joints();
 }
 
-// Of the last response: the work of motors that keep their rates, and what the ground gave. An impulse works at the
-// mean of the velocities before and after it.
+// Adds the effects of the last response: the work of motors that hold their rates, and the impulse of the ground. An
+// impulse works at the mean of the velocities before and after it.
 void PhaseDynamics::book_impulses(std::span<double> y) {
   const std::span<double> integrals = y.subspan(now_.q.size() + now_.v.size(), integral_count());
   for (std::size_t i = 0; i < now_.v.size(); ++i) now_.v[i] += 0.5 * vdot_[i];
@@ -715,14 +719,14 @@ void PhaseDynamics::book_impulses(std::span<double> y) {
   });
 }
 
-// The system at rest answers to changes of some rates as to accelerations: M change = J^T P and the stops' impulses,
-// (19.3). `friction_holds`: joints that are held stay so; not in impacts, which friction cannot answer.
+// The response of the system at rest to changes of some rates, as to accelerations: M change = J^T P and the stops'
+// impulses, (19.3). `friction_holds`: held joints remain held; not in impacts, where friction has no effect.
 JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes::RateChange> changes,
                                                       bool friction_holds) {
   for (const JointModes::Joint& joint : modes_.joints())
     prescribed_[joint.v] = friction_holds && joint.mode == JointModes::Mode::held;
   std::fill(acceleration_.begin(), acceleration_.end(), 0.0);
-  for (const MomentGyro& gyro : setup_.gyros)  // no motor has an impulse
+  for (const MomentGyro& gyro : setup_.gyros)  // motors give no impulses
     prescribed_[gyro.gimbal_velocity] = prescribed_[gyro.rotor_velocity] = 0;
   for (const JointModes::RateChange& r : changes) prescribed_[r.v] = 1, acceleration_[r.v] = r.change;
   std::fill(force_.begin(), force_.end(), 0.0);
@@ -736,7 +740,7 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
   return {vdot_, workspace_.force};
 }
 
-// What the ground gives a fixed root, and what holds a root: add(body, force, point, moment).
+// The loads of the ground on a fixed root, and of the wrench that holds a root: add(body, force, point, moment).
 template <class Add>
 void PhaseDynamics::add_ground(Add&& add) const {
   const Kinematics& k = workspace_.kinematics;
@@ -745,7 +749,7 @@ void PhaseDynamics::add_ground(Add&& add) const {
     const bool held = static_cast<int>(i) == setup_.held_root;
     const bool grounded = body.parent < 0 && body.description.joint.type == JointType::fixed;
     if (!held && !grounded) continue;
-    // The root's articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
+    // The root's articulated equation gives the holding wrench; gravity is included in A, so it is not added.
     const LinkScratch<double>& root = workspace_.kernel.links[body.placement.link];
     const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
     add(i, F.linear, k.X_WB[i].p, F.angular);
@@ -765,8 +769,8 @@ void PhaseDynamics::measure_trees() {
   }
 }
 
-// Power and rates of impulse of gravity, of loads, the orbit's field and attitude control, of the ground under a fixed
-// root, and of the wrench that holds a root; of the whole and of each tree.
+// Power and impulse rates of gravity, loads, the orbit's field and attitude control, of the ground under a fixed root,
+// and of the wrench that holds a root; in total and of each tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
   const Kinematics& k = workspace_.kinematics;
@@ -797,7 +801,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   load(t, y);
   accelerate(t);
   if (solver_ && !(solver_->contradiction() <= loop_limits::kContradiction)) {
-    // No motion keeps the closures: nothing finite can be returned, and a shorter step may avoid it.
+    // No motion satisfies the closures: returns non-finite rates; a shorter step may avoid this.
     if (std::isfinite(solver_->contradiction())) {
       trouble_ =
           Trouble{t, solver_->contradiction(), solver_->rank(), solver_->least_pivot(), solver_->contradicting_row()};
@@ -859,7 +863,7 @@ ProjectionResult PhaseDynamics::project(double t, std::span<double> y, double ne
   std::copy(now_.v.begin(), now_.v.end(), loaded_.begin() + static_cast<std::ptrdiff_t>(nq));
   const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v, negligible);
   if (!result.changed) return result;
-  // The change alone: roots' integrated positions and velocities stay a check on the recovered ones.
+  // Only the change: roots' integrated positions and velocities remain a check of the recovered ones.
   for (std::size_t i = 0; i < nq; ++i) y[i] += now_.q[i] - loaded_[i];
   for (std::size_t i = 0; i < now_.v.size(); ++i) y[nq + i] += now_.v[i] - loaded_[nq + i];
   return result;
@@ -877,8 +881,8 @@ ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
 std::string PhaseDynamics::trouble() const {
   if (!trouble_) return {};
   return fmt::format(
-      "at t = {:.9g} s no motion keeps the loops closed: {} contradicts the other closures or prescribed joints "
-      "({:.2g} of the accelerations at hand; rank {} of {} rows, least pivot {:.2g}): a singular configuration, or "
+      "at t = {:.9g} s no motion satisfies the closed loops: {} contradicts the other closures or prescribed joints "
+      "({:.2g} of the current accelerations; rank {} of {} rows, least pivot {:.2g}): a singular configuration, or "
       "joints that are driven against the loop",
       trouble_->time, trouble_->row, trouble_->contradiction, trouble_->rank, solver_->rows(), trouble_->least_pivot);
 }

@@ -1,12 +1,12 @@
 #pragma once
 
 /// @file
-/// A model under joint controllers and gravity, or the field near an orbit, as a differential equation, with the
-/// integrals that its conservation checks need.
+/// A model with joint controllers and gravity, or the field near an orbit, as a differential equation, including the
+/// integrals for its conservation checks.
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
-/// the external impulse; and these of each tree, where anything acts from outside. They are under error control: where
-/// joints move as prescribed, little else limits the step. The magnitudes exchanged (TreeExchange) are carried along.
+/// the external impulse; likewise for each tree, if there are external effects. They are under error control: for
+/// prescribed joint motion, little else limits the step. The exchanged magnitudes (TreeExchange) are also integrated.
 /// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
 /// attitude control; loads may act on any body; closures keep loops of the tree closed. Thread safety: one thread at a
 /// time (it owns a workspace).
@@ -35,7 +35,7 @@
 
 namespace grapnel {
 
-/// How one joint is driven along its trajectory.
+/// The drive of one joint along its trajectory.
 struct JointDrive {
   JointControl control = JointControl::free;
   JointTrajectory trajectory = {};  // in absolute time; not read by free joints
@@ -46,49 +46,49 @@ struct JointDrive {
 
 struct PhaseSetup {
   std::vector<JointDrive> drives;  // per entry of Model::joints(); empty: all free
-  int held_root = -1;              // body index of a free root that is held at its pose; -1: none
+  int held_root = -1;              // body index of a free root held at its pose; -1: none
   Vector3d gravity = Vector3d::zero();
   std::vector<ExternalLoad> loads;
   std::optional<ReferenceOrbit> orbit = {};  // whose field acts on every body; absent: none
   std::optional<AttitudeControl> attitude;
-  /// Says the efforts of joints under JointControl::controller, and the torque on commanded_root.
+  /// Commands the efforts of joints under JointControl::controller, and the torque on commanded_root.
   std::shared_ptr<Controller> controller = {};
   int commanded_root = -1;  // body index of a free root, not under attitude control; -1: none
-  /// Through which attitude control's or the controller's torque on its root is given; empty: from outside. Their
-  /// joints are free.
+  /// Wheels that give the torque of attitude control or the controller on its root; empty: the torque is external.
+  /// Their joints are free.
   std::vector<ReactionWheel> wheels = {};
-  /// Control moment gyros, all there are: their motors work in every phase. Their joints are free.
+  /// All control moment gyros: their motors are active in every phase. Their joints are free.
   std::vector<MomentGyro> gyros = {};
-  /// Thrusters, how gyros are steered, and how wheels and thrusters work together.
+  /// Thrusters, gyro steering, and the interaction of wheels and thrusters.
   BaseActuators actuators = {};
-  /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
-  /// lasts beyond a phase: two phases that run at the same time must not share them.
+  /// Clock of all laws, including attitude control; null: they act continuously. Controller and clock keep their state
+  /// beyond a phase: two concurrent phases must not share them.
   std::shared_ptr<ControlClock> clock = {};
-  /// Of the clock: positions in Model::joints(), none of a robot without driven joints; absent: all joints, in their
-  /// order.
+  /// The clock's channels: indices in Model::joints(), empty for a robot without driven joints; absent: all joints, in
+  /// their order.
   std::optional<std::vector<int>> channels = {};
-  /// Reads at the clock's ticks what laws and controller see; null: they see the truth. It has a state, as the clock.
+  /// Reads the sensors at the clock's sample times for laws and controller; null: they receive true values. It has a
+  /// state, like the clock.
   std::shared_ptr<SensorReader> sensors = {};
-  /// What laws that know the model, and the controller, take it for: of the same structure, with other inertia; null:
-  /// the model itself.
+  /// The model used by model-based laws and the controller: same structure, different inertia; null: the model itself.
   std::shared_ptr<const Model> law_model = {};
-  /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
-  /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
+  /// Compute the velocities of free roots from the momentum at initial() (2.3), and their positions from the uniform
+  /// motion of the centre of mass, unless gravity, ground or a holding wrench changes them; otherwise they are
+  /// integrated.
   bool recover_roots = true;
-  std::vector<LoopClosure> closures;  // loops that are closed
-  bool project_loops = true;          // bring states back onto the closures
+  std::vector<LoopClosure> closures;  // closed loops
+  bool project_loops = true;          // project states onto the closures
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
 };
 
-/// The integrals as they stand among the numbers that are integrated (phase_integral): of the whole, and of each tree
-/// if there are more.
+/// The integrals from the integrated numbers (phase_integral): in total, and of each tree if there are several.
 PhaseIntegrals phase_integrals(std::span<const double> numbers);
 
-/// Times strictly between t0 and t1 at which a phase's dy/dt may jump or bend: ends of trajectories' pieces, breaks of
-/// loads, the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
-/// rounding alone separates count once.
+/// Times strictly between t0 and t1 at which dy/dt of a phase may have a jump or kink: ends of trajectories' pieces,
+/// breaks of loads, the clock's sample times and the times at which its commands begin to act, in the order from t0 to
+/// t1. Times that differ only by rounding count once.
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1);
-/// Those that are nearer count as one [s].
+/// Times that differ by less count as equal [s].
 double break_resolution(double t0, double t1);
 
 /// Sizes of a momentum's two parts.
@@ -99,108 +99,108 @@ struct MomentumDefect {
 
 class PhaseDynamics {
  public:
-  /// @throws std::invalid_argument if drives do not match the model's joints, held_root is no free root, the root under
-  /// attitude control or a controller's torque is none, is held or is under both, joints have a controller that is not
-  /// there, the clock has other channels, a trajectory or a load is invalid (see validate) or on no body, an orbit is
-  /// faulty (see fault_of), or a load is in the axes of one that is not there.
+  /// @throws std::invalid_argument if drives do not match the model's joints; held_root is not a free root; the root
+  /// under attitude control or a controller's torque is not free, is held or is under both; joints need a controller
+  /// that is missing; the clock has other channels; a trajectory or a load is invalid (see validate) or on no body; an
+  /// orbit is invalid (see fault_of); or a load is in the axes of a missing orbit.
   PhaseDynamics(const Model& model, PhaseSetup setup);
 
   const Model& model() const { return model_; }
   const PhaseSetup& setup() const { return setup_; }
-  /// Whether anything acts from outside: gravity, an orbit's field, loads, attitude control, the ground under a fixed
+  /// Whether there are external effects: gravity, an orbit's field, loads, attitude control, the ground under a fixed
   /// or held root.
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
-  /// The same of a phase that goes on: with what has been put into the system since it began.
-  /// @throws std::invalid_argument if these are the integrals of another phase.
+  /// The same for a phase that continues, with its integrals so far. @throws std::invalid_argument if these are the
+  /// integrals of another phase.
   std::vector<double> initial(const State& state, double t, const PhaseIntegrals& integrals);
 
   /// See phase_breaks().
   std::vector<double> breaks(double t0, double t1) const { return phase_breaks(setup_, t0, t1); }
-  /// From now on trajectories and loads are the smooth ones that hold between the neighbouring breaks `begin` and `end`
-  /// (in any order), also at these times themselves: what is evaluated at an end is the limit from inside.
+  /// Selects the smooth trajectories and loads between the neighbouring breaks `begin` and `end` (in any order), also
+  /// at these times themselves: evaluations at an end are limits from inside.
   void enter_interval(double begin, double end) { inside_ = 0.5 * (begin + end); }
-  /// From now on the later side speaks at a break.
+  /// From now on, evaluations at a break are the later limits.
   void leave_interval() { inside_.reset(); }
-  /// A phase from t to `end` begins: tells the controller. @throws std::logic_error if a clock would run backwards.
+  /// Begins a phase from t to `end`: notifies the controller. @throws std::logic_error if a clock would run backwards.
   void begin_control(double t, double end);
-  /// It has ended at t.
+  /// Ends the phase at t.
   void end_control(double t) { base_.reach(t); }
-  /// The first time after t, and before `end`, at which an actuator switches by the time alone; else `end`.
+  /// The first time after t, and before `end`, at which an actuator switches by time alone; otherwise `end`.
   double next_edge(double t, double end) const { return base_.next_edge(t, end); }
-  /// A smooth piece begins, in y, between the neighbouring breaks `begin` and `end`: enter_interval(), tick() and
-  /// choose_modes(). When it ends: at `end`, or at an actuator's edge before. @throws ControllerError as tick().
+  /// Begins a smooth piece, in y, between the neighbouring breaks `begin` and `end`: enter_interval(), tick() and
+  /// choose_modes(). Returns its end: `end`, or an earlier edge of an actuator. @throws ControllerError as tick().
   double begin_smooth_piece(double begin, double end, std::span<const double> y);
-  /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
-  /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
-  /// that nothing in space has.
+  /// Advances to the time t, in y: at a sample time of the clock, reads sensors and evaluates laws; due commands begin
+  /// to act. Does nothing without a clock. @throws ControllerError, also if the control is unstable: a speed exceeds
+  /// kRunaway.
   void tick(double t, std::span<const double> y);
 
-  /// What drives the system under a clock, whatever its state, from begin_smooth_piece() to that piece's end; beside it
-  /// the thrusters' wrench (BaseActuation::thrust_at). Joints with a JointMotor, and wheels at their largest rates,
-  /// give what their rates let them instead. Valid until the next evaluation.
+  /// The drives under a clock that are independent of the state, from begin_smooth_piece() to that piece's end; the
+  /// thrusters' wrench is separate (BaseActuation::thrust_at). Joints with a JointMotor, and wheels at their maximum
+  /// rates, give what their rates permit instead. Valid until the next evaluation.
   struct HeldDrive {
     std::span<const double> motor;  // efforts per Model::joints(), of wheels too; zero of prescribed joints [N m or N]
-    Vector3d outer_torque;          // on the root's body from outside, in its axes; zero without any [N m]
+    Vector3d outer_torque;          // external, on the root's body, in its axes; zero without any [N m]
   };
   HeldDrive held_drive();
 
-  /// Joints that have run into their stops are thrown back, in y at t, which changes. Where nothing can stop, nothing.
+  /// Computes impacts of joints at their stops, in y at t, which changes. Does nothing without stops.
   void meet_stops(double t, std::span<double> y);
-  /// Joints that stick and joints that meet stops.
+  /// Joints with static friction or stops.
   const JointModes& joint_modes() const { return modes_; }
-  /// Whether modes of the base's actuators or of joints can change: then choose_modes() speaks wherever a smooth piece
-  /// begins.
+  /// Whether modes of the base's actuators or of joints can change: then choose_modes() is needed at the beginning of
+  /// each smooth piece.
   bool switches() const { return base_.switches() || !modes_.empty(); }
-  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on,
-  /// of thrusters distances from their levels; of joints JointModes' margins.
+  /// Positive while the modes are valid: for wheels distances from maximum rates, and accelerations of held wheels; for
+  /// thrusters distances from their levels; for joints JointModes' margins.
   double switch_margin(double t, std::span<const double> y);
-  /// The modes of joints and actuators from now on, in y at t; nothing where none can change.
+  /// Chooses the modes of joints and actuators, in y at t; does nothing if none can change.
   void choose_modes(double t, std::span<const double> y);
 
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
 
-  /// The state in y; prescribed joints are put exactly where they are prescribed, roots' velocities are those of the
+  /// The state in y; prescribed joints have exactly their prescribed motion, roots' velocities follow from the
   /// conserved momenta, and loops are closed by projection (if setup.project_loops). Valid until the next call.
   const State& state(double t, std::span<const double> y);
   /// The same without closing loops.
   const State& unprojected_state(double t, std::span<const double> y);
-  /// Whether states are brought back onto closures.
+  /// Whether states are projected onto closures.
   bool projects() const { return solver_ && setup_.project_loops; }
-  /// Closes the loops in y itself, after a step; see LoopSolver::project.
+  /// Closes the loops in y itself after a step; see LoopSolver::project.
   ProjectionResult project(double t, std::span<double> y, double negligible = 0);
-  /// How far the loops of y are open, at the largest.
+  /// The largest loop defect of y.
   ClosureDefect loop_defect(double t, std::span<const double> y);
-  /// The solver of the loops, as of the last evaluation; null without closures.
+  /// The solver of the loops after the last evaluation; null without closures.
   const LoopSolver* loops() const { return solver_ ? &*solver_ : nullptr; }
-  /// Multipliers of the loops that change no motion, a basis, as of the last evaluation; those that stuck joints take
-  /// count, though efforts() has chosen one of them.
+  /// A basis of the loop multipliers that change no motion, after the last evaluation; including those of stuck joints,
+  /// although efforts() has chosen one of them.
   Eigen::MatrixXd open_stresses() const { return open_stresses_ ? *open_stresses_ : solver_->self_stresses(); }
-  /// Why dy/dt was last not finite, if closures could not be kept; empty otherwise.
+  /// Why the last dy/dt was not finite, if closures could not be satisfied; empty otherwise.
   std::string trouble() const;
-  /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the
-  /// integrated velocities in y have. Zero where they are not recovered.
+  /// The correction by recovered root velocities: the largest deviation, over the trees, of the momentum of the
+  /// integrated velocities in y. Zero if they are not recovered.
   MomentumDefect momentum_mended(std::span<const double> y);
   PhaseIntegrals integrals(std::span<const double> y) const;
-  /// Motor effort of every joint (per Model::joints()) at this instant, the friction beside it. Where closed loops
-  /// leave the friction of stuck joints open it is the admissible one of least norm, and multipliers belong to it.
+  /// Motor effort and friction of every joint (per Model::joints()) at this instant. If closed loops leave the friction
+  /// of stuck joints undetermined, it is the minimum-norm admissible one, with matching multipliers.
   void efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction);
-  /// Of the last evaluation (efforts() or dy/dt): its state, its accelerations, and what acted on bodies from outside
-  /// beside gravity.
+  /// From the last evaluation (efforts() or dy/dt): its state, its accelerations, and the external wrenches on bodies
+  /// except gravity.
   const State& evaluated_state() const { return now_; }
   std::span<const double> acceleration() const { return vdot_; }
   std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
   const Vector3d& gravity() const { return setup_.gravity; }
-  /// What a controller was told last that acts beside it (ControlInput::force).
+  /// The forces last passed to a controller as acting besides its own (ControlInput::force).
   std::span<const double> force_beside() const { return beside_; }
-  /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
-  /// Through wheels: what their motors give of it; by thrusters: theirs, about the base's centre of mass.
+  /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m]. With
+  /// wheels: the torque that their motors give; with thrusters: theirs, about the base's centre of mass.
   const Vector3d& control_torque() const { return base_.given(); }
-  /// What drives the base, as of the last evaluation.
+  /// The actuation of the base after the last evaluation.
   const BaseActuation& base() const { return base_; }
 
  private:
@@ -217,7 +217,7 @@ class PhaseDynamics {
   void check_control();
   void check_wheels();
   void check_gyros();
-  /// Whether laws say what acts, now; else what the clock holds acts.
+  /// Whether laws are evaluated now; otherwise the held commands act.
   bool laws_speak() const { return !setup_.clock || sampling_; }
   double said_by_law(std::size_t joint) const;
   void gather_beside(double t);
@@ -261,41 +261,41 @@ class PhaseDynamics {
   Workspace workspace_;
   State now_;                                 // state at the evaluation
   std::optional<double> inside_;              // a time of the smooth interval
-  std::vector<JointPoint> reference_;         // per joint, less what its sensor misreads
+  std::vector<JointPoint> reference_;         // per joint, less the sensor error
   std::vector<JointPoint> desired_, sensed_;  // per joint, for the controller
   std::vector<double> commanded_effort_;      // per joint, by the controller
-  std::vector<double> beside_;                // per velocity: what acts beside the controller
+  std::vector<double> beside_;                // per velocity: forces besides the controller's
   Vector3d commanded_torque_ = Vector3d::zero();
   ActuatorCommands commanded_actuators_;
   std::vector<int> channel_of_;                    // per joint, of the clock; -1: none
   bool has_controller_ = false;                    // for a joint or a root
   bool sampling_ = false;                          // at a tick of the clock
-  double same_time_ = 0;                           // times nearer than this are one [s]
+  double same_time_ = 0;                           // times that differ by less are equal [s]
   std::vector<double> motor_, friction_, spring_;  // efforts per joint
   std::vector<double> force_;                      // generalized forces given
   std::vector<std::uint8_t> prescribed_;
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  /// Of the loads, now; then of an orbit's field, one per body; then of the thrusters.
+  /// Of the loads; then of an orbit's field, one per body; then of the thrusters.
   std::vector<ExternalWrench> wrenches_;
   BaseActuation base_;
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()
   std::vector<std::uint8_t> is_idle_;
   JointModes modes_;
-  std::vector<std::size_t> measured_;             // joints with integrals of their own
+  std::vector<std::size_t> measured_;             // joints with their own integrals
   std::vector<double> rounding_;                  // of holding efforts, per joint
-  std::optional<Eigen::MatrixXd> open_stresses_;  // before stuck joints were given their friction
+  std::optional<Eigen::MatrixXd> open_stresses_;  // before the friction of stuck joints was chosen
   std::vector<double> told_;                      // per joint: its motor's effort without ripple
   std::vector<double> at_rest_;                   // zero velocities
   double momenta_time_ = 0;                       // when the momenta were taken
-  std::vector<RootMomentum<double>> momenta_;     // per free root, as the phase began
+  std::vector<RootMomentum<double>> momenta_;     // per free root, at the start of the phase
   std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_mended
   bool any_computed_ = false;
-  std::vector<phase_integral::TreeMotion<double>> trees_;  // as bodies now are, in the order of the roots
+  std::vector<phase_integral::TreeMotion<double>> trees_;  // current trees, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body
   std::optional<LoopSolver> solver_;                       // with closures
-  // Of the laws' model, where they have their own:
+  // Of the laws' model, if they have a separate one:
   std::optional<Workspace> law_workspace_;
   std::optional<LoopSolver> law_solver_;
   std::vector<double> law_vdot_;

@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// What has been put into a system since a phase began: the work of motors, of friction and of what acts from outside,
-/// and the impulse from outside; of the whole and of each tree. The integrals as they are handed out, their places
-/// among the numbers that are integrated, and their rates: the latter as one text for a capture on its own (double) and
-/// for many in SIMD lanes (packs, grapnel/lanes/).
+/// Integrals of a phase: the work of motors, of friction and of external effects, and the external impulse; in total
+/// and of each tree. The integrals as returned, their places among the integrated numbers, and their rates, as
+/// templates for a single capture (double) and for many in SIMD lanes (packs, grapnel/lanes/).
 
 #include <cmath>
 #include <vector>
@@ -13,18 +12,18 @@
 
 namespace grapnel {
 
-/// What has come into one tree of the model from outside.
+/// External input to one tree of the model.
 struct TreeIntegrals {
-  /// Moments are about the tree's centre of mass as it moves, so that a uniform motion of everything changes nothing.
+  /// Moments are about the tree's moving centre of mass, so that a uniform motion of everything has no effect.
   Momentumd impulse = Momentumd::zero();
-  double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
+  double work = 0;  // in the frame of the centre of mass: of forces that change the motion relative to it [J]
 };
 
-/// What passed through a tree since a phase began, as integrals of magnitudes, in which nothing cancels: the
-/// conservation checks measure deviations against them.
+/// Integrals of the magnitudes of all exchange of a tree since a phase began, without cancellation: scales of the
+/// conservation checks.
 struct TreeExchange {
-  double impulse = 0;          // of each force from outside [N s]
-  double angular_impulse = 0;  // of each wrench from outside, about the tree's centre of mass [N m s]
+  double impulse = 0;          // of each external force [N s]
+  double angular_impulse = 0;  // of each external wrench, about the tree's centre of mass [N m s]
   double work = 0;             // of each motor, friction and wrench, in the frame of the centre of mass [J]
   TreeExchange& operator+=(const TreeExchange& other) {
     impulse += other.impulse, angular_impulse += other.angular_impulse, work += other.work;
@@ -32,25 +31,25 @@ struct TreeExchange {
   }
 };
 
-/// What went through one joint.
+/// Integrals of one joint.
 struct JointIntegrals {
   std::size_t joint = 0;     // position in Model::joints()
   double motor_work = 0;     // [J]; mechanical
   double friction_work = 0;  // [J]; negative; without stops
-  double copper_loss = 0;    // [J]; zero where its motor's torque constant is not known
+  double copper_loss = 0;    // [J]; zero if its motor's torque constant is unknown
 };
 
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
   double motor_work = 0;     // [J]; of drives, prescribed joints included
-  double friction_work = 0;  // [J]; negative; of friction, and of stops that joints have met
-  double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
-  /// Of the same and of the ground; about the world's origin, in W.
+  double friction_work = 0;  // [J]; negative; of friction, and of impacts at stops
+  double external_work = 0;  // [J]; of gravity, loads, attitude control and a holding wrench
+  /// Of these and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
-  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
-  /// Of dampers at joints with springs, part of friction_work, per tree; empty where there are none [J].
+  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty without external effects
+  /// Of dampers at joints with springs, part of friction_work, per tree; empty if there are none [J].
   std::vector<double> damper_work = {};
-  std::vector<JointIntegrals> joints = {};   // with sticking friction, stops or a motor (JointDescription)
+  std::vector<JointIntegrals> joints = {};   // with static friction, stops or a motor (JointDescription)
   std::vector<TreeExchange> exchanged = {};  // in the order of the roots; empty: not measured
 };
 
@@ -59,11 +58,11 @@ namespace phase_integral {
 // Places of the integrals of the whole: work [J], moment about the world's origin [N m s], force [N s].
 inline constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
 inline constexpr int kWholeCount = 9;
-// After them, tree by tree where anything acts from outside: work in the frame of the tree's centre of mass [J], moment
-// about that [N m s], force [N s].
+// Then, tree by tree if there are external effects: work in the frame of the tree's centre of mass [J], moment about it
+// [N m s], force [N s].
 inline constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
 inline constexpr int kTreeCount = 7;
-// After them, of joints with sticking friction, stops or a motor: work of motor and friction, copper loss [J].
+// Then, of joints with static friction, stops or a motor: work of motor and friction, copper loss [J].
 inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
 inline constexpr int kJointCount = 3;
 // At the end, tree by tree, the magnitudes of TreeExchange. They are not under error control.
@@ -78,8 +77,8 @@ struct TreeMotion {
   Vector3<S> velocity = Vector3<S>::zero();  // of the centre of mass, in W [m/s]
 };
 
-/// Adds to the integrals' rates those of a wrench on a body of tree number `t`: a force at the point p_W, a moment, and
-/// their power [W], all in W. `rates`: of the whole and of all trees.
+/// Adds the rates of a wrench on a body of tree number `t`: a force at the point p_W, a moment, and their power [W],
+/// all in W. `rates`: of the total and of all trees.
 template <class S>
 GRAPNEL_INLINE void add_wrench(S* rates, int t, const TreeMotion<S>& tree, const Vector3<S>& force,
                                const Vector3<S>& p_W, const Vector3<S>& moment, const S& power) {
@@ -105,8 +104,8 @@ GRAPNEL_INLINE void add_exchange(S* exchanged, const TreeMotion<S>& tree, const 
   exchanged[kExchangedWork] += abs(S(power - dot(force, tree.velocity)));
 }
 
-/// What add_wrench() does, of uniform gravity [m/s^2] on tree number `t`: at its centre of mass, relative to which it
-/// does nothing.
+/// The same as add_wrench() for uniform gravity [m/s^2] on tree number `t`: it acts at its centre of mass, relative to
+/// which it has no effect.
 template <class S>
 GRAPNEL_INLINE void add_weight(S* rates, int t, const TreeMotion<S>& tree, const Vector3<S>& gravity) {
   const Vector3<S> weight = tree.mass * gravity, moment = cross(tree.com, weight);

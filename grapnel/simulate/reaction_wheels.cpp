@@ -9,13 +9,13 @@
 namespace grapnel {
 namespace {
 
-// Of the largest rate. Events are found to rounding, and what holds a wheel sets its rate exactly; beyond kSlack a
-// wheel that is free has come to its largest rate again.
+// Tolerances relative to the maximum rate. Events are found to rounding, and a held wheel has exactly its maximum rate;
+// a free wheel beyond kSlack has reached its maximum rate again.
 constexpr double kAtLimit = 1e-11, kSlack = 1e-12;
-// Axes whose part outside the others' plane is less than this count as in it.
+// Axes whose component outside the others' plane is below this count as in the plane.
 constexpr double kInRange = 1e-9;
 
-// Rows of A^+ for the wheels that take part; zero for the others.
+// Rows of A^+ for the participating wheels; zero for the others.
 std::vector<Vector3d> pseudo_inverse_rows(std::span<const Vector3d> axes, const std::vector<bool>& takes_part) {
   std::vector<Vector3d> rows(axes.size(), Vector3d::zero());
   const auto count = std::count(takes_part.begin(), takes_part.end(), true);
@@ -51,7 +51,7 @@ WheelArray::WheelArray(std::vector<ReactionWheel> wheels)
     : wheels_(std::move(wheels)), modes_(wheels_.size(), Mode::free), signs_(wheels_.size(), 1.0) {
   for (const ReactionWheel& wheel : wheels_) {
     if (!(std::abs(norm(wheel.axis) - 1) < 1e-9) || !(wheel.torque > 0) || !(wheel.rate > 0))
-      throw std::invalid_argument("WheelArray: axes are unit vectors, and limits positive");
+      throw std::invalid_argument("WheelArray: axes must be unit vectors, and limits positive");
   }
   share_among_free();
 }
@@ -90,7 +90,7 @@ void WheelArray::share_among_free() {
   }
 }
 
-// With which no motor exceeds its torque.
+// The largest factor up to 1 with which no motor exceeds its torque.
 double WheelArray::factor(const std::vector<Vector3d>& rows, const Vector3d& torque) const {
   double factor = 1;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -101,7 +101,7 @@ double WheelArray::factor(const std::vector<Vector3d>& rows, const Vector3d& tor
 }
 
 void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
-  // What wheels beyond their rates give by braking the others need not.
+  // The torque of braking wheels beyond their rates, which reduces that of the others.
   Vector3d rest = torque;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     if (mode(i) != Mode::beyond) continue;
@@ -128,7 +128,7 @@ void WheelArray::drive_each(std::span<const double> torques, std::span<double> e
 
 void WheelArray::add_in_null_space(std::span<const double> torques, std::span<double> effort) const {
   const std::vector<Vector3d>& rows = tried_ ? with_it_[*tried_] : shares_;
-  Vector3d given = Vector3d::zero();  // A u of the free ones
+  Vector3d given = Vector3d::zero();  // A u of the free wheels
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     if (mode(i) == Mode::free) given += torques[i] * wheels_[i].axis;
   }

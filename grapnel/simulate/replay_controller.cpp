@@ -11,7 +11,7 @@ std::size_t joint_named(const Model& model, const std::string& name) {
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     if (model.bodies()[model.joints()[j]].description.joint.name == name) return j;
   }
-  throw ControllerError(fmt::format("the model has no joint '{}' to be driven", name));
+  throw ControllerError(fmt::format("the model has no joint '{}' to drive", name));
 }
 
 ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period)
@@ -35,7 +35,7 @@ void ReplayController::begin_piece(const Model& model, double) {
 
 void ReplayController::update(const ControlInput& input, ControlCommand& command) {
   const std::vector<double>& times = log_->times;
-  // Samples and rows are multiples of a period that were rounded in different ways.
+  // Samples and rows are multiples of a period with different rounding.
   const auto next = std::upper_bound(times.begin(), times.end(), input.time + same_);
   if (next == times.begin()) return;
   const auto row = static_cast<std::size_t>(next - times.begin() - 1);

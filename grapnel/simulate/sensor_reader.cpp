@@ -15,7 +15,7 @@ double normal_number(std::uint64_t seed, std::uint32_t sensor, std::uint32_t cha
     return static_cast<double>(((std::uint64_t{high} << 32 | low) >> 11) + 1) * 0x1p-53;
   };
   const r123::Philox4x32::key_type key = {{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
-  // The last word keeps these numbers apart from those of NoiseSignal (0) and with_rate_noise() (1) with one seed.
+  // The last word separates these numbers from those of NoiseSignal (0) and with_rate_noise() (1) with the same seed.
   const r123::Philox4x32::ctr_type counter = {
       {static_cast<std::uint32_t>(reading), channel, sensor ^ static_cast<std::uint32_t>(reading >> 32) << 8, 2}};
   const r123::Philox4x32::ctr_type random = r123::Philox4x32()(counter, key);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Who reads sensors at the ticks of sampled control, and the noise and rounding of readings.
-/// Thread safety: a reader belongs to one run, and to one thread at a time.
+/// The interface of sensors read at the sample times of sampled control, and the noise and rounding of readings. Thread
+/// safety: a reader belongs to one run, and to one thread at a time.
 
 #include <cstdint>
 #include <vector>
@@ -15,7 +15,7 @@ namespace grapnel {
 
 struct PhaseSample;
 
-/// What sensors read beside the state; NaN where none is or none has read.
+/// Readings besides the state; NaN without a sensor or before the first reading.
 struct SensorReadings {
   /// Per end-effector: the wrench on the robot, in the end-effector's axes, about its origin.
   std::vector<Wrenchd> wrists;
@@ -27,7 +27,7 @@ struct SensorReadings {
   std::vector<Target> targets;  // in the problem's order
 };
 
-/// Reads the sensors at the ticks of a ControlClock.
+/// Reads the sensors at the sample times of a ControlClock.
 class SensorReader {
  public:
   SensorReader() = default;
@@ -35,18 +35,19 @@ class SensorReader {
   SensorReader& operator=(const SensorReader&) = delete;
   virtual ~SensorReader() = default;
 
-  /// Whether the sample has to have the accelerations and efforts under what is held just before the tick.
+  /// Whether the sample needs the accelerations and efforts under the held commands just before the sample time.
   virtual bool needs_forces() const = 0;
-  /// A tick: the system as it is, and the state that the laws are to see, which begins as the true one.
+  /// Reads at a sample time: the system's true state, and the state that the laws receive, which initially equals the
+  /// true one.
   virtual void read(const PhaseSample& sample, State& seen) = 0;
   virtual const SensorReadings& readings() const = 0;
 };
 
-/// A number of the standard normal distribution: a function of seed, sensor, channel and number of the reading alone
+/// A number of the standard normal distribution: a function only of seed, sensor, channel and index of the reading
 /// (Philox 4x32-10, Salmon et al. 2011; Box and Muller).
 double normal_number(std::uint64_t seed, std::uint32_t sensor, std::uint32_t channel, std::uint64_t reading);
 
-/// The multiple of the quantum that is nearest; x itself if the quantum is 0.
+/// The nearest multiple of the quantum; x itself if the quantum is 0.
 double quantized(double x, double quantum);
 
 /// Rotation with this rotation vector [rad].

@@ -13,14 +13,14 @@
 namespace grapnel {
 namespace {
 
-// t0, the instants of the grid between, and t1; instants within rounding of t0 or t1 are left out. There may be more
-// than memory holds.
+// t0, the grid instants between, and t1; instants within rounding of t0 or t1 are omitted. Their number may exceed the
+// memory.
 class OutputTimes {
  public:
   OutputTimes() = default;
   OutputTimes(double t0, double t1, const OutputGrid& grid)
       : t0_(t0), t1_(t1), origin_(grid.origin.value_or(t0)), step_(t1 < t0 ? -grid.interval : grid.interval) {
-    constexpr double kMost = 1e15;  // beyond, multiples are no longer told apart
+    constexpr double kMost = 1e15;  // beyond, multiples are not distinguishable
     if (!(grid.interval > 0) || !(std::abs((t0 - origin_) / step_) < kMost)) return;
     const double direction = step_ < 0 ? -1 : 1, near = 1e-9 * grid.interval;
     const auto is_after_begin = [&](double k) { return (instant(k) - t0_) * direction > near; };
@@ -38,8 +38,8 @@ class OutputTimes {
   double instant(double k) const { return origin_ + k * step_; }
   double at(std::size_t k) const { return instant(first_ + static_cast<double>(k) - 1); }
   double t0_ = 0, t1_ = 0, origin_ = 0, step_ = 0;
-  double first_ = 1;         // number of the first instant of the grid after t0
-  std::size_t regular_ = 0;  // instants of the grid between t0 and t1
+  double first_ = 1;         // index of the first grid instant after t0
+  std::size_t regular_ = 0;  // grid instants between t0 and t1
 };
 
 // One phase with one stepper.
@@ -85,7 +85,7 @@ class PhaseRun {
     } catch (const ControllerError& error) {
       broken_off_ = error.what();
     }
-    if (stepper_.status() == StepStatus::not_started) stop_time_ = t0, y_ = y0;  // a controller broke it off
+    if (stepper_.status() == StepStatus::not_started) stop_time_ = t0, y_ = y0;  // a controller interrupted it
     return outcome();
   }
 
@@ -117,7 +117,7 @@ class PhaseRun {
            (stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished);
   }
 
-  // Takes note of how far the loops in y are open, and closes them. Whether that changed y.
+  // Records the loop defect of y, and closes the loops. Returns whether y changed.
   bool close_loops(double t, std::span<double> y, double negligible) {
     if (!dynamics_.loops()) return false;
     if (!dynamics_.projects()) {
@@ -167,7 +167,7 @@ class PhaseRun {
     while ((next_look_ - t) * direction_ <= 0 && between_looks_ != 0) next_look_ += between_looks_;
   }
 
-  // Between two steps; the end has its own look.
+  // The observation between two steps; the end has a separate one.
   void look_up(double t) {
     if (watch_.each_step) watch_.each_step(t);
     if (watch_.look && stepper_.status() == StepStatus::running && (t - next_look_) * direction_ >= 0)
@@ -176,8 +176,8 @@ class PhaseRun {
 
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
 
-  // Steps through the smooth interval that begins at `begin`, with the samples from there on; the one at its end is
-  // left to what follows. `smooth_end`: where the interval ends but for actuators.
+  // Integrates the smooth interval that begins at `begin`, with its samples, except the one at its end. `smooth_end`:
+  // the end of the interval if no actuator switches.
   void cross_interval(double begin, double smooth_end) {
     if (!usable()) return;
     if (stop_ && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
@@ -209,15 +209,14 @@ class PhaseRun {
     }
   }
 
-  // Actuators or joints change their modes inside the step just made, which ends there; the motion goes on from a fresh
-  // start.
+  // Modes of actuators or joints change inside the last step, which ends there; the motion restarts.
   void switch_at(double t, double smooth_end) {
     constexpr long kMostSwitches = 100'000;
     if (++switches_ > kMostSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels, thrusters or joints (at largest rates, at levels, at stops, or where friction holds) "
+          "reaction wheels, thrusters or joints (at maximum rates, levels, stops or in static friction) "
           "change "
-          "their modes more than {} times until t = {:.9g} s",
+          "their modes more than {} times up to t = {:.9g} s",
           kMostSwitches, t);
       return;
     }
@@ -230,7 +229,7 @@ class PhaseRun {
     fresh_ = true;
   }
 
-  // What the stepper has done since it was started.
+  // Adds the stepper's statistics since its start.
   void count_steps() {
     const IntegrationStatistics& now = stepper_.statistics();
     done_.rhs_evaluations += now.rhs_evaluations;
@@ -240,7 +239,7 @@ class PhaseRun {
     done_.largest_quaternion_defect = std::max(done_.largest_quaternion_defect, now.largest_quaternion_defect);
   }
 
-  // The step just made, as far as the phase goes.
+  // Evaluates the last step, up to the end of the phase.
   void look_into(double end) {
     const std::function<PhaseSample(double)> at = [&](double t) {
       probed_.assign(stepper_.state().begin(), stepper_.state().end());
@@ -319,15 +318,15 @@ class PhaseRun {
   ErrorNorm<double> norm_;
   double relative_tolerance_;
   LoopOutcome loops_;
-  std::string broken_off_;  // why, where not by the stepper's status
+  std::string broken_off_;  // the reason, if not in the stepper's status
   std::vector<double> correction_;
   std::vector<double> y_;       // at a sample inside a step; at the stop
-  std::vector<double> probed_;  // inside a step that is looked into
+  std::vector<double> probed_;  // inside an evaluated step
   std::vector<double> motor_, friction_;
   PhaseIntegrals integrals_;
   bool fresh_ = true;  // an interval's first step
   OutputTimes outputs_;
-  std::size_t next_ = 0;  // of outputs_
+  std::size_t next_ = 0;  // index in outputs_
   double direction_ = 1;
   double next_look_ = 0, between_looks_ = 0;
   std::optional<double> stop_time_;

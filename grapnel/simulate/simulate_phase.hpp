@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Integrates one phase and hands out samples. Thread safety: as PhaseDynamics.
+/// Integrates one phase and provides samples. Thread safety: as PhaseDynamics.
 
 #include <functional>
 #include <optional>
@@ -22,26 +22,27 @@ struct PhaseSample {
   const PhaseDynamics* dynamics = nullptr;  // as evaluated at this state; null outside an integration
 };
 
-/// One step of a phase, to be looked at as closely as its dense output allows.
+/// One step of a phase, for evaluation by its dense output.
 struct PhaseStep {
-  double begin, end;  // [s]; the end is where the phase stops, if that is inside
-  bool fresh;         // efforts and accelerations may have jumped at `begin`: they go on from no step before
-  /// The system at a time from `begin` to `end`, as in an output instant. Valid until the next call.
+  double begin, end;  // [s]; the end is where the phase stops, if inside
+  bool fresh;         // efforts and accelerations may have jumped at `begin`
+  /// The system at a time from `begin` to `end`, as at an output instant. Valid until the next call.
   const std::function<PhaseSample(double t)>& at;
   /// Only its state, without accelerations and efforts. Valid until the next call of either function.
   const std::function<const State&(double t)>& state_at;
 };
-/// Looks into every step, after it.
+/// Evaluates every step after its completion.
 using StepProbe = std::function<void(const PhaseStep&)>;
 
-/// Looks at a phase between its steps, where its conservation checks may be made without output in between: no instant
-/// is interpolated and no effort worked out.
+/// Observes a phase between its steps, for conservation checks without output: no instant is interpolated and no effort
+/// computed.
 struct StepWatch {
-  /// At the start, at the end, and after steps in between: the first that reaches each of `looks` - 1 evenly spaced
-  /// times. The state as PhaseDynamics::state() has it; both are valid during the call.
+  /// Called at the start, at the end, and after some steps between: the first that reaches each of `looks` - 1 evenly
+  /// spaced times. The state as from PhaseDynamics::state(); both are valid during the call.
   std::function<void(double t, const State&, const PhaseIntegrals&)> look;
   int looks = 32;
-  /// After every step, with the time reached: ends the phase by throwing, when its time on the clock is up, say.
+  /// Called after every step, with the time reached: may end the phase by throwing, e.g. when its time limit is
+  /// exceeded.
   std::function<void(double t)> each_step;
   StepProbe probe;
 };
@@ -49,20 +50,20 @@ struct StepWatch {
 /// A quantity whose first fall from positive to zero or below ends a phase.
 using StopCondition = std::function<double(double t, const State&)>;
 
-/// How loops were kept closed.
+/// Results of keeping loops closed.
 struct LoopOutcome {
   int rows = 0;
-  int rank = 0;               // as the phase began
-  ClosureDefect unprojected;  // largest that one step left; without projection the largest there was
-  // In the norm that judges steps, times the relative tolerance:
+  int rank = 0;               // at the start of the phase
+  ClosureDefect unprojected;  // maximum after one step; without projection the maximum overall
+  // In the norm of the step control, times the relative tolerance:
   double correction_total = 0;   // sum of the corrections
-  double integration_error = 0;  // sum of the steps' error estimates, and of what rounding in them is worth
+  double integration_error = 0;  // sum of the steps' error estimates and rounding errors
 };
 
 struct PhaseOutcome {
   bool finished = false;
-  bool stopped = false;  // by the condition, at end_time; finished is then true as well
-  std::string failure;   // what happened when, if not finished
+  bool stopped = false;  // by the condition, at end_time; finished is then also true
+  std::string failure;   // time and cause, if not finished
   double end_time = 0;   // reached
   State end_state;
   PhaseIntegrals integrals;
@@ -74,14 +75,14 @@ struct PhaseOutcome {
   double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
 };
 
-/// What there is of a phase that somebody else has integrated up to where it is to go on.
+/// Data of a phase that was integrated elsewhere up to the time from which it continues.
 struct PhaseResumption {
-  double begin = 0;          // when the phase began: output instants and looks are counted from there [s]
+  double begin = 0;          // start of the phase: reference of output instants and looks [s]
   PhaseIntegrals integrals;  // since then
-  double next_step = 0;      // that adaptive_8 tries first [s]
+  double next_step = 0;      // trial step of adaptive_8 [s]
 };
 
-/// Output instants of a phase beside its begin and end: origin + k interval, with whole numbers k.
+/// Output instants of a phase besides its begin and end: origin + k interval, with integers k.
 struct OutputGrid {
   double interval = 0;                // [s]; 0: none
   std::optional<double> origin = {};  // [s]; absent: the begin of the phase
@@ -91,28 +92,28 @@ struct OutputGrid {
 };
 
 /// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every instant of `outputs`
-/// after it, and at the end. Steps end where trajectories and loads are
-/// not smooth (PhaseDynamics::breaks); a sample at such a time shows what follows it, the last sample what led to it.
+/// after it, and at the end. Steps end where trajectories and loads are not smooth (PhaseDynamics::breaks); a sample at
+/// such a time has the later limits, the last sample the earlier ones.
 ///
-/// Loops that setup.project_loops keeps closed are closed in the start, after every step and in every sample; a step
-/// that cannot be brought back fails the phase.
+/// Loops that setup.project_loops keeps closed are closed at the start, after every step and in every sample; a step
+/// that cannot be projected fails the phase.
 ///
-/// With `stop` the phase ends at the first time where it falls from positive to zero or below: at t0 if it is not
-/// positive there. It is looked at eight times a step, so that a shorter dip may go unseen.
+/// With `stop` the phase ends at the first time at which it falls from positive to zero or below: at t0 if it is not
+/// positive there. It is evaluated eight times a step, so a shorter dip may be missed.
 ///
-/// `probe` looks into every step before the samples in it are handed out. It changes neither steps nor samples.
-/// `each_step` is called after every step, as StepWatch::each_step.
+/// `probe` evaluates every step before its samples are observed. It changes neither steps nor samples. `each_step` is
+/// called after every step, as StepWatch::each_step.
 ///
-/// With `resumed` the phase does not begin at t0 but goes on there: steps and integrals are those of the whole phase up
-/// to rounding, output instants those after t0; steps and evaluations are counted from t0 on.
-/// @throws std::domain_error if `stop` becomes NaN; std::invalid_argument if `resumed` is of another phase.
+/// With `resumed` the phase does not begin at t0 but continues there: steps and integrals are those of the whole phase
+/// up to rounding, output instants those after t0; steps and evaluations are counted from t0 on. @throws
+/// std::domain_error if `stop` becomes NaN; std::invalid_argument if `resumed` belongs to another phase.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
                             const OutputGrid& outputs, const IntegrationSetup& integration,
                             const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
                             const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {},
                             const std::optional<PhaseResumption>& resumed = {});
 
-/// The same with a watch instead of samples. The steps, and so the outcome, are those without.
+/// The same with a watch instead of samples. The steps and the outcome are unaffected.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
                             const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop = {},
                             const std::optional<PhaseResumption>& resumed = {});

@@ -21,9 +21,9 @@ double mass_flow(const Thruster& thruster) { return thruster.force / (thruster.s
 
 namespace {
 
-// Entries of the tableau below this are rounding; its rows and right-hand side are of size one.
+// Entries of the tableau below this are rounding errors; its rows and right-hand side are of size one.
 constexpr double kZero = 1e-11;
-// What phase one may leave of the equations, relative to b.
+// Maximum residual of the equations after phase one, relative to b.
 constexpr double kUnmet = 1e-9;
 
 // Rows: equations, then the reduced costs. The last column is the right-hand side.
@@ -40,7 +40,7 @@ class Simplex {
     }
   }
 
-  // Least sum of what the equations miss.
+  // Minimizes the sum of the equations' residuals.
   double meet() {
     const Eigen::Index m = rows();
     for (Eigen::Index i = 0; i < m; ++i) T_.row(m) -= T_.row(i);
@@ -74,7 +74,7 @@ class Simplex {
     basis_[static_cast<std::size_t>(row)] = column;
   }
 
-  // Bland's rule: the first column that improves, and of the rows that bind first the one with the first variable.
+  // Bland's rule: the first improving column, and of the binding rows the one with the first variable.
   void improve() {
     const Eigen::Index m = rows(), last = T_.cols() - 1;
     for (;;) {
@@ -91,12 +91,12 @@ class Simplex {
                                 : leaving < 0 || ratio < least;
         if (sooner) leaving = i, least = ratio;
       }
-      if (leaving < 0) return;  // unbounded: not with costs that are not negative
+      if (leaving < 0) return;  // unbounded: impossible with nonnegative costs
       pivot(leaving, entering);
     }
   }
 
-  // Artificial variables leave the basis; where none can take the place, the row says nothing new.
+  // Removes artificial variables from the basis; if none can replace one, its row is redundant.
   void drop_artificial() {
     for (Eigen::Index i = 0; i < rows();) {
       if (basis_[static_cast<std::size_t>(i)] < n_) {
@@ -131,7 +131,7 @@ std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen:
     throw std::invalid_argument("least_cost: sizes do not fit, or a cost is negative");
   Eigen::VectorXd x = Eigen::VectorXd::Zero(A.cols());
   if (b.size() == 0 || b.cwiseAbs().maxCoeff() == 0) return x;
-  // Columns and right-hand side of size one, rows as they are relative to each other.
+  // Scales columns and right-hand side to size one, with the relative sizes of the rows unchanged.
   const double size = b.cwiseAbs().maxCoeff();
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(A.cols());
   Eigen::MatrixXd S = A;
@@ -145,7 +145,7 @@ std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen:
   Eigen::VectorXd cost = c.cwiseProduct(scale);
   if (cost.maxCoeff() > 0) cost /= cost.maxCoeff();
   simplex.minimize(cost);
-  // The corner itself, without the rounding of the pivots.
+  // Solves for the corner itself, without the rounding errors of the pivots.
   const auto count = static_cast<Eigen::Index>(simplex.basis().size());
   Eigen::MatrixXd B(A.rows(), count);
   for (Eigen::Index k = 0; k < count; ++k) B.col(k) = S.col(simplex.basis()[static_cast<std::size_t>(k)]);
@@ -169,7 +169,7 @@ ThrusterAllocation::ThrusterAllocation(std::span<const Thruster> thrusters, cons
     cost_[i] = thruster.specific_impulse > 0 ? mass_flow(thruster) : thruster.force;
   }
   A_ = A.topRows(3);
-  // Without a net force, if that takes away no direction in which it can turn.
+  // Without a net force, if this removes no direction of torque.
   bool pure = n > 0, any = false;
   for (int k = 0; k < 6 && pure; ++k) {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(6);

@@ -8,9 +8,9 @@ namespace grapnel {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// Events are found to rounding: a share within this of a level has come to it.
+// Events are found to rounding: a share within this of a level has reached it.
 constexpr double kAtLevel = 1e-9;
-// A pulse that leaves less than this share of a period lasts all of it.
+// A pulse that would leave less than this fraction of a period lasts the whole period.
 constexpr double kWholePeriod = 1e-9;
 
 }  // namespace
@@ -21,7 +21,7 @@ ThrusterBank::ThrusterBank(std::vector<Thruster> thrusters, const Vector3d& abou
     if (!(std::abs(norm(t.direction) - 1) < 1e-9) || !(t.force > 0) || !(t.specific_impulse > 0) ||
         !(t.min_on_time >= 0) || !(t.rise >= 0) || !(t.fall >= 0))
       throw std::invalid_argument(
-          "ThrusterBank: directions are unit vectors, forces and specific impulses positive, times not negative");
+          "ThrusterBank: directions must be unit vectors, forces and specific impulses positive, times not negative");
   }
 }
 
@@ -32,7 +32,7 @@ double ThrusterBank::level(std::size_t i, double t) const {
   return fall > 0 ? std::max(0.0, valve.level - (t - valve.since) / fall) : 0.0;
 }
 
-// When the force no longer rises or falls [s].
+// Time until the force is constant [s].
 double ThrusterBank::until_steady(const Valve& valve, const Thruster& thruster) const {
   return valve.since + (valve.open ? (1 - valve.level) * thruster.rise : valve.level * thruster.fall);
 }
@@ -49,7 +49,7 @@ ThrusterBank::Use ThrusterBank::use(std::size_t i, double t) const {
   Use use = valves_[i].use;
   const double dt = std::max(t - time_, 0.0);
   if (valves_[i].open) use.on_time += dt;
-  // Between two edges forces are linear in time.
+  // Between two edges, forces are linear in time.
   use.impulse += 0.5 * thrusters_[i].force * (level(i, time_) + level(i, time_ + dt)) * dt;
   return use;
 }
@@ -104,7 +104,7 @@ void ThrusterBank::close(std::size_t i) {
 }
 
 bool ThrusterBank::is_locked(std::size_t i) const {
-  // Times are sums that rounding has touched.
+  // Times are sums with rounding errors.
   const double left = valves_[i].opened + thrusters_[i].min_on_time - time_;
   return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
 }
@@ -114,7 +114,7 @@ double ThrusterBank::locked_for(std::size_t i) const { return valves_[i].opened 
 Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation) {
   std::vector<double> times = allocation_.on_times(torque_impulse).value_or(std::vector<double>(size(), 0.0));
   const double longest = times.empty() ? 0 : *std::max_element(times.begin(), times.end());
-  // The longest is the period: less is given, in the same direction.
+  // The longest pulse is the period: less torque is given, in the same direction.
   const double share = longest > period ? period / longest : 1;
   Vector3d given = Vector3d::zero();
   for (std::size_t i = 0; i < size(); ++i) {
@@ -141,7 +141,7 @@ void ThrusterBank::pulse_each(std::span<const double> shares, double period) {
   for (std::size_t i = 0; i < size(); ++i) {
     const double share = shares.empty() ? 0 : shares[i];
     if (!(share > 0) && is_locked(i)) {
-      open(i, locked_for(i));  // it closes as soon as it may
+      open(i, locked_for(i));  // it closes as soon as permitted
     } else if (!(share > 0)) {
       close(i);
     } else {

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// A dual number: a value and its derivative with respect to one parameter, carried through arithmetic by the chain
-/// rule (forward automatic differentiation; Griewank and Walther 2008, chapter 3). It is a scalar as scalar.hpp asks
-/// for, so that the templated kernels differentiate themselves: exactly, to rounding, without a step to choose.
-/// Comparisons look at values only: at a branch the derivative is that of the side taken.
+/// A dual number: a value and its derivative with respect to one parameter, propagated by the chain rule (forward
+/// automatic differentiation; Griewank and Walther 2008, chapter 3). It is a scalar in the sense of scalar.hpp, so the
+/// templated kernels compute exact derivatives, up to rounding error, without a step size. Comparisons use values only:
+/// at a branch the derivative is that of the selected side.
 
 #include <cmath>
 
@@ -48,7 +48,7 @@ inline Dual sqrt(const Dual& a) {
   const double root = std::sqrt(a.value);
   return {root, a.derivative / (2 * root)};
 }
-/// Both at once for an angle [rad], from the kernels' own sine and cosine.
+/// Sine and cosine of an angle [rad], from the kernels' own implementation.
 inline SineCosine<Dual> sine_cosine(const Dual& angle) {
   const SineCosine<double> at = sine_cosine(angle.value);
   return {{at.sine, at.cosine * angle.derivative}, {at.cosine, -at.sine * angle.derivative}};

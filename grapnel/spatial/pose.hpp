@@ -95,7 +95,7 @@ GRAPNEL_INLINE Quaternion<S> operator*(const Quaternion<S>& a, const Quaternion<
 using Rotationd = Rotation<double>;
 using Quaterniond = Quaternion<double>;
 
-/// Unit quaternion of a rotation matrix, w >= 0 (Shepperd's method: the largest component is found first, so it is
+/// Unit quaternion of a rotation matrix, w >= 0 (Shepperd's method, which starts from the largest component and is
 /// accurate near half turns).
 Quaterniond quaternion_from(const Rotationd& R);
 /// Rotation by `angle` [rad] about the unit vector `axis`.

@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// Sine and cosine of a double in one go, inline and without branches in the common range, so that a kernel's calls for
+/// Combined sine and cosine of a double, inline and without branches in the common range, so that evaluations for
 /// neighbouring joints overlap.
 ///
-/// Argument reduction by the method of Cody and Waite with pi/2 in three parts, then the polynomials of fdlibm's
-/// k_sin.c and k_cos.c: each result is within 0.8 units in the last place for |angle| <= 1e5, beyond which the standard
-/// library takes over. fdlibm is Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at
-/// SunSoft, a Sun Microsystems, Inc. business. Permission to use, copy, modify, and distribute this software is freely
-/// granted, provided that this notice is preserved.
+/// Argument reduction by the method of Cody and Waite with pi/2 in three parts, followed by the polynomials of fdlibm's
+/// k_sin.c and k_cos.c. Each result is within 0.8 units in the last place for |angle| <= 1e5; the standard library is
+/// used beyond. fdlibm is Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at SunSoft, a Sun
+/// Microsystems, Inc. business. Permission to use, copy, modify, and distribute this software is freely granted,
+/// provided that this notice is preserved.
 
 #include <bit>
 #include <cmath>
@@ -31,10 +31,10 @@ inline constexpr double kPart2 = 6.07710050630396597660e-11;
 inline constexpr double kPart3 = 2.02226624879595063154e-21;
 inline constexpr double kTwoOverPi = 6.36619772367581382433e-01;
 inline constexpr double kLimit = 1e5;
-// Adding and taking away 1.5 * 2^52 rounds to an integer, which the sum's lowest bits then hold.
+// Adding and subtracting 1.5 * 2^52 rounds to an integer, which is stored in the sum's lowest bits.
 inline constexpr double kRound = 6755399441055744.0;
 
-/// The same angle as a quarter turn count and the sine and cosine of what remains, for |angle| <= kLimit.
+/// An angle as a number of quarter turns and the sine and cosine of the remainder, for |angle| <= kLimit.
 template <class S>
 struct Quartered {
   S turns;  // the count in its lowest bits
@@ -42,10 +42,10 @@ struct Quartered {
   S cosine;
 };
 
-/// On any scalar: for packs of lanes the grammar of their products decides where a product and a sum are fused.
+/// For any scalar; for packs, the types of products determine which operations are fused.
 template <class S>
 __attribute__((always_inline)) inline Quartered<S> quartered(const S& angle) {
-  // angle = n pi/2 + y + tail with |y| <= pi/4 (1 + epsilon); the tail holds what y cannot.
+  // angle = n pi/2 + y + tail with |y| <= pi/4 (1 + epsilon); the tail is the rounding error of y.
   const S shifted = angle * kTwoOverPi + kRound;
   const S count = shifted - kRound;
   const S first = angle - count * kPart1;
@@ -73,7 +73,7 @@ __attribute__((always_inline)) inline Quartered<S> quartered(const S& angle) {
 /// For |angle| <= kLimit.
 __attribute__((always_inline)) inline SineCosine<double> reduced(double angle) {
   const Quartered<double> at = quartered(angle);
-  // Quadrant n mod 4: odd ones swap, the sine changes sign in 2 and 3, the cosine in 1 and 2.
+  // Quadrant n mod 4: odd ones swap; the sine changes sign in 2 and 3, the cosine in 1 and 2.
   const std::uint64_t n = std::bit_cast<std::uint64_t>(at.turns), sine_bits = std::bit_cast<std::uint64_t>(at.sine),
                       cosine_bits = std::bit_cast<std::uint64_t>(at.cosine);
   const std::uint64_t swapped = (sine_bits ^ cosine_bits) & (std::uint64_t{0} - (n & 1));
@@ -81,7 +81,7 @@ __attribute__((always_inline)) inline SineCosine<double> reduced(double angle) {
           std::bit_cast<double>(cosine_bits ^ swapped ^ (((n + 1) & 2) << 62))};
 }
 
-/// The standard library's, for huge angles; kept out of line.
+/// The standard library's functions, for large angles; not inlined.
 SineCosine<double> unreduced(double angle);
 
 }  // namespace sine_cosine_detail

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Six-dimensional vectors of rigid-body motion and of what acts on it, ordered [angular; linear] as in the thesis.
+/// Six-dimensional vectors of rigid-body motion and loads, ordered [angular; linear] as in the thesis.
 ///
 /// Twist, acceleration, wrench, momentum and impulse are distinct types: adding a force to an impulse, or a twist to a
 /// wrench, does not compile. All have a reference point (the point whose velocity is `linear`, or about which the
@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// What a spatial vector is; decides which operations exist.
+/// Kind of a spatial vector; determines the available operations.
 enum class SpatialKind { twist, acceleration, wrench, momentum, impulse };
 
 template <SpatialKind kKind, class S = double>
@@ -82,19 +82,19 @@ GRAPNEL_INLINE S dot(const Impulse<S>& P, const Twist<S>& V) {
   return dot(P.angular, V.angular) + dot(P.linear, V.linear);
 }
 
-/// An impulse changes momentum by its own value.
+/// An impulse changes the momentum by its own value.
 template <class S>
 GRAPNEL_INLINE Momentum<S> operator+(const Momentum<S>& h, const Impulse<S>& P) {
   return {h.angular + P.angular, h.linear + P.linear};
 }
 
-/// The same motion seen at another point: `p` leads from the old point to the new one, in the frame of expression.
+/// The same motion at another point: `p` points from the old point to the new one, in the frame of expression.
 template <SpatialKind kKind, class S>
 requires(kKind == SpatialKind::twist || kKind == SpatialKind::acceleration)
     GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& V, const Vector3<S>& p) {
   return {V.angular, V.linear + cross(V.angular, p)};
 }
-/// The same wrench, momentum or impulse about another point: `p` leads from the old point to the new one.
+/// The same wrench, momentum or impulse about another point: `p` points from the old point to the new one.
 template <SpatialKind kKind, class S>
 requires(kKind == SpatialKind::wrench || kKind == SpatialKind::momentum ||
          kKind == SpatialKind::impulse) GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& F,
@@ -116,7 +116,7 @@ template <class S>
 GRAPNEL_INLINE SpatialAcceleration<S> cross_motion(const Twist<S>& V, const Twist<S>& A) {
   return {cross(V.angular, A.angular), cross(V.angular, A.linear) + cross(V.linear, A.angular)};
 }
-/// Force cross product V x* h: the wrench that turns a momentum fixed in a body that moves with V.
+/// Force cross product V x* h: the wrench that rotates a momentum fixed in a body moving with V.
 template <class S>
 GRAPNEL_INLINE Wrench<S> cross_force(const Twist<S>& V, const Momentum<S>& h) {
   return {cross(V.angular, h.angular) + cross(V.linear, h.linear), cross(V.angular, h.linear)};
@@ -159,16 +159,16 @@ GRAPNEL_INLINE Momentum<S> operator*(const RigidBodyInertia<S>& I, const Twist<S
   return {I.rotational * V.angular + cross(I.first_moment, V.linear),
           I.mass * V.linear + cross(V.angular, I.first_moment)};
 }
-/// Wrench that gives the body a spatial acceleration (without the velocity term V x* I V).
+/// Wrench for a spatial acceleration of the body (without the velocity term V x* I V).
 template <class S>
 GRAPNEL_INLINE Wrench<S> operator*(const RigidBodyInertia<S>& I, const SpatialAcceleration<S>& A) {
   return {I.rotational * A.angular + cross(I.first_moment, A.linear),
           I.mass * A.linear + cross(A.angular, I.first_moment)};
 }
-/// The same inertia about another origin, axes unchanged: `p` leads from the new origin to the old one.
+/// The same inertia about another origin, axes unchanged: `p` points from the new origin to the old one.
 template <class S>
 GRAPNEL_INLINE RigidBodyInertia<S> shift_origin(const RigidBodyInertia<S>& I, const Vector3<S>& p) {
-  // |c + p|^2 = |c|^2 + 2 c.p + |p|^2, written with the first moment h = m c so that no division by the mass occurs.
+  // |c + p|^2 = |c|^2 + 2 c.p + |p|^2, written with the first moment h = m c to avoid a division by the mass.
   const Vector3<S>& h = I.first_moment;
   const S hp = dot(h, p);
   const S two(2);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A three-dimensional vector and a symmetric 3 x 3 matrix: values without allocation, free of Eigen so that kernels
-/// compile for any instruction set in one process.
+/// A three-dimensional vector and a symmetric 3 x 3 matrix: values without allocation. Independent of Eigen, so that
+/// kernels can be compiled for several instruction sets in one process.
 
 #include "grapnel/spatial/scalar.hpp"
 

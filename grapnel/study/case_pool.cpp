@@ -20,15 +20,15 @@
 namespace grapnel {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{100};  // how often the calling thread reports
+constexpr std::chrono::milliseconds kLook{100};  // interval of reports of the calling thread
 
-// What the threads share.
+// State shared by the threads.
 class Pool {
  public:
   Pool(std::size_t jobs, std::size_t threads, const JobWork& work)
       : work_(work), jobs_(jobs), most_waiting_(threads + 1), working_(threads) {}
 
-  // The whole life of a thread that computes.
+  // Main function of a computing thread.
   void compute() {
     try {
       for (std::size_t job = 0; take_job(job);) {
@@ -45,7 +45,7 @@ class Pool {
     changed_.notify_all();
   }
 
-  // The calling thread's part: takes what comes, and reports, until none of the others is left.
+  // The calling thread: takes rows and reports until all other threads have ended.
   void take_all(const PoolOptions& options, const TakeRows& take, CaseProgress& progress) {
     for (bool over = false; !over;) {
       std::unique_lock lock(mutex_);
@@ -67,7 +67,7 @@ class Pool {
     if (error_) std::rethrow_exception(error_);
   }
 
-  // Nobody takes anything any more: the others must not wait for that.
+  // No further rows are taken: the other threads must not wait for that.
   void abandon() {
     stop_.request_stop();
     const std::lock_guard lock(mutex_);
@@ -97,7 +97,7 @@ class Pool {
   const std::size_t jobs_;
   const std::size_t most_waiting_;
   std::stop_source stop_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the following members
   std::condition_variable changed_;
   std::deque<std::pair<std::size_t, std::vector<CaseRow>>> waiting_;  // for the calling thread, with their jobs
   std::size_t next_ = 0;                                              // job
@@ -188,12 +188,12 @@ struct Cost {
   long steps = 0, rejected = 0;
 };
 
-// Pieces of a phase are called "post_impact", "post_impact_2".
+// Segments of a phase are named "post_impact", "post_impact_2".
 bool is_piece_of(const std::string& phase, const std::string& piece) {
   return piece == phase || piece.starts_with(phase + "_");
 }
 
-// Of all pieces of a phase.
+// Over all segments of a phase.
 Cost cost_of(const CaptureResult& result, const std::string& phase) {
   Cost cost;
   for (const PhaseCost& piece : result.cost) {
@@ -204,7 +204,7 @@ Cost cost_of(const CaptureResult& result, const std::string& phase) {
   return cost;
 }
 
-// The least transition rate of a joint with dry friction; infinite without one.
+// The smallest transition rate of a joint with dry friction; infinite without one.
 double sharpest_friction(const RobotSetup& robot) {
   double least = std::numeric_limits<double>::infinity();
   for (const BodyDescription& body : robot.bodies)
@@ -220,7 +220,7 @@ void add_friction(const CaptureProblem& problem, std::vector<std::string>& cause
   const double rate = sharpest_friction(problem.robot);
   if (rate < std::numeric_limits<double>::infinity())
     causes.push_back(
-        fmt::format("dry friction that turns over within {:.3g} rad/s or m/s (a larger "
+        fmt::format("dry friction with a transition rate of {:.3g} rad/s or m/s (a larger "
                     "friction.transition_rate of the robot's joints)",
                     rate));
 }
@@ -237,15 +237,17 @@ void add_general(const CaptureProblem& problem, std::vector<std::string>& causes
                                problem.integration.relative_tolerance));
 }
 
-// What bends vibrates, and every vibration is followed.
+// Integration resolves all vibrations of flexible bodies.
 void add_bending(const CaptureProblem& problem, std::vector<std::string>& causes) {
   const bool panels = std::any_of(problem.targets.begin(), problem.targets.end(),
                                   [](const TargetSetup& t) { return !t.panels.empty(); });
   if (panels || is_flexible(problem.robot))
-    causes.push_back("what bends (fewer segments, nothing stiffer than matters; grapnel info shows the fastest mode)");
+    causes.push_back(
+        "flexible bodies (fewer segments, less stiffness where it has no influence; grapnel info shows the fastest "
+        "mode)");
 }
 
-// Rotors turn the base at their nutation, and loops of gimbals and rotors settle within 1/bandwidth.
+// Rotors cause nutation of the base, and loops of gimbals and rotors settle within 1/bandwidth.
 void add_gyros(const CaptureProblem& problem, std::vector<std::string>& causes) {
   if (problem.robot.gyros.empty()) return;
   double momentum = 0, bandwidth = 0;
@@ -259,7 +261,7 @@ void add_gyros(const CaptureProblem& problem, std::vector<std::string>& causes) 
       momentum, bandwidth));
 }
 
-// Of all directions the largest ratios to the apparent mass.
+// The largest ratios to the apparent mass over all directions.
 void add_impedance(const CaptureProblem& problem, std::vector<std::string>& causes) {
   if (!problem.impedance) return;
   const ImpedanceSetup& law = *problem.impedance;
@@ -323,8 +325,8 @@ void look_at(const std::string& phase, const CaptureResult& result, double durat
   if (cost.steps < kFewSteps || !(static_cast<double>(cost.steps) > kManySteps * duration)) return;
   const std::string list = listed(causes);
   lines.push_back(
-      fmt::format("{} took {} steps for {:.4g} s of motion ({} more were rejected), where most runs take less "
-                  "than {:g} a second; what shortens steps here, most likely first: {}",
+      fmt::format("{} took {} steps for {:.4g} s of motion ({} more were rejected); most runs take less than {:g} per "
+                  "second. Likely causes, the most likely first: {}",
                   phase, cost.steps, duration, cost.rejected, kManySteps, list));
 }
 

@@ -18,11 +18,11 @@ namespace {
 using Getter = std::function<double(const StudyCase&, const CaptureResult&)>;
 constexpr const char* kComponents[3] = {"x", "y", "z"};
 
-// Where a result has a described structure; null where it has none.
+// The described structure in a result; null if it is absent.
 template <class T>
 using Find = std::function<const T*(const CaptureResult&)>;
 
-// A field's number or truth, or a component of its vector.
+// A field's number or boolean, or a component of its vector.
 double number_in(const Type& type, const void* value, std::size_t component) {
   double number = NAN;
   const auto take = [&](const void* item) { number = *static_cast<const double*>(item); };
@@ -42,7 +42,7 @@ double number_in(const Field& field, const void* owner, std::size_t component) {
   return number;
 }
 
-// The impulse of an end-effector's grasp or contact, in whichever impact it came, and that impact.
+// The impulse of an end-effector's grasp or contact, with the impact in which it occurred.
 struct FoundGrasp {
   const ImpactReport* impact = nullptr;
   const GraspImpulse* grasp = nullptr;
@@ -62,7 +62,7 @@ FoundGrasp find_grasp(const CaptureResult& result, const std::string& end_effect
   return {};
 }
 
-// Outward normal in W of the surface that an end-effector meets, at its impact; zero if there is none.
+// Outward normal in W of the surface at an end-effector's impact; zero if there is none.
 Vector3d outward_normal(const StudyCase& point, const FoundGrasp& found, const std::string& end_effector) {
   const auto& grasps = point.problem.grasps;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -75,7 +75,7 @@ Vector3d outward_normal(const StudyCase& point, const FoundGrasp& found, const s
   return Vector3d::zero();
 }
 
-// Where no bodies overlap: the run's end, if clearance was watched to there; else NaN.
+// Without overlap: the run's end, if clearance was monitored until then; else NaN.
 double clear_until(const CaptureResult& r) {
   for (const LedgerEntry& e : r.ledger.entries) {
     if (e.name == "clearance_violation" && !e.not_checked.empty()) return NAN;
@@ -83,7 +83,7 @@ double clear_until(const CaptureResult& r) {
   return r.post_impact_end ? r.post_impact_end->time : r.approach_end ? r.approach_end->time : NAN;
 }
 
-// The state at the end of all motion; `may_be_approach`: also that of an approach which nothing follows.
+// The state at the end of all motion; `may_be_approach`: also that of an approach without a subsequent phase.
 const std::optional<PhaseEnd>& end_of_motion(const CaptureResult& r, bool may_be_approach) {
   return r.post_impact_end || !may_be_approach ? r.post_impact_end : r.approach_end;
 }
@@ -98,7 +98,7 @@ class Builder {
           return r.grasps.empty() ? NAN : static_cast<double>(r.captured());
         });
     add("captured/judged", "1",
-        "whether envelopes say so; 0: captured is assumed, nothing says what an end-effector can close on",
+        "whether envelopes were evaluated; 0: the capture is assumed, an end-effector has no envelope",
         [](const StudyCase&, const CaptureResult& r) {
           return r.grasps.empty() ? NAN : double(r.capture_verdict() != Captured::assumed);
         });
@@ -125,10 +125,10 @@ class Builder {
     }
   }
 
-  // Where several objectives are weighed: each of them.
+  // Each term of a weighted objective.
   void plan() {
     if (!problem_.approach || !problem_.approach->plan || !problem_.approach->plan->weights) return;
-    add("plan/objective", "1", "what the plan minimizes", [](const StudyCase&, const CaptureResult& r) {
+    add("plan/objective", "1", "objective of the plan", [](const StudyCase&, const CaptureResult& r) {
       return r.plan && r.plan->found ? r.plan->objective_value : NAN;
     });
     for (const PlanObjective& one : kPlanObjectives) {
@@ -145,18 +145,18 @@ class Builder {
   }
 
   void conservation_checks() {
-    add(std::string(kConservationColumn), "1", "whether momentum and energy were kept within their bounds",
+    add(std::string(kConservationColumn), "1", "whether momentum and energy stayed within their bounds",
         [](const StudyCase&, const CaptureResult& r) {
           return r.status == CaptureStatus::completed ? double(r.ledger.pass()) : NAN;
         });
     add("ledger/feasible", "1",
-        "whether joints stayed within their limits and bodies clear of each other; NaN: not checked, or not all of it",
+        "whether joints stayed within their limits and bodies kept their clearance; NaN: not checked, or only in part",
         [](const StudyCase&, const CaptureResult& r) {
           const Verdict verdict = r.ledger.feasibility();
           if (r.status != CaptureStatus::completed || verdict == Verdict::not_checked) return double(NAN);
           return double(verdict == Verdict::yes);
         });
-    add("valid_until", "s", "when bodies begin to overlap, else the run's end; NaN: clearance not checked",
+    add("valid_until", "s", "start of the first overlap, else the run's end; NaN: clearance not checked",
         [](const StudyCase&, const CaptureResult& r) {
           if (r.status != CaptureStatus::completed) return double(NAN);
           return r.valid_until ? *r.valid_until : clear_until(r);
@@ -205,7 +205,7 @@ class Builder {
     if (!problem_.robot.wheels.empty()) wheels();
     if (!problem_.robot.thrusters.empty()) thrusters();
     if (!problem_.robot.gyros.empty()) gyros();
-    add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
+    add("clearance/minimum", "m", "minimum distance of monitored bodies; negative: depth of overlap",
         [](const StudyCase&, const CaptureResult& r) {
           double least = NAN;
           for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
@@ -213,7 +213,7 @@ class Builder {
         });
   }
 
-  // Of a simulation in which nothing is captured: where it leads.
+  // Final state of a simulation without a capture.
   void posture_at_end() {
     for (const BodyDescription& body : problem_.robot.bodies) {
       const JointDescription& joint = body.joint;
@@ -235,7 +235,7 @@ class Builder {
     attitude_error();
   }
 
-  // Where the last phase states an attitude.
+  // If the last phase states an attitude.
   void attitude_error() {
     const auto desired = [](const CaptureProblem& problem) -> const Rotationd* {
       const std::optional<BaseControlSetup>* control = nullptr;
@@ -244,7 +244,7 @@ class Builder {
       return control && *control && (*control)->R_WD ? &*(*control)->R_WD : nullptr;
     };
     if (!desired(problem_)) return;
-    add("end/base/attitude_error", "rad", "angle between the base's attitude at the end and the one that is stated",
+    add("end/base/attitude_error", "rad", "angle between the base's attitude at the end and the specified attitude",
         [desired](const StudyCase& point, const CaptureResult& r) {
           const std::optional<PhaseEnd>& last = end_of_motion(r, true);
           const Rotationd* R_WD = desired(point.problem);
@@ -252,7 +252,7 @@ class Builder {
         });
   }
 
-  // Each under its name; NaN where the run did not come so far.
+  // Each phase under its name; NaN if the run ended before it.
   void phases() {
     for (std::size_t i = 0; i < problem_.post_impact.size(); ++i) {
       const std::string name = phase_name(problem_, i);
@@ -267,7 +267,7 @@ class Builder {
       using P = MotionPhaseReport;
       const std::string path = "phases/" + name + "/";
       add(path + "duration", "s", "of the phase", of_phase([](const P& p) { return p.duration(); }));
-      add(path + "condition_met", "1", "whether what it is until held before its duration was over",
+      add(path + "condition_met", "1", "whether its `until` condition was met before the end of its duration",
           of_phase([](const P& p) { return p.ended == P::End::condition; }));
       for (int k = 0; k < 3; ++k)
         add(path + "base/angular_velocity/" + kComponents[k], "rad/s", "of the base at its end, in W",
@@ -284,18 +284,18 @@ class Builder {
     using D = DetumblingReport;
     add("detumbling/at_rest", "1", "whether the held target came to rest",
         report([](const D& d) { return d.ended == LawEnd::at_rest; }));
-    add("detumbling/duration", "s", "of the detumbling, whatever ended it",
+    add("detumbling/duration", "s", "duration of the detumbling, for any end",
         report([](const D& d) { return d.end - d.begin; }));
-    add("detumbling/largest_torque", "N m", "of the grasps about the target's centre of mass",
+    add("detumbling/largest_torque", "N m", "largest torque of the grasps about the target's centre of mass",
         report([](const D& d) { return d.largest_torque; }));
-    add("detumbling/least_scale", "1", "least part of the torque that effort limits let pass",
+    add("detumbling/least_scale", "1", "minimum fraction of the torque that effort limits admit",
         report([](const D& d) { return d.least_scale; }));
   }
 
   void rest() {
-    add("rest/at_rest", "1", "whether the rates of post_impact.at_rest are kept from some time on to the end",
+    add("rest/at_rest", "1", "whether all rates stay below post_impact.at_rest from some time to the end",
         [](const StudyCase&, const CaptureResult& r) { return r.rest ? double(r.rest->at_rest) : NAN; });
-    add("rest/time", "s", "from which on they are; NaN: they are not",
+    add("rest/time", "s", "time from which they stay below; NaN: they do not",
         [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->time : NAN; });
     add("rest/angular_velocity", "rad/s", "of the base, at the end",
         [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->angular_velocity : NAN; });
@@ -322,7 +322,7 @@ class Builder {
   void thrusters() {
     for (const ThrusterSetup& thruster : problem_.robot.thrusters) {
       const std::string& name = thruster.name;
-      add("thrusters/" + name + "/duty", "1", "time on, over the time of the phases in which thrusters are at work",
+      add("thrusters/" + name + "/duty", "1", "time on, over the time of the phases in which thrusters are active",
           [name](const StudyCase&, const CaptureResult& r) {
             for (const ThrusterReport& t : r.thrusters.value_or(ThrustersReport{}).each) {
               if (t.name == name) return t.duty;
@@ -332,7 +332,7 @@ class Builder {
     }
     add("thrusters/propellant", "kg", "propellant used",
         [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
-    add("thrusters/plume", "s", "of firing with a body in the plume, of all thrusters and bodies",
+    add("thrusters/plume", "s", "duration of firing with a body in the plume, over all thrusters and bodies",
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;
           for (const PlumeHazard& hazard : r.thrusters.value_or(ThrustersReport{}).hazards) time += hazard.duration;
@@ -344,11 +344,11 @@ class Builder {
     for (const MomentGyroSetup& gyro : problem_.robot.gyros)
       saturated("gyros/" + gyro.name, "time of the gimbal at its largest rate or torque",
                 SaturationReport::Actuator::gyro, gyro.name);
-    add("gyros/largest_torque_lacking", "N m", "largest part of the torque commanded that the gyros do not give",
+    add("gyros/largest_torque_lacking", "N m", "largest part of the commanded torque that the gyros do not produce",
         [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->largest_torque_lacking : NAN; });
-    add("gyros/least_singularity_measure", "1", "least measure of singularity of the control moment gyros",
+    add("gyros/least_singularity_measure", "1", "minimum singularity measure of the control moment gyros",
         [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->least_singularity_measure : NAN; });
-    add("gyros/near_singularity", "s", "time near a singularity while a torque was asked of them",
+    add("gyros/near_singularity", "s", "time near a singularity while a torque was commanded",
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;
           for (const SingularityHazard& hazard : r.gyros.value_or(GyrosReport{}).hazards) time += hazard.duration();
@@ -363,8 +363,8 @@ class Builder {
     columns_.push_back({std::move(name), std::move(unit), std::move(description), std::move(value)});
   }
 
-  // Longest time, and start of the first, of one actuator or of all of a kind. Torques of wheels count only where every
-  // step is observed, and so not here.
+  // Longest saturation, and start of the first, of one actuator or of all of a kind. Torques of wheels require
+  // observation of every step and are not included.
   void saturated(const std::string& where, const std::string& words, SaturationReport::Actuator actuator,
                  const std::string& name = {}) {
     const auto is_meant = [actuator, name](const SaturationReport& s) {
@@ -379,7 +379,7 @@ class Builder {
       }
       return longest;
     });
-    add(where + "/first_saturated", "s", "start of the first; NaN: never",
+    add(where + "/first_saturated", "s", "start of the first saturation; NaN: never",
         [is_meant](const StudyCase&, const CaptureResult& r) {
           double first = NAN;
           for (const SaturationReport& s : r.saturation) {
@@ -389,7 +389,7 @@ class Builder {
         });
   }
 
-  // A number or the components of a vector, with the unit and the words of its description.
+  // A number or the components of a vector, with the unit and text of its description.
   template <class T>
   void field(const std::string& name, std::string_view key, const Find<T>& find) {
     const Field& described = *field_named(type_of<T>(), key);
@@ -411,7 +411,7 @@ class Builder {
     });
   }
 
-  // How the end-effector stood to its grasp point when it was to close, whether or not it did.
+  // Deviations of the end-effector from its grasp point at the closing time, for closed and open grasps.
   void closing_columns(const std::string& e) {
     const Find<GraspOutcome> outcome = [e](const CaptureResult& r) -> const GraspOutcome* {
       for (const GraspOutcome& one : r.grasps) {
@@ -431,7 +431,7 @@ class Builder {
     tolerance_columns(e);
   }
 
-  // Of what its envelope limits, how much is used.
+  // Used share of each tolerance of the envelope.
   void tolerance_columns(const std::string& e) {
     struct Tolerance {
       const char* name;
@@ -447,7 +447,7 @@ class Builder {
     for (const Tolerance& tolerance : kTolerances) {
       if (envelope == nullptr || envelope->*tolerance.allowed == CaptureEnvelope::kAny) continue;
       add(std::string("grasps/") + e + "/tolerance_used/" + tolerance.name, "1",
-          "deviation over what the envelope allows; above 1 the grasp misses",
+          "deviation over the tolerance of the envelope; above 1 the grasp misses",
           [e, tolerance](const StudyCase& point, const CaptureResult& r) {
             const CaptureEnvelope* of_case = envelope_of(point.problem, e);
             for (const GraspOutcome& grasp : r.grasps) {
@@ -474,17 +474,17 @@ class Builder {
     column("impulse_magnitude", "impulse_magnitude");
     normal_and_tangential(e);
     column("angular_impulse", "angular_impulse");
-    grasp_number(e, "angular_impulse_magnitude", "N m s", "of the angular impulse",
+    grasp_number(e, "angular_impulse_magnitude", "N m s", "magnitude of the angular impulse",
                  [](const GraspImpulse& g) { return norm(g.angular_impulse); });
     column("mean_force", "mean_force");
-    grasp_number(e, "determined", "1", "whether every component is unique, none a matter of self-stress",
+    grasp_number(e, "determined", "1", "whether every component is unique, without self-stress",
                  [](const GraspImpulse& g) {
                    return double(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
                  });
     column("gap", "gap");
     column("gap_angle", "gap_angle");
     column("relative_velocity", "relative_velocity_before");
-    grasp_number(e, "relative_speed", "m/s", "its magnitude",
+    grasp_number(e, "relative_speed", "m/s", "magnitude of the relative velocity",
                  [](const GraspImpulse& g) { return norm(g.relative_velocity_before); });
     column("relative_angular_velocity", "relative_angular_velocity_before");
     if (problem_.impact && problem_.impact->law == ImpactSetup::Law::compliant) {
@@ -505,7 +505,7 @@ class Builder {
           const Vector3d n = outward_normal(point, found, e);
           return norm(n) > 0 ? dot(n, found.grasp->impulse) : NAN;
         });
-    add("grasps/" + e + "/impulse_tangential", "N s", "magnitude of the rest of the impulse",
+    add("grasps/" + e + "/impulse_tangential", "N s", "magnitude of the tangential impulse",
         [e](const StudyCase& point, const CaptureResult& r) {
           const FoundGrasp found = find_grasp(r, e);
           if (!found.grasp) return double(NAN);
@@ -515,21 +515,21 @@ class Builder {
   }
 
   void joint_columns(const std::string& joint, const AxisUnits& units) {
-    add("joints/" + joint + "/position", units.position, "at the capture, by plan or as given",
+    add("joints/" + joint + "/position", units.position, "joint position at the capture, planned or given",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.plan) return double(NAN);
           const auto at = std::find(r.plan->joints.begin(), r.plan->joints.end(), joint) - r.plan->joints.begin();
           return at < std::ssize(r.plan->final_position) ? r.plan->final_position[at] : NAN;
         });
-    if (problem_.grasps.empty()) return;  // there is no impact
-    add("joints/" + joint + "/velocity_change", units.rate, "of the joint, in the impact",
+    if (problem_.grasps.empty()) return;  // no impact
+    add("joints/" + joint + "/velocity_change", units.rate, "change of the joint rate in the impact",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
           const auto& names = r.impact->joint_names;
           const auto at = std::find(names.begin(), names.end(), joint) - names.begin();
           return at < std::ssize(r.impact->joint_velocity_change) ? r.impact->joint_velocity_change[at] : NAN;
         });
-    add("joints/" + joint + "/driving_impulse", units.impulse, "that the joint passes on along its axis",
+    add("joints/" + joint + "/driving_impulse", units.impulse, "impulse that the joint transmits along its axis",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
           for (const JointImpulse& one : r.impact->joints) {
@@ -548,11 +548,11 @@ class Builder {
 template <>
 const Type& type_of<Column>() {
   static constexpr Field fields[] = {
-      field<&Column::name>("name", "groups by `/`"),
+      field<&Column::name>("name", "name of the column, grouped by `/`"),
       field<&Column::unit>("unit", "`1` for counts, ratios and yes (1) or no (0)"),
-      field<&Column::description>("description", "what it is"),
+      field<&Column::description>("description", "meaning of the number"),
   };
-  static constexpr Type type = structure<Column>("Column", "a number that is kept of every case.", fields);
+  static constexpr Type type = structure<Column>("Column", "a stored number of every case.", fields);
   return type;
 }
 
@@ -563,7 +563,7 @@ CaptureDetail detail_of(std::span<const Column> columns) {
 
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   Builder build(problem);
-  // Without grasps nothing can be captured.
+  // Without grasps there is no capture.
   if (!problem.grasps.empty()) {
     build.outcome();
     build.grasps();
@@ -579,7 +579,7 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
 
 namespace {
 
-// What is observed in every step, as loads are.
+// Quantities that require observation of every step, as loads do.
 std::vector<Column> control_columns(const CaptureProblem& problem) {
   std::vector<Column> columns;
   columns.push_back({"stable", "1", "whether control is stable; 0: unstable; NaN: not evaluated",
@@ -602,7 +602,7 @@ std::vector<Column> control_columns(const CaptureProblem& problem) {
                        true, false});
   };
   for (const ThrusterSetup& thruster : problem.robot.thrusters)
-    saturated("thrusters/" + thruster.name + "/saturated", "time on while less is given than commanded",
+    saturated("thrusters/" + thruster.name + "/saturated", "time on while delivering less than commanded",
               SaturationReport::Actuator::thruster, thruster.name);
   for (const BodyDescription& body : problem.robot.bodies) {
     const JointDescription& joint = body.joint;
@@ -658,10 +658,10 @@ struct LoadQuantity {
   bool limited;  // by what a drive can exert
 };
 
-// What bore nothing has no record in a result (LoadMonitor): in a run that came to its end its load is zero.
+// Bodies without load have no record in a result (LoadMonitor): in a completed run their load is zero.
 bool bore_nothing(const CaptureResult& result) { return result.status == CaptureStatus::completed; }
 
-// The one with the largest magnitude over all phases, or the least margin.
+// The load with the largest magnitude over all phases, or the smallest margin.
 const PeakLoad* largest(const CaptureResult& result, const std::string& of, const std::string& quantity) {
   const PeakLoad* found = nullptr;
   for (const PeakLoad& load : result.peak_loads) {
@@ -705,7 +705,7 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
                    has_one_axis(body.joint.type) ? &units : nullptr, body.joint.limits.effort, all);
   }
   for (const EndEffectorSetup& e : problem.robot.end_effectors) add_quantities(e.name, e.rating, nullptr, NAN, all);
-  // Its limit bounds what is commanded and rates nothing.
+  // Its limit bounds the command and is not a rating.
   const bool controls_base = (problem.approach && problem.approach->base_control) ||
                              problem.post_impact.any([](const auto& p) { return p.base_control.has_value(); });
   for (int k = 0; controls_base && k < 3; ++k)
@@ -741,7 +741,7 @@ std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion
                          return load ? load->peak : bore_nothing(r) ? 0.0 : NAN;
                        },
                        true, false});
-    columns.push_back({"load_times/" + q.of + "/" + q.name, "s", "when that is; NaN: the load is zero",
+    columns.push_back({"load_times/" + q.of + "/" + q.name, "s", "time of the largest magnitude; NaN: the load is zero",
                        [q](const StudyCase&, const CaptureResult& r) {
                          const PeakLoad* load = largest(r, q.of, q.name);
                          return load && load->peak > 0 ? load->time : NAN;
@@ -749,7 +749,7 @@ std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion
                        true, false});
   }
   if (any_limit) {
-    columns.push_back({"worst_margin", "1", "least of all margins",
+    columns.push_back({"worst_margin", "1", "minimum of all margins",
                        [](const StudyCase&, const CaptureResult& r) {
                          const PeakLoad* worst = worst_margin(r);
                          return worst ? worst->margin() : bore_nothing(r) ? 1.0 : NAN;

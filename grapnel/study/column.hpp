@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a study keeps of one capture: a row of named numbers with units, each with the function that takes it from a
-/// result.
+/// Stored values of one capture of a study: a row of named numbers with units, each with the function that evaluates it
+/// from a result.
 
 #include <cstdint>
 #include <functional>
@@ -17,71 +17,72 @@
 
 namespace grapnel {
 
-/// impact: planning, then the impact at the planned final configuration, nothing integrated in time. run: everything.
+/// impact: planning, then the impact at the planned final configuration, without integration in time. run: the whole
+/// capture.
 enum class StudyMode { impact, run };
 template <>
 struct Described<StudyMode> : Enumeration<StudyMode, "StudyMode", "impact", "run"> {};
 
-/// How a case ended. unreachable: no configuration within the joints' limits puts the end-effectors where it asks.
-/// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
-/// result.
+/// How a case ended. unreachable: no configuration within the joint limits brings the end-effectors to their goals.
+/// failed: any other error. A run with failed conservation checks has failed, because its results are not valid.
 enum class CaseStatus { ok, failed, unreachable };
 template <>
 struct Described<CaseStatus> : Enumeration<CaseStatus, "CaseStatus", "ok", "failed", "unreachable"> {};
 
-/// What is kept of one case: a row of the table.
+/// Stored values of one case: a row of the table.
 struct CaseRow {
   std::uint64_t index = 0;  // of the case, in the study's order
   CaseStatus status = CaseStatus::failed;
   std::string reason = {};          // one line; empty if ok
-  std::vector<double> values = {};  // per column; NaN where there is nothing
+  std::vector<double> values = {};  // per column; NaN if the value does not exist
   bool success = false;             // ok, and all criteria of the study hold
   std::vector<double> inputs = {};  // as drawn
 };
 
-/// A capture to be simulated by a study.
+/// A capture that a study simulates.
 struct StudyCase {
   CaptureProblem problem;
   std::vector<Vector3d> inward_normals;  // inward_normals(), per grasp, before quantities were applied
 };
 
-/// One number of a capture. NaN where it does not exist: the capture failed before, or has no such thing.
+/// One number of a capture. NaN if it does not exist: the capture failed before, or has no such quantity.
 struct Column {
   std::string name;  // groups by '/': "grasps/tip-1/impulse/x"
   std::string unit;  // "1" for counts, ratios and yes (1) or no (0)
   std::string description;
   std::function<double(const StudyCase&, const CaptureResult&)> value;
   bool needs_loads = false;  // the loads of all phases, CaptureDetail::columns_and_loads
-  bool by_default = true;    // kept unless others are asked for by name
+  bool by_default = true;    // stored unless columns are selected by name
 };
 template <>
 const Type& type_of<Column>();
 
-/// The column that says whether momentum and energy were kept.
+/// The column of the conservation checks.
 inline constexpr std::string_view kConservationColumn = "ledger/pass";
 
-/// The least detail in which captures have all that the columns take.
+/// The minimum detail with all values that the columns need.
 CaptureDetail detail_of(std::span<const Column> columns);
 
-/// The standard columns of a problem: what its grasps, joints and ratings ask for. `with_motion_afterwards`: those of
-/// the whole run too.
+/// The standard columns of a problem, by its grasps, joints and ratings. `with_motion_afterwards`: also those of the
+/// whole run.
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards);
 
-/// The same and those that are only kept where they are asked for (Column::by_default).
+/// The same with columns that are stored only on request (Column::by_default).
 std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards);
 
 /// Whether the robot has any rating.
 bool is_rated(const CaptureProblem& problem);
 
-/// `margins/OF/QUANTITY`, of everything that has a rating, and `worst_margin` where anything has; `with_motion`: over
-/// all phases, and beside them `loads/OF/QUANTITY` and `load_times/OF/QUANTITY`, which are kept only where they are
-/// asked for, since cases take longer with them. Without motion margins are those of impacts.
+/// `margins/OF/QUANTITY` for all ratings, and `worst_margin` if there are any; `with_motion`: over all phases, with
+/// `loads/OF/QUANTITY` and `load_times/OF/QUANTITY`, which are stored only on request, because they make cases slower.
+/// Without motion, margins are those of impacts.
 std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion);
 
-/// Adds those whose names are not there yet.
+/// Adds columns with new names.
 void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more);
 
-/// Whether a pattern chooses a column: its parts between '/' are the first ones of the column's name, "*" being any.
+/// Whether a pattern selects a column: its parts between '/' match the first parts of the column's name; "*" matches
+/// any part.
 bool column_matches(std::string_view pattern, std::string_view name);
 
 }  // namespace grapnel

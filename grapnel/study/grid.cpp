@@ -8,12 +8,13 @@ template <>
 const Type& type_of<StudyAxis>() {
   using T = StudyAxis;
   static constexpr Field fields[] = {
-      field<&T::name>("name", "path, quantity, or what the study calls it"),
-      field<&T::unit>("unit", "of its numbers; empty: unknown, or no numbers"),
-      field<&T::description>("description", "what it changes"),
-      derived<[](const T& axis) { return shown_values(axis); }>("values", "as stated", "or labels"),
+      field<&T::name>("name", "path, quantity, or label of the study"),
+      field<&T::unit>("unit", "unit of its numbers; empty: unknown, or no numbers"),
+      field<&T::description>("description", "what the axis changes"),
+      derived<[](const T& axis) { return shown_values(axis); }>("values", "as stated",
+                                                                "values as in the file, or labels"),
   };
-  static constexpr Type type = structure<T>("StudyAxis", "what a study varies.", fields);
+  static constexpr Type type = structure<T>("StudyAxis", "an axis of a study.", fields);
   return type;
 }
 
@@ -42,7 +43,7 @@ std::vector<double> spaced_values(double from, double to, std::size_t count, boo
   const double last = static_cast<double>(count) - 1;
   for (std::size_t i = 1; i < count; ++i) {
     const double at = static_cast<double>(i);
-    // In this form 0 to 0.2 in 20 steps has 0.01, not its neighbour.
+    // In this form 0 to 0.2 in 20 steps contains exactly 0.01.
     values[i] = logarithmic ? from * std::pow(to / from, at / last) : (from * (last - at) + to * at) / last;
   }
   if (count > 1) values.back() = to;

@@ -14,16 +14,16 @@
 
 namespace grapnel {
 
-/// One value of an axis as tables show it: a number, or a text where the axis is not of numbers.
+/// One value of an axis in tables: a number, or a text if the axis is not numeric.
 struct AxisValue {
   double number = NAN;
   std::string label;
 };
 
 struct StudyAxis {
-  std::string name;         // path, quantity, or what the study calls it
-  std::string unit;         // of the numbers as shown; empty: unknown, or no numbers
-  std::string description;  // what it changes
+  std::string name;         // path, quantity, or label of the study
+  std::string unit;         // of the displayed numbers; empty: unknown, or no numbers
+  std::string description;  // what the axis changes
   bool is_numeric = false;
   std::vector<AxisValue> values;
 };
@@ -31,7 +31,7 @@ struct StudyAxis {
 template <>
 const Type& type_of<StudyAxis>();
 
-/// Its values as results have them: numbers, or labels.
+/// Its values in results: numbers, or labels.
 std::vector<std::variant<double, std::string>> shown_values(const StudyAxis& axis);
 
 /// Position on each axis of a point, counted from 0: the first axis varies slowest.

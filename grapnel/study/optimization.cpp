@@ -15,7 +15,7 @@ namespace grapnel {
 
 namespace {
 
-// What a limit on a number that does not exist counts as.
+// Violation of a limit on a number that does not exist.
 constexpr double kNoNumber = 1e6;
 
 double beyond(double excess, double scale) {
@@ -30,7 +30,7 @@ std::string OptimizationLimit::text() const {
 }
 
 Column feasibility_column() {
-  return {"ledger/excess", "1", "by how much the ledger's rows of feasibility pass their bounds, added up",
+  return {"ledger/excess", "1", "sum of the excess of the ledger's feasibility rows over their bounds",
           [](const StudyCase&, const CaptureResult& result) {
             if (result.status != CaptureStatus::completed) return double(NAN);
             double excess = 0;
@@ -100,9 +100,9 @@ bool comes_before(const Optimization& optimization, const Score& a, const Score&
 
 namespace {
 
-// Of the radius: a point given to some digits is on its sphere.
+// Relative to the radius: tolerance for a point on its sphere.
 constexpr double kOnSphere = 1e-3;
-// Singular values below this part of the largest leave a direction free.
+// Singular values below this fraction of the largest leave a direction free.
 constexpr double kNothing = 1e-9;
 
 GraspPoint& grasp_point(const ContactPatch& patch, CaptureProblem& problem) {
@@ -112,14 +112,14 @@ GraspPoint& grasp_point(const ContactPatch& patch, CaptureProblem& problem) {
       if (point.name == patch.point) return point;
     }
   }
-  throw std::invalid_argument("there is no grasp point '" + patch.point + "' on target '" + patch.target + "'");
+  throw std::invalid_argument("unknown grasp point '" + patch.point + "' on target '" + patch.target + "'");
 }
 
-// Unit directions in B that the planned orientation of a grasp leaves no turning about.
+// Unit directions in B about which the planned orientation of a grasp admits no rotation.
 std::vector<Vector3d> held_turns(const EndEffectorSetup& end_effector, const GraspSetup& grasp, const Rotationd& R_BE) {
   if (grasp.orientation == GraspSetup::Orientation::free) return {};
   std::vector<Vector3d> turns;
-  // Across the approach axis, or about all axes.
+  // Perpendicular to the approach axis, or all axes.
   const Vector3d along = R_BE * end_effector.approach_axis.value_or(Vector3d::unit(0));
   const Rotationd R = rotation_between(Vector3d::unit(0), along);
   turns.push_back(R.column(1));
@@ -128,7 +128,7 @@ std::vector<Vector3d> held_turns(const EndEffectorSetup& end_effector, const Gra
   return turns;
 }
 
-// Rows of what the grasps ask of the joint rates, at a placed configuration.
+// Constraint rows of the grasps on the joint rates, at a given configuration.
 Eigen::MatrixXd task_rows(const CaptureProblem& problem, const FloatingBase& base) {
   std::vector<Eigen::RowVectorXd> rows;
   Matrix6Xd J;
@@ -183,9 +183,9 @@ void move_on_patch(const ContactPatch& patch, double along_u, double along_v, Ca
 
 PostureSpace posture_space(const CaptureProblem& problem) {
   if (!problem.approach || !problem.approach->plan)
-    throw std::invalid_argument("a posture needs approach.plan: the final configuration is given");
+    throw std::invalid_argument("a posture needs approach.plan, but the final configuration is given");
   const CaptureResult planned = simulate_impact_only(problem);
-  if (!planned.plan || !planned.plan->found) throw std::runtime_error("no posture to begin with: " + planned.failure);
+  if (!planned.plan || !planned.plan->found) throw std::runtime_error("no initial posture: " + planned.failure);
   const CaptureSystem servicer = make_servicer(problem);
   PostureSpace space{planned.plan->final_position, {}};
   FloatingBase base(servicer.model, problem.robot.base_mode == RobotSetup::Base::free);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// An optimization: captures that differ in some numbers, and which of them is best. Plain data and two functions;
-/// study_files/study_files.hpp makes it from a file. Thread safety: plain values; `point` may be called from any
+/// An optimization: a search for the best of many captures that differ in some numbers. Plain data and two functions;
+/// study_files/study_files.hpp reads it from a file. Thread safety: plain values; `point` may be called from any
 /// thread.
 
 #include <cstdint>
@@ -19,22 +19,22 @@
 
 namespace grapnel {
 
-/// A number that is varied, between two bounds.
+/// A variable between two bounds.
 struct OptimizationVariable {
   std::string name;
   std::string unit;  // of the numbers here; empty: unknown
   double from = 0, to = 0;
-  double start = 0;  // where the scenario is, as far as that is a number; else the middle
+  double start = 0;  // value of the scenario if it is a number; else the middle
 };
 
-/// What several columns make together.
+/// Combination of several columns.
 enum class Combine { largest, least, largest_magnitude, sum, norm };
 template <>
 struct Described<Combine> : Enumeration<Combine, "Combine", "largest", "least", "largest_magnitude", "sum", "norm"> {};
 
-/// Columns taken together.
+/// Combined columns.
 struct Measured {
-  std::string name;                  // as the file says it
+  std::string name;                  // as in the file
   std::string unit;                  // of the columns; empty if they differ
   std::vector<std::size_t> columns;  // in Optimization::columns
   Combine combine = Combine::largest;
@@ -47,7 +47,7 @@ struct ObjectiveTerm {
 
 struct OptimizationLimit {
   Measured measured;
-  bool at_most = true;  // else at least
+  bool at_most = true;  // false: at least
   double bound = 0;
   std::string text() const;  // "margins at least 0.2"
 };
@@ -55,44 +55,45 @@ struct OptimizationLimit {
 struct SearchSetup {
   std::size_t evaluations = 200;  // at most
   std::uint64_t seed = 0;         // of the sample
-  std::size_t refine = 3;         // best points of the sample from which the search goes on locally; 0: none
+  std::size_t refine = 3;         // number of best points of the sample from which local searches begin; 0: none
 };
 
 struct Optimization {
   std::string name;
-  std::string file;    // as the user named it
+  std::string file;    // path given by the user
   std::string text;    // its bytes
-  std::string sha256;  // of those and of the scenario with what it includes
+  std::string sha256;  // of those and of the scenario with its included files
   StudyMode mode = StudyMode::run;
   std::vector<OptimizationVariable> variables;
   std::vector<Column> columns;  // the last is feasibility_column()
   bool maximize = false;
   std::vector<ObjectiveTerm> objective;  // the weighted sum
   std::vector<OptimizationLimit> limits;
-  bool feasible = true;  // joints within their limits and bodies clear of each other, as far as that is watched
+  bool feasible = true;  // joints within their limits and bodies with their clearance, if monitored
   SearchSetup search;
-  StudyCase before;  // the scenario as it is
-  /// The capture at values of the variables. @throws std::exception where there is none; it becomes the point's reason.
+  StudyCase before;  // the unchanged scenario
+  /// The capture at values of the variables. @throws std::exception if there is none; its message becomes the point's
+  /// reason.
   std::function<StudyCase(std::span<const double>)> point;
-  /// The same as a scenario file, for a place on disk.
+  /// The same as a scenario file at a path.
   std::function<std::string(std::span<const double>, const std::filesystem::path& place, const std::string& comment)>
       scenario_text;
 };
 
-/// By how much joints and clearances are beyond what they must keep, the sum of the ledger's rows of feasibility; 0 if
-/// all hold, NaN if the capture was not completed.
+/// Violation of joint limits and clearances: the sum over the ledger's feasibility rows; 0 if all pass, NaN if the
+/// capture did not complete.
 Column feasibility_column();
 
-/// The value of columns taken together; NaN if one of them is.
+/// The value of combined columns; NaN if one of them is NaN.
 double value_of(const Measured& measured, std::span<const double> row);
 
-/// How good a point is. Points compare by comes_before().
+/// Rating of a point. comes_before() compares points.
 struct Score {
-  bool reached = false;         // it could be simulated
+  bool reached = false;         // the simulation completed
   double objective = 0;         // NaN if it does not exist
   std::vector<double> limits;   // per limit: the measured value
-  double violation = 0;         // sum of what is beyond limits, relative to them; 0 if none; then it may be chosen
-  std::size_t worst_limit = 0;  // contributes most to it; limits.size(): feasibility; + 1: the objective is no number
+  double violation = 0;         // sum of the relative violations of limits; 0: acceptable
+  std::size_t worst_limit = 0;  // largest contribution; limits.size(): feasibility; + 1: the objective does not exist
   bool acceptable() const { return reached && violation == 0; }
 };
 Score score_of(const Optimization& optimization, const CaseRow& row);
@@ -101,11 +102,11 @@ Score score_of(const Optimization& optimization, const CaseRow& row);
 /// (Deb's rules, 2000).
 bool comes_before(const Optimization& optimization, const Score& a, const Score& b);
 
-// How an optimization moves what has no single value in a scenario: the contact point on a patch, the posture of the
-// arms. Each is a function on a CaptureProblem.
+// Variables without a single value in a scenario: the contact point on a patch, the posture of the arms. Each is a
+// function on a CaptureProblem.
 
-/// Where a grasp point may be: in a plane through it. On a sphere among the target's shapes, if it lies on it, it is
-/// projected onto that sphere, and its directions and frame turn along.
+/// Admissible positions of a grasp point in a plane through it. If it lies on a sphere of the target's shapes, it is
+/// projected onto that sphere, and its directions and frame rotate accordingly.
 struct ContactPatch {
   std::string target;
   std::string point;
@@ -115,15 +116,15 @@ struct ContactPatch {
   bool is_disc = false;             // of radius half_width_u = half_width_v
 };
 
-/// Displacements along u and v for a place in the box of the half widths. Of a disc the square around it is mapped onto
-/// it smoothly, its sides onto the circle: a sqrt(1 - b^2/2), b sqrt(1 - a^2/2) with a, b in -1 ... 1.
+/// Displacements along u and v for a position in the box of the half widths. For a disc the enclosing square is mapped
+/// smoothly onto it, its sides onto the circle: a sqrt(1 - b^2/2), b sqrt(1 - a^2/2) with a, b in -1 ... 1.
 std::pair<double, double> on_patch(const ContactPatch& patch, double along_u, double along_v);
 
-/// Moves the grasp point to a place in the box of the half widths [m].
+/// Moves the grasp point to a position in the box of the half widths [m].
 void move_on_patch(const ContactPatch& patch, double along_u, double along_v, CaptureProblem& problem);
 
-/// A configuration, and the directions in which all joints together can leave it while every end-effector keeps its
-/// place and what its grasp's orientation asks for, the base floating: an orthonormal basis.
+/// A configuration, and an orthonormal basis of the joint directions that keep the position of every end-effector and
+/// its required grasp orientation, with a floating base.
 struct PostureSpace {
   std::vector<double> configuration;            // per joint [rad or m]
   std::vector<std::vector<double>> directions;  // per joint; none if the robot is not redundant
@@ -134,7 +135,7 @@ struct PostureSpace {
 /// std::invalid_argument without approach.plan.
 PostureSpace posture_space(const CaptureProblem& problem);
 
-/// The planner is to find the solution nearest to the configuration moved by `coordinates`, one per direction.
+/// Makes the planner find the solution nearest to the configuration moved by `coordinates`, one per direction.
 void set_posture(const PostureSpace& space, const std::vector<double>& coordinates, CaptureProblem& problem);
 
 }  // namespace grapnel

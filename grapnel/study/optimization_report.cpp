@@ -16,7 +16,7 @@ namespace {
 
 enum class ResultFormat { first };
 
-// Smaller numbers are not shown on the terminal: of a mechanism in a plane, say, what is across it.
+// Smaller numbers are not shown on the terminal, such as components normal to the plane of a planar mechanism.
 constexpr double kRounding = 1e-12;
 
 std::string with_unit(const std::string& name, const std::string& unit) {
@@ -34,7 +34,7 @@ std::string objective_unit(const Optimization& optimization) {
   return unit;
 }
 
-// Columns that the table on the terminal shows.
+// Columns of the table on the terminal.
 bool is_looked_for(const std::string& name) {
   for (const char* pattern :
        {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
@@ -48,14 +48,14 @@ bool is_looked_for(const std::string& name) {
 
 std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
 
-// Of numbers that are positive by nature; relative to what may be of either sign, or zero, a change says little.
+// Relative changes only for positive quantities; for quantities of either sign they are not meaningful.
 void comparison_row(const std::string& name, double before, double after, TextTable& table, bool positive = true) {
   if (std::isnan(before) && std::isnan(after)) return;
   const bool relates = positive && before > 0 && after > 0;
   table.row({name, shown(before), shown(after), relates ? fmt::format("{:+.1f} %", 100 * (after / before - 1)) : ""});
 }
 
-// Rounding, or nothing.
+// Rounding error, or zero.
 bool says_nothing(double value) { return !(std::abs(value) > kRounding); }
 
 Measured least_margin(const Optimization& optimization) {
@@ -76,7 +76,7 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
     comparison_row(optimization.limits[i].text(), was, after.score.limits[i], table);
   }
   const Measured margins = least_margin(optimization);
-  comparison_row("least margin to a rating [1]", value_of(margins, before.row.values),
+  comparison_row("minimum margin to a rating [1]", value_of(margins, before.row.values),
                  value_of(margins, after.row.values), table);
   for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
     const Column& column = optimization.columns[c];
@@ -88,7 +88,7 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
   return table.text();
 }
 
-// Three answers: a point whose clearance and limits nobody looked at is not known to be feasible.
+// Three verdicts: a point without evaluated clearance and limits is not known to be feasible.
 Verdict feasibility_of(const Optimization& optimization, const Evaluation& point) {
   for (std::size_t c = 0; c < optimization.columns.size() && c < point.row.values.size(); ++c) {
     if (optimization.columns[c].name != "ledger/feasible" || std::isnan(point.row.values[c])) continue;
@@ -155,33 +155,33 @@ template <>
 struct Described<OptimizationReport::Settings> {
   using T = OptimizationReport::Settings;
   static constexpr Field fields[] = {
-      field<&T::name>("name", "of the optimization"),
-      field<&T::sha256>("sha256", "of the file's bytes and of the scenario with what it includes"),
+      field<&T::name>("name", "name of the optimization"),
+      field<&T::sha256>("sha256", "SHA-256 of the file's bytes and of the scenario with its included files"),
       field<&T::simulate>("simulate", "as in the file"),
   };
-  static constexpr Type type = structure<T>("OptimizationSettings", "what the optimization is.", fields);
+  static constexpr Type type = structure<T>("OptimizationSettings", "settings of the optimization.", fields);
 };
 
 template <>
 struct Described<OptimizationReport::Feasible> {
   using T = OptimizationReport::Feasible;
   static constexpr Field fields[] = {
-      field<&T::before>("before", "of the scenario as it is"),
-      field<&T::after>("after", "of the best; absent without one"),
+      field<&T::before>("before", "verdict of the unchanged scenario"),
+      field<&T::after>("after", "verdict of the best point; absent without one"),
   };
   static constexpr Type type = structure<T>(
-      "FeasibilityChange", "whether joints stay within their limits and bodies clear of each other.", fields);
+      "FeasibilityChange", "whether joints stay within their limits and bodies keep their clearance.", fields);
 };
 
 template <>
 struct Described<OptimizationReport::Variable> {
   using T = OptimizationReport::Variable;
   static constexpr Field fields[] = {
-      field<&T::name>("name", "of the variable"),
-      field<&T::unit>("unit", "of its numbers; empty: unknown"),
-      field<&T::from>("from", "as the variable", "least value"),
-      field<&T::to>("to", "as the variable", "largest value"),
-      field<&T::best>("best", "as the variable", "of the best point; absent without one"),
+      field<&T::name>("name", "name of the variable"),
+      field<&T::unit>("unit", "unit of its numbers; empty: unknown"),
+      field<&T::from>("from", "as the variable", "lower bound"),
+      field<&T::to>("to", "as the variable", "upper bound"),
+      field<&T::best>("best", "as the variable", "value at the best point; absent without one"),
   };
   static constexpr Type type = structure<T>("Variable", "a number that was varied.", fields);
 };
@@ -190,10 +190,11 @@ template <>
 struct Described<OptimizationReport::Change> {
   using T = OptimizationReport::Change;
   static constexpr Field fields[] = {
-      field<&T::name>("name", "of the objective, the limit or the column"),
-      field<&T::unit>("unit", "of its numbers; empty: they are added up from several"),
-      field<&T::before>("before", "as `unit`", "of the scenario as it is; null: it has no such number").or_null(),
-      field<&T::after>("after", "as `unit`", "of the best; null: it has no such number; absent without a best")
+      field<&T::name>("name", "name of the objective, the limit or the column"),
+      field<&T::unit>("unit", "unit of its numbers; empty: the sum of several units"),
+      field<&T::before>("before", "as `unit`", "value of the unchanged scenario; null: it does not exist").or_null(),
+      field<&T::after>("after", "as `unit`",
+                       "value at the best point; null: it does not exist; absent without a best point")
           .or_null()
           .when<[](const T& c) { return c.has_after; }>(),
   };
@@ -204,29 +205,31 @@ template <>
 const Type& type_of<OptimizationReport>() {
   using T = OptimizationReport;
   static constexpr Field fields[] = {
-      derived<[](const T&) { return ResultFormat::first; }>("schema", "", "the format of this file"),
-      field<&T::version>("version", "of Grapnel"),
-      field<&T::settings>("optimization", "what it is"),
-      field<&T::evaluations>("evaluations", "1", "points that were tried"),
-      derived<[](const T& o) { return o.status[0]; }>("ok", "1", "points that came to their end"),
-      derived<[](const T& o) { return o.status[1]; }>("failed", "1", "points in which something went wrong"),
+      derived<[](const T&) { return ResultFormat::first; }>("schema", "", "format of this file"),
+      field<&T::version>("version", "version of Grapnel"),
+      field<&T::settings>("optimization", "settings of the optimization"),
+      field<&T::evaluations>("evaluations", "1", "number of evaluated points"),
+      derived<[](const T& o) { return o.status[0]; }>("ok", "1", "points that completed"),
+      derived<[](const T& o) { return o.status[1]; }>("failed", "1", "points that failed"),
       derived<[](const T& o) { return o.status[2]; }>("unreachable", "1",
                                                       "points for which no configuration was found"),
-      field<&T::beyond_limits>("beyond_limits", "1", "points that are ok, and keep not all limits"),
-      field<&T::best>("best", "1", "the best point, as `point` in evaluations.csv; null: none keeps all limits")
+      field<&T::beyond_limits>("beyond_limits", "1", "points that are ok but violate limits"),
+      field<&T::best>("best", "1", "the best point, as `point` in evaluations.csv; null: no point meets all limits")
           .or_null(),
-      field<&T::why>("why", "why no point keeps all limits; absent with a best"),
-      field<&T::before_acceptable>("before_acceptable", "whether the scenario as it is keeps all limits"),
-      field<&T::before_reason>("before_reason", "why it came to no result; absent if it did"),
-      field<&T::feasibility>("feasibility", "before and after"),
-      field<&T::variables>("variables", "in the order of the file"),
-      field<&T::objective>("objective", "what was minimized or maximized"),
-      field<&T::limits>("limits", "in the order of the file"),
-      field<&T::columns>("columns", "everything that was kept"),
-      field<&T::text>("text", "the optimization file"),
+      field<&T::why>("why", "reason for which no point meets all limits; absent with a best point"),
+      field<&T::before_acceptable>("before_acceptable", "whether the unchanged scenario meets all limits"),
+      field<&T::before_reason>("before_reason",
+                               "reason for which the unchanged scenario has no result; absent if it has one"),
+      field<&T::feasibility>("feasibility", "feasibility before and after"),
+      field<&T::variables>("variables", "variables in the order of the file"),
+      field<&T::objective>("objective", "minimized or maximized columns"),
+      field<&T::limits>("limits", "limits in the order of the file"),
+      field<&T::columns>("columns", "all stored columns"),
+      field<&T::text>("text", "text of the optimization file"),
   };
   static constexpr Type type =
-      structure<T>("OptimizationReport", "before, the scenario as it is, and after, the best that was found.", fields);
+      structure<T>("OptimizationReport",
+                   "results of an optimization: before, the unchanged scenario, and after, the best point.", fields);
   return type;
 }
 
@@ -276,13 +279,12 @@ std::string comparison_text(const Optimization& optimization, const Optimization
   for (const CaseStatus status : {CaseStatus::failed, CaseStatus::unreachable}) {
     if (outcome.count(status) > 0) text += fmt::format(", {} {}", outcome.count(status), name_of(status));
   }
-  if (outcome.beyond_limits() > 0)
-    text += fmt::format("; {} of the ok ones are beyond limits", outcome.beyond_limits());
+  if (outcome.beyond_limits() > 0) text += fmt::format("; {} of the ok points violate limits", outcome.beyond_limits());
   text += "\n";
   if (!outcome.before.score.reached)
     text += paragraph("before: " + outcome.before.row.reason, "");
   else if (!outcome.before.score.acceptable())
-    text += "before: beyond limits\n";
+    text += "before: violates limits\n";
   if (!after || !outcome.best) return text;
   const Evaluation& best = outcome.evaluations[*outcome.best];
   text += fmt::format("\nbest: point {} ({})\n", best.row.index, search_name(best.search));
@@ -297,23 +299,23 @@ std::string comparison_text(const Optimization& optimization, const Optimization
   text += fmt::format("\nfeasible: before {}, after {}\n", name_of(feasibility_of(optimization, outcome.before)),
                       name_of(feasibility_of(optimization, *after)));
   if (outcome.before.score.acceptable() && comes_before(optimization, outcome.before.score, after->score))
-    text += "\nthe scenario as it is is better than any point found\n";
+    text += "\nthe unchanged scenario is better than any evaluated point\n";
   return text;
 }
 
 std::string why_nothing_is_best(const Optimization& optimization, const OptimizationOutcome& outcome) {
   if (!outcome.nearest) {
     const std::string reason = most_frequent_reason(outcome);
-    return "no point came to a result" + (reason.empty() ? "" : ", most often because of this: " + reason);
+    return "no point has a result" + (reason.empty() ? "" : ", most frequent reason: " + reason);
   }
   const Evaluation& nearest = outcome.evaluations[*outcome.nearest];
   const std::size_t worst = nearest.score.worst_limit, count = optimization.limits.size();
-  std::string which = worst < count    ? fmt::format("the limit '{}' is passed, with {:.6g}",
+  std::string which = worst < count    ? fmt::format("the limit '{}' is violated, with {:.6g}",
                                                      optimization.limits[worst].text(), nearest.score.limits[worst])
-                      : worst == count ? fmt::format("joints or clearances are beyond their limits, by {:.6g} in all",
+                      : worst == count ? fmt::format("joint limits or clearances are violated, by {:.6g} in total",
                                                      nearest.row.values.back())
                                        : "the objective has no value";
-  return fmt::format("no point holds all limits; the nearest is point {}, where {}", nearest.row.index, which);
+  return fmt::format("no point meets all limits; the nearest is point {}, where {}", nearest.row.index, which);
 }
 
 }  // namespace grapnel

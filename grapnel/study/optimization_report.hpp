@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an optimization has found, as text and files; docs/formats/optimization.md is their contract.
+/// Results of an optimization as text and files; docs/formats/optimization.md is their contract.
 
 #include <array>
 #include <optional>
@@ -15,7 +15,7 @@ namespace grapnel {
 /// evaluations.csv: one line per point.
 std::string evaluations_csv(const Optimization& optimization, const OptimizationOutcome& outcome);
 
-/// comparison.json: settings, counts, and before and after of everything that was kept.
+/// comparison.json: settings, counts, and all stored numbers before and after.
 struct OptimizationReport {
   struct Settings {
     std::string name, sha256;
@@ -41,7 +41,7 @@ struct OptimizationReport {
   std::array<std::size_t, 3> status{};  // per CaseStatus
   std::size_t beyond_limits = 0;
   std::optional<std::size_t> best;
-  std::optional<std::string> why;  // there is none
+  std::optional<std::string> why;  // reason without a best point
   bool before_acceptable = false;
   std::optional<std::string> before_reason;
   Feasible feasibility;
@@ -53,19 +53,19 @@ struct OptimizationReport {
 template <>
 const Type& type_of<OptimizationReport>();
 
-/// Its text. `after`: of the best, or null if there is none.
+/// Its text. `after`: the row of the best point, or null if there is none.
 std::string comparison_json(const Optimization& optimization, const OptimizationOutcome& outcome,
                             const Evaluation* after, const std::string& version);
 
-/// Counts, the best values of the variables, and before and after of what people look for first.
+/// Counts, the best values of the variables, and the main numbers before and after.
 std::string comparison_text(const Optimization& optimization, const OptimizationOutcome& outcome,
                             const Evaluation* after);
 
-/// Why nothing was chosen: which limit is passed least, and by how much; or that no point could be reached, and the
-/// most frequent reason.
+/// Why no point was selected: the limit with the smallest violation and its size; or the most frequent reason if no
+/// point has a result.
 std::string why_nothing_is_best(const Optimization& optimization, const OptimizationOutcome& outcome);
 
-/// The objective as a person reads it: "minimize grasps/tip-1/impulse_magnitude".
+/// The objective as text: "minimize grasps/tip-1/impulse_magnitude".
 std::string objective_text(const Optimization& optimization);
 
 }  // namespace grapnel

@@ -11,14 +11,14 @@
 namespace grapnel {
 namespace {
 
-// Local searches end when their steps are smaller than this part of the variables' ranges.
+// Local searches end when their steps are smaller than this fraction of the variables' ranges.
 constexpr double kFinest = 1e-7;
-// First step along limits, in parts of the ranges.
+// First step along limits, as a fraction of the ranges.
 constexpr double kAlongLimits = 0.05;
-// What the local search sees of points that are not acceptable, larger than any objective.
+// Value of unacceptable points for the local search, larger than any objective.
 constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
 
-// Ends a simulation under way by EvaluationStopped.
+// Ends a running simulation by EvaluationStopped.
 CaptureProgress stops_at(const std::stop_token& stop) {
   return [stop](const std::string&, double, double) {
     if (stop.stop_requested()) throw EvaluationStopped{};
@@ -91,7 +91,7 @@ double merit(const Optimization& optimization, const Score& score) {
   return optimization.maximize ? -score.objective : score.objective;
 }
 
-// One local search, in variables scaled to their ranges. `done` is told of every point, and whether to go on.
+// One local search, in variables scaled to their ranges. `done` receives every point and returns whether to continue.
 class LocalSearch {
  public:
   LocalSearch(const Optimization& optimization, std::size_t number, const std::function<bool(const Evaluation&)>& done,
@@ -144,13 +144,13 @@ class LocalSearch {
     double best = 0;
     try {
       search.optimize(x, best);
-    } catch (const nlopt::forced_stop&) {  // all evaluations used, or asked to stop
+    } catch (const nlopt::forced_stop&) {  // all evaluations used, or stop requested
     } catch (const nlopt::roundoff_limited&) {
-    } catch (const std::runtime_error&) {  // the models of COBYLA may degenerate where points cannot be reached
+    } catch (const std::runtime_error&) {  // the models of COBYLA may degenerate near unreachable points
     }
   }
 
-  // The point at x, simulated once when asked for twice in a row.
+  // The point at x; a repeated request is simulated once.
   const Evaluation& at(const std::vector<double>& x) {
     if (x == last_ && !path.empty()) return path.back();
     if (path.size() == most_ || stopped_) throw nlopt::forced_stop();
@@ -191,8 +191,8 @@ class LocalSearch {
   double fallback_ = 0, scale_ = 1;
 };
 
-// With limits, one half of the evaluations follows them: steps that only compare points get stuck at a limit that is
-// oblique to the variables.
+// With limits, half of the evaluations follow them: steps that only compare points stall at a limit that is oblique to
+// the variables.
 std::vector<Evaluation> search_from(const Optimization& optimization, const Evaluation& start, std::size_t number,
                                     std::size_t evaluations, double step,
                                     const std::function<bool(const Evaluation&)>& done, const std::stop_token& stop) {
@@ -208,7 +208,7 @@ std::vector<Evaluation> search_from(const Optimization& optimization, const Eval
   return std::move(search.path);
 }
 
-// The best reached ones, the first of equals first.
+// The best reached points, the first of equals first.
 std::vector<Evaluation> best_of(const Optimization& optimization, const std::vector<Evaluation>& all) {
   std::vector<Evaluation> sorted;
   std::copy_if(all.begin(), all.end(), std::back_inserter(sorted), [](const Evaluation& e) { return e.score.reached; });
@@ -276,7 +276,7 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   const std::vector<Evaluation> starts = best_of(optimization, sampled);
   std::vector<std::vector<Evaluation>> paths(starts.size());
   const std::size_t left = setup.evaluations - samples;
-  // The first ones get what does not divide.
+  // The first searches get the remainder of the division.
   const auto share = [&](std::size_t i) { return left / starts.size() + (i < left % starts.size() ? 1 : 0); };
   // The distance of neighbours in the sample.
   const double step =

@@ -21,25 +21,25 @@ struct Evaluation {
 };
 
 struct OptimizationOutcome {
-  Evaluation before;                    // the scenario as it is; without values
+  Evaluation before;                    // the unchanged scenario; without values
   std::vector<Evaluation> evaluations;  // the sample, then the local searches one after the other
   std::optional<std::size_t> best;      // of the acceptable ones
-  std::optional<std::size_t> nearest;   // to being acceptable, if there is no best
+  std::optional<std::size_t> nearest;   // nearest to acceptable, if there is no best
   std::size_t count(CaseStatus status) const;
-  std::size_t beyond_limits() const;  // reached, and not acceptable
+  std::size_t beyond_limits() const;  // reached but not acceptable
 };
 
-/// Runs the case of an optimization that stands on its own: the scenario before, or a file written by scenario_text.
+/// Runs a single case of an optimization: the unchanged scenario, or a file written by scenario_text.
 Evaluation evaluate(const Optimization& optimization, const StudyCase& point, const std::stop_token& stop = {});
 
-/// Thrown by evaluate() when a stop is requested; no std::exception, so that no case takes it for its own failure.
+/// Thrown by evaluate() when a stop is requested; not a std::exception, so that cases do not report it as a failure.
 struct EvaluationStopped {};
 
 /// Searches. The sample is an additive recurrence with the generalized golden ratio (Roberts 2018), its first point the
 /// variables' `start`; local searches are Rowan's subplex method (NLopt's SBPLX), which only compares points, so that
-/// limits and points that cannot be reached need no smoothness. Half of the evaluations are for each. The outcome is
-/// the same, bit for bit, for any number of threads. Where `options.stop` is requested, the outcome has the evaluations
-/// that were complete by then; `before` may be without a row.
+/// limits and unreachable points need no smoothness. Each gets half of the evaluations. The outcome is identical, bit
+/// for bit, for any number of threads. After a request of `options.stop` the outcome has the evaluations completed
+/// until then; `before` may be without a row.
 OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options);
 
 }  // namespace grapnel

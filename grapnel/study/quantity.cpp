@@ -19,11 +19,11 @@ namespace {
 // In the order of application.
 constexpr std::array<QuantityInfo, 5> kQuantities{{
     {QuantityKind::mass_ratio, "1", false, false,
-     "mass of the target over that of the servicer; its inertia is scaled alike"},
+     "mass of the target over that of the servicer; its inertia is scaled by the same factor"},
     {QuantityKind::target_spin, "rad/s", true, false, "angular velocity of the target about its axis"},
     {QuantityKind::relative_speed, "m/s", false, true,
      "relative speed of the contact point, end-effector minus target"},
-    {QuantityKind::relative_direction, "rad", true, true, "angle by which the relative velocity is turned"},
+    {QuantityKind::relative_direction, "rad", true, true, "rotation angle of the relative velocity"},
     {QuantityKind::approach_angle, "rad", true, true,
      "angle of the end-effector's approach axis from the inward normal"},
 }};
@@ -63,8 +63,7 @@ void set_spin(const QuantityValue& set, TargetSetup& target) {
   const Vector3d present = target.V_WT.angular;
   const double rate = norm(present);
   if (!set.quantity.axis && !(rate > 0))
-    refuse(set.quantity,
-           fmt::format("target '{}' does not spin, so that it has no spin axis; give 'axis'", target.name));
+    refuse(set.quantity, fmt::format("target '{}' does not spin and has no spin axis; give 'axis'", target.name));
   const Vector3d axis = set.quantity.axis ? *set.quantity.axis : (1 / rate) * present;
   const Vector3d p_TC_W = target.X_WT.R * target.com;
   const Vector3d v_C = shift(target.V_WT, p_TC_W).linear;
@@ -77,14 +76,14 @@ void set_spin(const QuantityValue& set, TargetSetup& target) {
 Rotationd attitude_at_capture(const Quantity& quantity, const CaptureProblem& problem, const TargetSetup& target) {
   if (target.given_at == TargetSetup::Instant::capture || !problem.approach) return target.X_WT.R;
   if (problem.approach->window) {
-    refuse(quantity, fmt::format("approach.window leaves open when target '{}' is captured, and so how it is turned "
-                                 "then; state approach.duration, or the target at: capture",
+    refuse(quantity, fmt::format("approach.window does not fix the capture time of target '{}', and so its attitude; "
+                                 "state approach.duration, or the target state at: capture",
                                  target.name));
   }
   return propagate_target(problem, target, {target.X_WT, target.V_WT}, 0, problem.approach->duration).X_WT.R;
 }
 
-// Final rates must follow from the grasp points' motion, or a relative velocity asked for is not heard.
+// Final rates must follow from the grasp points' motion; otherwise a requested relative velocity has no effect.
 void expect_rates_follow(const CaptureProblem& problem, const GraspSetup& grasp, const Quantity& quantity) {
   const ApproachSetup& approach = *problem.approach;
   if (approach.straight_in)
@@ -166,7 +165,7 @@ void set_approach_angle(const QuantityValue& set, CaptureProblem& problem, std::
     refuse(set.quantity,
            fmt::format("grasp point '{}' is the centre of mass and has no approach_direction", g.grasp_point));
   GraspPoint turned = grasp_point_of(problem, g);
-  if (g.contact) turned.normal = contact_normal(target_of(problem, g), turned);  // the surface stays
+  if (g.contact) turned.normal = contact_normal(target_of(problem, g), turned);  // the surface is unchanged
   turned.approach_direction = rotation_about(set.quantity.axis.value_or(Vector3d::unit(2)), set.value) * normal;
   turned.name = fmt::format("{} (as '{}' approaches)", turned.name, g.end_effector);
   g.grasp_point = turned.name;
@@ -186,7 +185,7 @@ void apply(const QuantityValue& set, CaptureProblem& problem) {
       else
         set_spin(set, target);
     }
-    if (!any) refuse(set.quantity, fmt::format("there is no target '{}'", set.quantity.of));
+    if (!any) refuse(set.quantity, fmt::format("unknown target '{}'", set.quantity.of));
     return;
   }
   for (std::size_t g = 0; g < problem.grasps.size(); ++g) {
@@ -202,7 +201,7 @@ void apply(const QuantityValue& set, CaptureProblem& problem) {
     else
       turn_relative_velocity(set, problem, g);
   }
-  if (!any) refuse(set.quantity, fmt::format("there is no grasp by '{}'", set.quantity.of));
+  if (!any) refuse(set.quantity, fmt::format("no grasp of end-effector '{}'", set.quantity.of));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace {
 // Values one by one, or those of a range, as nodes.
 std::vector<Node> value_nodes(const AxisFile& file, const Node& node, const std::string& place, FaultList& faults) {
   if (const Node* values = node.find("values")) return values->items;
-  // What the check of the structure refuses must only be safe to count.
+  // Values rejected by the structure check must only be safe to count.
   const double from = file.from.value_or(0), to = file.to.value_or(1);
   const bool logarithmic = file.spacing == AxisFile::Spacing::logarithmic;
   if (logarithmic && !(from * to > 0)) {
@@ -44,7 +44,7 @@ void read_path_axis(const AxisFile& file, const Node& node, ReadAxis& axis, cons
   for (const Node& value : values) {
     const std::string text = flow_text(value);
     axis.shown.values.push_back({number_of(value).value_or(NAN), text});
-    // What is wrong with the path is said at the path, what is wrong with the value at the value.
+    // Errors of the path are reported at the path, errors of the value at the value.
     axis.values.push_back({value.mark, {{file.path, part(node, "path").mark, value, text}}, {}, {}, 0});
   }
 }

@@ -16,14 +16,14 @@
 
 namespace grapnel {
 
-/// Of a long list of values so many are tried beforehand; the others when their points are run.
+/// Number of values of a long list that are checked before the run; the others are checked when their points are run.
 inline constexpr std::size_t kMostChecked = 1000;
 
-/// One value of an axis, as the scenario is to be changed for it.
+/// One value of an axis, with its changes of the scenario.
 struct ReadAxisValue {
   Mark mark;
-  std::vector<Change> changes;  // of an axis by path, or of a labelled value
-  std::string scenario;         // path as the study says it; empty: the study's
+  std::vector<Change> changes;  // for an axis by path, or a labelled value
+  std::string scenario;         // path in the study file; empty: the scenario of the study
   Mark scenario_mark;
   double quantity = 0;  // SI; of an axis by quantity
 };
@@ -38,8 +38,8 @@ struct ReadAxis {
   std::vector<ReadAxisValue> values;  // one per value shown
 };
 
-/// A quantity as a file says it at a node: what it is, its name and unit in tables, and where the name of the grasp or
-/// the target stands.
+/// A quantity at a node of a file: its kind, its name and unit in tables, and the location of the name of the grasp or
+/// target.
 struct ReadQuantity {
   Quantity quantity;
   std::string name, unit;
@@ -48,12 +48,12 @@ struct ReadQuantity {
 };
 ReadQuantity read_quantity(const QuantityFile& file, const Node& node, const std::string& place, FaultList& faults);
 
-/// The axes of the list at `key` of a file. One that varies what another does is a fault.
+/// The axes of the list at `key` of a file. Two axes that vary the same value are an error.
 std::vector<ReadAxis> read_axes(const std::vector<AxisFile>& files, const Node& list, const std::string& key,
                                 FaultList& faults);
 
-/// What the values at a position of the axes change in the scenario, after `set`; and the quantities they apply to what
-/// is then read.
+/// Changes of the scenario for the values at a position of the axes, after `set`; and the quantities to apply to the
+/// problem that is then read.
 std::vector<Change> changes_at(const std::vector<Change>& set, const std::vector<ReadAxis>& axes,
                                std::span<const std::size_t> at);
 std::vector<QuantityValue> quantities_at(const std::vector<ReadAxis>& axes, std::span<const std::size_t> at);

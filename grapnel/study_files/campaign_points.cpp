@@ -22,7 +22,7 @@ constexpr std::size_t kKept = 64;
 
 bool is_of_robot(const std::string& path) { return path.starts_with("robot.") || path.starts_with("robot["); }
 
-// A scenario that has the robot which changes choose for it.
+// A scenario with the robot selected by changes.
 Node with_its_robot(Node scenario, const std::vector<Change>& changes) {
   FaultList reported_before;
   for (const Change& change : changes) {
@@ -31,7 +31,7 @@ Node with_its_robot(Node scenario, const std::vector<Change>& changes) {
   return scenario;
 }
 
-// Which uncertain values say how a robot is imported, and which are of the robot that is then there.
+// Separates uncertain values of import options from those of the imported robot.
 struct DrawnOfRobot {
   bool choices = false, values = false;
 };
@@ -47,7 +47,7 @@ DrawnOfRobot drawn_of_robot(const std::vector<UncertainPaths>& uncertain, const 
   return drawn;
 }
 
-// Changes of the robot that is there once the choices of its import are known.
+// Changes of the imported robot.
 std::vector<Change> taken_from(std::vector<Change>& changes, const Node& scenario) {
   const auto later = std::stable_partition(changes.begin(), changes.end(), [&](const Change& change) {
     return !is_of_robot(change.path) || is_import_choice(scenario, change.path);
@@ -57,7 +57,7 @@ std::vector<Change> taken_from(std::vector<Change>& changes, const Node& scenari
   return taken;
 }
 
-// Adds the robot to what choices of its import stand beside, so that paths lead to both.
+// Adds the imported robot to its import options, so that paths lead to both.
 void add_robot(const Node& of, Node& scenario) {
   Node* robot = scenario.find("robot");
   Node both = part(of, "robot");
@@ -65,7 +65,7 @@ void add_robot(const Node& of, Node& scenario) {
   *robot = std::move(both);
 }
 
-// Without those of the robot, if that is made anew for every case.
+// Without changes of the robot, if it is imported again for every case.
 std::vector<UncertainPaths> those_of_file(std::vector<UncertainPaths> uncertain, const Node& scenario) {
   for (UncertainPaths& where : uncertain) {
     for (std::size_t p = where.paths.size(); p-- > 0;) {
@@ -77,14 +77,14 @@ std::vector<UncertainPaths> those_of_file(std::vector<UncertainPaths> uncertain,
   return uncertain;
 }
 
-// Setters of all paths; none if one lacks.
+// Setters of all paths; empty if one is missing.
 std::vector<ProblemSetter> setters_of(const std::vector<ReadUncertain>& uncertain, const DesignPoint& design) {
   std::vector<ProblemSetter> setters;
   FaultList found_before;
   for (std::size_t i = 0; i < uncertain.size(); ++i) {
     const ReadUncertain& one = uncertain[i];
     if (design.forms[i].is_absent || (!one.choices.empty() && !one.choices_are_numbers)) return {};
-    // A choice is one number; where a list stands it stands for all of the list, which only reading knows.
+    // A choice is one number; in place of a list it represents the whole list, which only the reader can set.
     const auto is_number = [](const Node& form) { return form.is_scalar(); };
     const std::vector<Node>& forms = design.forms[i].forms;
     if (!one.choices.empty() && !std::all_of(forms.begin(), forms.end(), is_number)) return {};
@@ -116,12 +116,13 @@ std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t nu
     const auto it = kept_.find(number);
     if (it != kept_.end()) return it->second.get();
   }
-  // Two threads may make the same one; it is the same.
+  // Two threads may compute the same point, with equal results.
   KeptPoint made;
   try {
     made.point = make(number);
   } catch (const std::exception&) {
-    made.trouble = std::current_exception();  // a search that found no plan: as long as one that finds it, or longer
+    made.trouble = std::current_exception();  // a failed search for a plan is cached too: it takes as long as a
+                                              // successful one, or longer
   }
   const std::lock_guard lock(mutex_);
   const auto [it, fresh] = kept_.emplace(number, std::move(made));
@@ -151,18 +152,18 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
 
   auto made = std::make_shared<DesignPoint>();
   made->number = number;
-  // Beside the scenario, so that the files it names are found.
+  // In the folder of the scenario, so that its relative paths remain valid.
   made->file = scenario;
   made->file += fmt::format(" (point {} of the design{})", number, plan_once ? ", planned" : "");
 
-  // A robot whose import is uncertain is made anew for every case, and what is set in it then set again.
+  // A robot with uncertain import options is imported again for every case, and its changes are applied again.
   Node tree = with_its_robot(files.find(scenario)->tree, changed);
   const DrawnOfRobot drawn = drawn_of_robot(paths, tree);
   std::vector<Change> first = changed;
   if (drawn.choices) made->of_robot = taken_from(first, tree);
   tree = changed_tree(scenario, first, files);
   if (drawn.values && !drawn.choices) include_robot(tree, scenario, files);
-  take_units(tree);  // so that what stands at uncertain places are numbers
+  take_units(tree);  // so that values at uncertain places are numbers
   write_back(before, nominal.problem, tree);
   FaultList faults;
   prepare_orientations(paths, tree, faults);
@@ -187,13 +188,14 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   return made;
 }
 
-// Values of the design may put something else in an uncertain value's place.
+// Values of the design may replace an uncertain value by another kind of value.
 void CampaignPoints::expect_counts(const DesignPoint& design) const {
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const std::size_t here = design.forms[i].nominal.size();
     if (here == counts[i]) continue;
-    throw std::runtime_error(fmt::format("{}: at this point of the design stand {} numbers at {}, at its first {}",
-                                         paths[i].place, here, paths[i].paths[0], counts[i]));
+    throw std::runtime_error(
+        fmt::format("{}: at this point of the design there are {} numbers at {}, at its first point {}", paths[i].place,
+                    here, paths[i].paths[0], counts[i]));
   }
 }
 
@@ -246,7 +248,7 @@ CaptureProblem CampaignPoints::problem(const DesignPoint& design, const Draw& dr
 
 std::vector<double> CampaignPoints::point_of(std::uint64_t k) const {
   std::vector<double> point(samples->dimensions());
-  // All points of the design see the same sample, so that they differ by the design alone.
+  // All points of the design use the same sample, so that they differ only by the design.
   samples->at(axes.empty() ? k : k % cases, point);
   return point;
 }

@@ -16,12 +16,12 @@
 
 namespace grapnel {
 
-/// The scenario at a point of the design: with the campaign's `set`, the design's values and, if it is planned
-/// beforehand, the plan, but its uncertain values as they stand.
+/// The scenario at a point of the design: with the campaign's `set`, the design's values and, with plan: nominal, the
+/// plan, but with nominal uncertain values.
 struct DesignPoint {
-  std::filesystem::path file;    // under which ScenarioFiles has it; no file on disk
-  Node filled;                   // its tree, with the schema's defaults, and with the robot where a path leads into it
-  std::vector<Change> of_robot;  // to be made in every case, of a robot whose import is uncertain
+  std::filesystem::path file;    // its key in ScenarioFiles; not a file on disk
+  Node filled;                   // its tree, with the schema's defaults, and with the robot if a path leads into it
+  std::vector<Change> of_robot;  // applied in every case, for a robot with uncertain import options
   CaptureProblem problem;
   std::vector<UncertainForm> forms;    // per uncertain value
   std::vector<ProblemSetter> setters;  // per path of the uncertain values, in their order; empty: by reading
@@ -35,8 +35,9 @@ class CampaignPoints {
   std::vector<Change> set;
   std::vector<ReadAxis> axes;            // of the design
   std::vector<UncertainPaths> paths;     // of the uncertain values
-  std::vector<ReadUncertain> uncertain;  // likewise; empty until they are read
-  std::vector<std::size_t> counts;       // numbers at the places of each, at the design's first point; empty as above
+  std::vector<ReadUncertain> uncertain;  // the uncertain values; empty until they are read
+  std::vector<std::size_t>
+      counts;  // numbers at the places of each, at the design's first point; empty until they are read
   bool plan_once = true;
   std::uint64_t cases = 1;  // per point of the design
   std::optional<SamplePoints> samples;
@@ -45,15 +46,15 @@ class CampaignPoints {
   /// The scenario at a position of the design before quantities are applied; `warnings` as of load_scenario().
   /// @throws InputError
   CaptureProblem before_quantities(std::span<const std::size_t> at, std::vector<Fault>* warnings = nullptr);
-  /// A point of the design by its number. @throws std::exception if its scenario is faulty or cannot be planned.
+  /// A point of the design by its number. @throws std::exception if its scenario has errors or cannot be planned.
   std::shared_ptr<const DesignPoint> design_point(std::uint64_t number);
 
-  /// Numbers of the uncertain values at a point of the unit cube: what goes into the scenario and what tables show.
+  /// Numbers of the uncertain values at a point of the unit cube: values for the scenario and for tables.
   struct Draw {
     std::vector<DrawnValue> values;
   };
   Draw draw(const DesignPoint& design, std::span<const double> point) const;
-  /// A problem by reading the scenario with these values, or by the setters where there are any and they can.
+  /// A problem with these values, by the setters if they support all of them, else by reading the scenario.
   CaptureProblem read(const DesignPoint& design, const Draw& draw);
   CaptureProblem problem(const DesignPoint& design, const Draw& draw);
 
@@ -62,9 +63,9 @@ class CampaignPoints {
   StudyCase study_case(std::uint64_t k);
   std::string scenario_text(std::uint64_t k, const std::filesystem::path& place, const std::string& comment);
 
-  /// Points of the design are made anew: after the members were changed.
+  /// Discards cached points of the design: call after changes of the members.
   void forget();
-  /// From now on all values are read, none is set.
+  /// Disables the setters: all values are read from now on.
   void read_instead() { setters_allowed_ = false, forget(); }
 
  private:
@@ -76,7 +77,7 @@ class CampaignPoints {
 
   bool setters_allowed_ = true;
   std::mutex mutex_;
-  // A point, or why there is none.
+  // A point, or the reason for its absence.
   struct KeptPoint {
     std::shared_ptr<const DesignPoint> point;
     std::exception_ptr trouble;

@@ -35,8 +35,8 @@ bool is_inside_robot(const Change& change) {
   return change.path.starts_with("robot.") || change.path.starts_with("robot[");
 }
 
-// A file that the scenario names, as another place has to name it; by its absolute path for an empty place, so that the
-// text does not depend on where it is written.
+// The path of a file named in the scenario, relative to another place; absolute for an empty place, so that the text
+// does not depend on its location.
 void move_path(const std::filesystem::path& scenario, const std::filesystem::path& place, Node* named) {
   if (!named || !is_text(*named) || named->text.empty()) return;
   const std::filesystem::path file = std::filesystem::absolute(path_beside(scenario, named->text)).lexically_normal();
@@ -45,7 +45,7 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
                     : std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
 }
 
-// The paths that the import of a scenario's robot names: files of models and buses, folders of packages.
+// The paths in the import of a scenario's robot: files of models and buses, folders of packages.
 std::vector<Node*> import_path_nodes(Node& scenario) {
   std::vector<Node*> paths;
   const auto add = [&](Node* mapping, const char* key) {
@@ -76,7 +76,7 @@ void include_robot(Node& root, const std::filesystem::path& scenario, const Scen
   Node* robot = root.find("robot");
   if (robot && needs_import(*robot)) {
     auto imported = imported_robot(root, scenario, files);
-    if (!imported) {  // made again
+    if (!imported) {  // imported again
       ScenarioFiles fresh;
       FaultList unexpected;
       imported = import_robot(root, scenario, fresh, unexpected);
@@ -110,7 +110,7 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
     }
     return true;
   });
-  // What is written back stands in the target itself.
+  // Values are written back into the target.
   include_targets(root, targets, unexpected);
   if (Node* list = root.find("targets")) {
     for (Node& target : list->items) drop(target, "ready_made");
@@ -153,7 +153,7 @@ std::string changed_scenario_text(const std::filesystem::path& scenario, Node tr
   return yaml_text(tree, comment);
 }
 
-// ---- Differences, written back ----
+// ---- Writing back differences ----
 
 namespace {
 
@@ -167,10 +167,10 @@ bool same(const Node& a, const Node& b) {
          std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(), same_entries);
 }
 
-// Items that `before` lacks are compared with one that nobody has touched. An only item may stand there by itself.
+// Items absent in `before` are compared with a default-constructed item. A single item may appear without a list.
 void write_list(const Type& list, const void* before, const void* after, Node& node) {
   const Type& type = list.of();
-  if (node.is_mapping() && list.size(after) != 1) return;  // nobody adds or removes such items
+  if (node.is_mapping() && list.size(after) != 1) return;  // such items are never added or removed
   for (std::size_t i = 0; i < list.size(after); ++i) {
     const auto write = [&](const void* b) {
       const auto to = [&](const void* a) { write_differences(type, b, a, node.is_mapping() ? node : node.items[i]); };
@@ -233,7 +233,7 @@ void write_back(const CaptureProblem& before, const CaptureProblem& after, Node&
 
 namespace {
 
-// Where an entry was, so that faults in what it becomes point there.
+// The location of the replaced entry, for errors in its replacement.
 Mark mark_of(const Node& mapping, const std::string& key) {
   const NodeEntry* entry = mapping.entry(key);
   return entry ? entry->mark : mapping.mark;
@@ -262,7 +262,7 @@ Node marked(Node::Kind kind, const Mark& mark) {
   return node;
 }
 
-// Values of all joints; by their names if those of `before` are.
+// Values of all joints; by name if those of `before` are by name.
 Node joint_node(const Node* before, const std::vector<std::string>& joints, const std::vector<double>& values,
                 const Mark& mark) {
   const bool by_name = before && before->kind == Node::Kind::mapping && !before->find("match");
@@ -299,7 +299,7 @@ void freeze_motion(const ApproachPlan& plan, Node& node) {
   set(node, "pieces", std::move(list));
 }
 
-// Whether stated rates would be refused that the plan only warns of.
+// Whether the reader would reject rates for which the plan only gives a warning.
 bool is_too_fast(const CaptureProblem& problem, const ApproachPlan& plan) {
   std::vector<double> times{problem.approach->duration};
   for (const Waypoint& waypoint : problem.approach->waypoints) times.push_back(waypoint.time);
@@ -335,7 +335,7 @@ void freeze_plan(const CaptureProblem& stated, Node& scenario) {
     set(node, "duration", number_node(problem.approach->duration, mark));
   }
   const ApproachSetup& approach = *problem.approach;
-  // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
+  // In the same frame as in runs: searches end within a tolerance, and another frame gives other rounding errors.
   const CaptureProblem seen = seen_from(moving_frame(problem), problem);
   const ApproachPlan plan = plan_approach(seen, plan_targets(seen));
   if (!plan.failure.empty()) throw std::runtime_error(plan.failure);

@@ -17,21 +17,21 @@ struct Described<VariableFile::Posture> : Enumeration<VariableFile::Posture, "Po
 
 namespace {
 
-constexpr std::string_view kName = "Shown in results.";
-constexpr std::string_view kDescription = "For the reader of the file.";
+constexpr std::string_view kName = "Name in results.";
+constexpr std::string_view kDescription = "Free description.";
 constexpr std::string_view kScenario = "The scenario file, its path relative to this file.";
 constexpr std::string_view kSimulate =
     "impact: planning and the impact at the planned final configuration, no motion in time; run: the whole capture.";
 constexpr std::string_view kColumn =
-    "A column of the study table, or the beginning of several up to a '/'; '*' stands for any part.";
+    "A column of the study table, or the first parts of several up to a '/'; '*' matches any part.";
 constexpr std::string_view kCombine =
-    "Of several columns. Absent: norm of the components x, y, z of a vector, else the worst of them.";
+    "Combination of several columns. Absent: norm of the components x, y, z of a vector, else the worst of them.";
 
 constexpr Field changes_key(std::string_view text) {
   return key<std::string>("set", "", text).as("values by path").by_default("{}");
 }
 
-// What has no meaning in other kinds of axes and variables.
+// Keys without meaning in other kinds of axes and variables.
 constexpr std::string_view kOfQuantities = "it belongs to quantities", kOfPatches = "it belongs to patches";
 
 }  // namespace
@@ -40,7 +40,7 @@ template <>
 struct Described<LabelledFile> {
   using T = LabelledFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::label>("label", "What tables show.").required(),
+      field<&T::label>("label", "Label in tables.").required(),
       changes_key("Values of the scenario, by path."),
       field<&T::scenario>("scenario", "Another scenario file in place of the study's, relative to this file.")
           .optional(),
@@ -53,26 +53,25 @@ struct Described<AxisFile> {
   using T = AxisFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::path>("path", "A value of the scenario, as for --set: targets.target-1.mass.").optional(),
-      field<&QuantityFile::quantity>("quantity", "What has no single value in a scenario file."),
-      field<&T::name>("name", "Of an axis whose values are labelled sets of changes.").optional(),
+      field<&QuantityFile::quantity>("quantity", "Quantity without a single value in a scenario file."),
+      field<&T::name>("name", "Name of an axis whose values are labelled sets of changes.").optional(),
       field<&QuantityFile::grasp>(
-          "grasp",
-          "End-effector of the grasp that relative_speed, relative_direction or approach_angle is of; absent: all.")
+          "grasp", "End-effector of the grasp for relative_speed, relative_direction or approach_angle; absent: all.")
           .optional(),
-      field<&QuantityFile::target>("target", "The target that target_spin or mass_ratio is of; absent: all.")
-          .optional(),
+      field<&QuantityFile::target>("target", "Target for target_spin or mass_ratio; absent: all.").optional(),
       field<&QuantityFile::axis>(
           "axis",
-          "Unit. target_spin: the spin axis in W; absent: the present one. relative_direction, approach_angle: about "
-          "which they turn, in the target's frame at the capture; absent: its z."),
+          "Unit vector. target_spin: the spin axis in W; absent: the present one. relative_direction, approach_angle: "
+          "rotation axis in the target's frame at the capture; absent: its z axis."),
       field<&QuantityFile::direction>(
-          "direction", "Unit, in W: of the relative velocity (relative_speed); absent: into the target."),
-      field<&QuantityFile::unit>("unit", "Of the values of an angle (target_spin: per second); absent: rad.")
+          "direction",
+          "Unit vector in W: direction of the relative velocity (relative_speed); absent: into the target."),
+      field<&QuantityFile::unit>("unit", "Unit of the values of an angle (target_spin: per second); absent: rad.")
           .optional(),
       key<std::string>("values", "", "The values, one by one.").as("anything").items(1, 1000000).optional(),
       field<&T::from>("from", "First of equally spaced values.").in_any_unit(),
-      field<&T::to>("to", "Last of them.").in_any_unit(),
-      field<&T::count>("count", "How many, both ends included.").at_least(2).at_most(1000000).optional(),
+      field<&T::to>("to", "Last value.").in_any_unit(),
+      field<&T::count>("count", "Number of values, including both ends.").at_least(2).at_most(1000000).optional(),
       field<&T::spacing>("spacing", "Equal differences or equal ratios; absent: linear.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
@@ -86,12 +85,12 @@ struct Described<AxisFile> {
       when("path").forbid("axis, direction", kOfQuantities),
       when("path").forbid("unit", "scenarios are in SI units and radians"),
       when("quantity").narrow<double>("values"),
-      when("quantity", "relative_speed, relative_direction, approach_angle").forbid("target", "give 'grasp'"),
-      when("quantity", "target_spin, mass_ratio").forbid("grasp", "give 'target'"),
+      when("quantity", "relative_speed, relative_direction, approach_angle").forbid("target", "use 'grasp'"),
+      when("quantity", "target_spin, mass_ratio").forbid("grasp", "use 'target'"),
       when("quantity", "target_spin, mass_ratio").forbid("direction", "it belongs to relative_speed"),
       when("quantity", "relative_direction, approach_angle").forbid("direction", "it belongs to relative_speed"),
-      when("quantity", "relative_speed, mass_ratio").forbid("axis", "it belongs to quantities that turn"),
-      when("quantity", "relative_speed, mass_ratio").forbid("unit", "it is no angle").narrow<double>("values", 0),
+      when("quantity", "relative_speed, mass_ratio").forbid("axis", "it belongs to quantities with a rotation axis"),
+      when("quantity", "relative_speed, mass_ratio").forbid("unit", "it is not an angle").narrow<double>("values", 0),
       when("name").narrow<LabelledFile>("values"),
       when("name").forbid("grasp, target, axis, direction", kOfQuantities),
       when("name").forbid("unit", "the values are labels"),
@@ -111,22 +110,21 @@ struct Described<StudyFile> {
                           "The scenario file, its path relative to this file. May be absent if every value of an axis "
                           "names one.")
           .optional(),
-      changes_key("Values of the scenario that are other than in its file, by path, for all points."),
+      changes_key("Values that replace those of the scenario file, by path, for all points."),
       field<&T::simulate>("simulate", kSimulate),
-      field<&T::axes>("axes", "What is varied. The points are all combinations; the first axis varies slowest.")
+      field<&T::axes>("axes", "Varied values. The points are all combinations; the first axis varies slowest.")
           .items(1, 32)
           .required(),
-      field<&T::columns>("columns",
-                         "Which columns to keep, by name or the beginning of one up to a '/'; '*' stands for any part. "
-                         "Absent: all.")
+      field<&T::columns>(
+          "columns", "Stored columns, by name or by its first parts up to a '/'; '*' matches any part. Absent: all.")
           .called("a list")
           .items(1, 0)
           .optional(),
   });
-  static constexpr Type type = structure<T>("study",
-                                            "Many captures: one scenario, and the values that are varied on a grid. SI "
-                                            "units, radians where nothing else is said.",
-                                            fields);
+  static constexpr Type type = structure<T>(
+      "study",
+      "Many captures: one scenario with values varied on a grid. SI units and radians unless stated otherwise.",
+      fields);
 };
 
 template <>
@@ -135,17 +133,17 @@ struct Described<NormalFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::mean>("mean", "Absent: 0 for an offset, 1 for a factor.").in_any_unit().items(1, 0),
       field<&T::deviation>("deviation", "Standard deviation; 0: not uncertain.").in_any_unit().at_least(0).items(1, 0),
-      field<&T::covariance>("covariance",
-                            "Symmetric, positive semidefinite, row by row: of all numbers at the path or paths.")
+      field<&T::covariance>(
+          "covariance", "Covariance of all numbers at the path or paths: symmetric, positive semidefinite, by rows.")
           .in_any_unit()
           .items(1, 0)
           .optional(),
-      field<&T::from>("from", "Least value.").in_any_unit().items(1, 0),
-      field<&T::to>("to", "Greatest value.").in_any_unit().items(1, 0),
+      field<&T::from>("from", "Minimum value.").in_any_unit().items(1, 0),
+      field<&T::to>("to", "Maximum value.").in_any_unit().items(1, 0),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("deviation, covariance")});
   static constexpr Type type =
-      structure<T>("normal", "Normal; with 'from' or 'to' only what lies between them.", fields, rules);
+      structure<T>("normal", "Normal distribution; with 'from' or 'to' truncated to this interval.", fields, rules);
 };
 
 template <>
@@ -157,20 +155,20 @@ struct Described<LogNormalFile> {
           .at_least(0)
           .items(1, 0)
           .required(),
-      field<&T::from>("from", "Least value.").in_any_unit().at_least(0).items(1, 0),
-      field<&T::to>("to", "Greatest value.").in_any_unit().at_least(0).items(1, 0),
+      field<&T::from>("from", "Minimum value.").in_any_unit().at_least(0).items(1, 0),
+      field<&T::to>("to", "Maximum value.").in_any_unit().at_least(0).items(1, 0),
   });
-  static constexpr Type type = structure<T>("log_normal", "The logarithm is normal.", fields);
+  static constexpr Type type = structure<T>("log_normal", "Log-normal distribution: the logarithm is normal.", fields);
 };
 
 template <>
 struct Described<UniformFile> {
   using T = UniformFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "Least value.").in_any_unit().items(1, 0).required(),
-      field<&T::to>("to", "Greatest value.").in_any_unit().items(1, 0).required(),
+      field<&T::from>("from", "Minimum value.").in_any_unit().items(1, 0).required(),
+      field<&T::to>("to", "Maximum value.").in_any_unit().items(1, 0).required(),
   });
-  static constexpr Type type = structure<T>("uniform", "Equally likely everywhere between two values.", fields);
+  static constexpr Type type = structure<T>("uniform", "Uniform distribution between two values.", fields);
 };
 
 template <>
@@ -180,15 +178,18 @@ struct Described<IntegersFile> {
       field<&T::from>("from", "Least.").at_least(0).at_most(kLargestWhole),
       field<&T::to>("to", "Greatest.").at_least(0).at_most(kLargestWhole),
   });
-  static constexpr Type type = structure<T>("integers", "Whole numbers, equally likely; for seeds.", fields);
+  static constexpr Type type = structure<T>("integers", "Uniformly distributed whole numbers; for seeds.", fields);
 };
 
 template <>
 struct Described<DiscreteFile> {
   using T = DiscreteFile;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("values", "", "Anything that may stand at the path.").as("anything").items(1, 100000).required(),
-      field<&T::weights>("weights", "How likely, relative to each other; absent: equally.").at_least(0).items(1, 0),
+      key<std::string>("values", "", "Any values that are valid at the path.")
+          .as("anything")
+          .items(1, 100000)
+          .required(),
+      field<&T::weights>("weights", "Relative probabilities; absent: equal.").at_least(0).items(1, 0),
   });
   static constexpr Type type = structure<T>("discrete", "One of several values.", fields);
 };
@@ -252,17 +253,18 @@ struct Described<TiltFile> {
       field<&T::deviation>("deviation", "rad",
                            "Standard deviation of the tilt about each of two axes perpendicular to the vector.")
           .at_least(0),
-      field<&T::factor>("factor", "On its length.").called("a number; a distribution"),
+      field<&T::factor>("factor", "Factor on its length.").called("a number; a distribution"),
   });
-  static constexpr Type type =
-      structure<T>("tilt", "The scenario's own vector, turned a little, and its length multiplied.", fields);
+  static constexpr Type type = structure<T>(
+      "tilt", "The vector of the scenario, tilted by a random angle, with its length multiplied by a factor.", fields);
 };
 
 template <>
 struct Described<TurnFile> {
   using T = TurnFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::deviation>("deviation", "rad", "Standard deviation of the turn about each axis of the turned frame.")
+      field<&T::deviation>("deviation", "rad",
+                           "Standard deviation of the rotation about each axis of the rotated frame.")
           .at_least(0)
           .required(),
   });
@@ -275,14 +277,15 @@ struct Described<UncertainFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::path>("path",
                       "A value of the scenario, as for --set: a number, a list or mapping of numbers; for 'rotation' "
-                      "what has the orientation; for 'discrete' anything.")
+                      "the mapping with the orientation; for 'discrete' any value.")
           .optional(),
-      field<&T::paths>("paths", "Several of them, for a normal distribution with a covariance.")
+      field<&T::paths>("paths", "Several paths, for a normal distribution with a covariance.")
           .called("a list")
           .items(1, 0)
           .optional(),
-      field<&T::as>("as", "What is drawn: the value itself, a factor on the scenario's own, or what is added to it."),
-      field<&T::together>("together", "One number is drawn for all numbers at the path; else each has its own."),
+      field<&T::as>(
+          "as", "Meaning of the drawn number: the value, a factor on the value of the scenario, or an offset to it."),
+      field<&T::together>("together", "true: one number is drawn for all numbers at the path; false: one per number."),
       field<&T::normal>("normal", ""),
       field<&T::log_normal>("log_normal", ""),
       field<&T::uniform>("uniform", ""),
@@ -290,7 +293,8 @@ struct Described<UncertainFile> {
       field<&T::discrete>("discrete", ""),
       field<&T::sphere>("sphere", ""),
       field<&T::tilt>("tilt", ""),
-      field<&T::rotation>("rotation", "An orientation: uniform over all, or the scenario's own turned a little.")
+      field<&T::rotation>(
+          "rotation", "An orientation: uniform over all orientations, or that of the scenario with a random rotation.")
           .called("uniform; {deviation: ...}"),
   });
   static constexpr auto rules = std::to_array<Rule>({
@@ -304,7 +308,7 @@ template <>
 struct Described<NamedCondition> {
   using T = NamedCondition;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "What results call it.").required(),
+      field<&T::name>("name", "Name in results.").required(),
       field<&T::holds>("holds", "The expression.").required(),
   });
   static constexpr Type type = structure<T>("condition", "", fields);
@@ -316,35 +320,35 @@ template <>
 struct Described<WorstKeys> {
   using T = SeriesToKeep;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::worst>("count", "How many.").at_least(0).at_most(100000).required(),
-      field<&T::worst_by>("by", "The column.").required(),
+      field<&T::worst>("count", "Number of cases.").at_least(0).at_most(100000).required(),
+      field<&T::worst_by>("by", "Name of the column.").required(),
   });
-  static constexpr Type type = structure<T>("worst", "So many with the largest value of a column.", fields);
+  static constexpr Type type = structure<T>("worst", "Number of cases with the largest values of a column.", fields);
 };
 template <>
 struct Described<SeriesToKeep> {
   using T = SeriesToKeep;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::sample>("sample", "The first so many cases.").at_least(0).at_most(100000),
-      field<&T::failures>("failures", "The first so many that failed.").at_least(0).at_most(100000),
+      field<&T::sample>("sample", "Number of first cases.").at_least(0).at_most(100000),
+      field<&T::failures>("failures", "Number of first failed cases.").at_least(0).at_most(100000),
       group<T, WorstKeys>("worst", "").optional(),
   });
   static constexpr Type type =
-      structure<T>("series", "Of which cases the complete results are kept, as of 'grapnel run'.", fields);
+      structure<T>("series", "Cases whose complete results are stored, as by 'grapnel run'.", fields);
 };
 template <>
 struct Described<KeepFile> {
   using T = KeepFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::columns>("columns",
-                         "Of each case, by name or the beginning of one up to a '/'; '*' stands for any part. Absent: "
-                         "all. What 'success' and 'worst' read is always kept.")
+                         "Stored columns of each case, by name or by its first parts up to a '/'; '*' matches any "
+                         "part. Absent: all. Columns read by 'success' and 'worst' are always stored.")
           .called("a list")
           .items(1, 0)
           .optional(),
       field<&T::series>("series", ""),
   });
-  static constexpr Type type = structure<T>("keep", "What is kept.", fields);
+  static constexpr Type type = structure<T>("keep", "Stored data.", fields);
 };
 
 template <>
@@ -355,36 +359,37 @@ struct Described<CampaignFile> {
       field<&T::name>("name", kName).required(),
       field<&T::description>("description", kDescription).as("any text").optional(),
       field<&T::scenario>("scenario", kScenario).required(),
-      changes_key("Values of the scenario that are other than in its file, by path, for all cases."),
+      changes_key("Values that replace those of the scenario file, by path, for all cases."),
       field<&T::simulate>("simulate", kSimulate),
-      field<&T::cases>("cases", "How many; with design axes: at each of their points.")
+      field<&T::cases>("cases", "Number of cases; with design axes: at each of their points.")
           .at_least(1)
           .at_most(kMostCases)
           .required(),
-      field<&T::seed>("seed", "Another seed, other cases.").at_least(0).at_most(kLargestWhole),
+      field<&T::seed>("seed", "Seed of the random numbers.").at_least(0).at_most(kLargestWhole),
       field<&T::sampling>("sampling",
                           "random: independent. latin_hypercube: every input alone is spread evenly over its "
-                          "distribution. sobol: all together are, by a scrambled Sobol sequence."),
+                          "distribution. sobol: all inputs together are spread evenly, by a scrambled Sobol sequence."),
       field<&T::plan>("plan",
-                      "nominal: the approach is planned once, for the scenario as it stands, and all cases follow that "
-                      "plan. per_case: planned anew for the true values of each."),
-      field<&T::uncertain>("uncertain", "What is not known exactly, and how it is distributed.")
-          .items(1, 300)
-          .required(),
+                      "nominal: the approach is planned once, for the nominal scenario, and all cases follow that "
+                      "plan. per_case: it is planned for the true values of each case."),
+      field<&T::uncertain>("uncertain", "Uncertain values and their distributions.").items(1, 300).required(),
       field<&T::success>("success",
                          "Conditions on a case's columns and inputs that must all hold for a success; absent: "
-                         "captured, where the scenario has grasps.")
+                         "captured, if the scenario has grasps.")
           .called("an expression; {name, holds}")
           .items(1, 0),
       field<&T::keep>("keep", ""),
-      field<&T::confidence>("confidence", "Of the intervals in the results, two-sided.").at_least(0.5).at_most(0.9999),
+      field<&T::confidence>("confidence", "Two-sided confidence of the intervals in the results.")
+          .at_least(0.5)
+          .at_most(0.9999),
       field<&T::quantiles>("quantiles",
-                           "Probabilities whose quantiles the results have, increasing; absent: 0.01, 0.05, 0.25, 0.5, "
+                           "Probabilities of the quantiles in the results, increasing; absent: 0.01, 0.05, 0.25, 0.5, "
                            "0.75, 0.95, 0.99.")
           .at_least(0)
           .at_most(1)
           .items(1, 100),
-      field<&T::time_limit>("time_limit", "s", "Of one case, on the wall; a case that takes longer fails. 0: none.")
+      field<&T::time_limit>("time_limit", "s",
+                            "Limit on the wall time of one case; a case that exceeds it fails. 0: none.")
           .at_least(0),
       field<&T::design>("design",
                         "Axes as in studies; their values apply to the scenario before the uncertain ones are drawn. "
@@ -423,27 +428,28 @@ struct Described<VariableFile> {
   using T = VariableFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::path>("path", "A number of the scenario, as for --set: approach.duration.").optional(),
-      field<&QuantityFile::quantity>("quantity", "What has no single value in a scenario file; as in studies."),
+      field<&QuantityFile::quantity>("quantity", "Quantity without a single value in a scenario file; as in studies."),
       field<&T::patch>("patch", "TARGET.POINT: the grasp point moves on a patch around it.").optional(),
       field<&T::posture>("posture",
-                         "The arms' final posture: the planner is to find the solution nearest to the present one, "
-                         "moved along each direction of the null space."),
-      field<&QuantityFile::grasp>("grasp", "End-effector of the grasp that a quantity is of; absent: all.").optional(),
-      field<&QuantityFile::target>("target", "The target that a quantity is of; absent: all.").optional(),
-      field<&QuantityFile::axis>("axis", "Unit. About which a quantity turns; as in studies."),
-      field<&QuantityFile::direction>("direction", "Unit, in W: of the relative velocity (relative_speed)."),
-      field<&QuantityFile::unit>("unit", "Of an angle; absent: rad.").optional(),
-      field<&T::from>("from", "Least value.").in_any_unit(),
-      field<&T::to>("to", "Largest value.").in_any_unit(),
-      field<&T::u>("u", "Unit, in the target's frame: a direction of the patch."),
-      field<&T::v>("v", "Unit, across u: the other direction."),
-      field<&T::radius>("radius", "m", "Of a patch that is a disc.").above(0),
-      field<&T::half_widths>("half_widths", "m", "Of a patch that is a rectangle: along u and along v.").above(0),
+                         "The arms' final posture: the planner finds the solution nearest to the present one, moved "
+                         "along each direction of the null space."),
+      field<&QuantityFile::grasp>("grasp", "End-effector of the grasp for a quantity; absent: all.").optional(),
+      field<&QuantityFile::target>("target", "Target for a quantity; absent: all.").optional(),
+      field<&QuantityFile::axis>("axis", "Unit vector: rotation axis of a quantity; as in studies."),
+      field<&QuantityFile::direction>("direction",
+                                      "Unit vector in W: direction of the relative velocity (relative_speed)."),
+      field<&QuantityFile::unit>("unit", "Unit of an angle; absent: rad.").optional(),
+      field<&T::from>("from", "Minimum value.").in_any_unit(),
+      field<&T::to>("to", "Maximum value.").in_any_unit(),
+      field<&T::u>("u", "Unit vector in the target's frame: first direction of the patch."),
+      field<&T::v>("v", "Unit vector perpendicular to u: second direction of the patch."),
+      field<&T::radius>("radius", "m", "Radius of a disc-shaped patch.").above(0),
+      field<&T::half_widths>("half_widths", "m", "Half widths of a rectangular patch: along u and along v.").above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("path, quantity, patch, posture"),
       when("patch").require("u, v").require_one_of("radius, half_widths"),
-      when("patch").forbid("from, to", "radius or half_widths say it"),
+      when("patch").forbid("from, to", "radius or half_widths give the range"),
       when("patch").forbid("grasp, target, axis, direction", kOfQuantities),
       when("patch").forbid("unit", "a patch is in metres"),
       when("path").require("from, to").forbid("u, v, radius, half_widths", kOfPatches),
@@ -453,12 +459,12 @@ struct Described<VariableFile> {
       when("posture").forbid("grasp, target, axis, direction", kOfQuantities),
       when("posture").forbid("unit", "joint values are in radians and metres"),
       when("quantity").require("from, to").forbid("u, v, radius, half_widths", kOfPatches),
-      when("quantity", "relative_speed, relative_direction, approach_angle").forbid("target", "give 'grasp'"),
-      when("quantity", "target_spin, mass_ratio").forbid("grasp", "give 'target'"),
+      when("quantity", "relative_speed, relative_direction, approach_angle").forbid("target", "use 'grasp'"),
+      when("quantity", "target_spin, mass_ratio").forbid("grasp", "use 'target'"),
       when("quantity", "target_spin, mass_ratio").forbid("direction", "it belongs to relative_speed"),
       when("quantity", "relative_direction, approach_angle").forbid("direction", "it belongs to relative_speed"),
-      when("quantity", "relative_speed, mass_ratio").forbid("axis", "it belongs to quantities that turn"),
-      when("quantity", "relative_speed, mass_ratio").forbid("unit", "it is no angle"),
+      when("quantity", "relative_speed, mass_ratio").forbid("axis", "it belongs to quantities with a rotation axis"),
+      when("quantity", "relative_speed, mass_ratio").forbid("unit", "it is not an angle"),
   });
   static constexpr Type type = structure<T>("variable", "", fields, rules);
 };
@@ -468,18 +474,19 @@ struct Described<SearchSetup> {
   using T = SearchSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::evaluations>("evaluations",
-                             "Captures to simulate, at most: half of them a sample that fills the ranges, half for "
-                             "local searches.")
+                             "Maximum number of simulated captures: half of them for a sample that fills the ranges, "
+                             "half for local searches.")
           .at_least(1)
           .at_most(1000000),
-      field<&T::seed>("seed", "Of the sample; the same seed gives the same results.")
+      field<&T::seed>("seed", "Seed of the sample; the same seed gives the same results.")
           .at_least(0)
           .at_most(kLargestWhole),
-      field<&T::refine>("refine", "Best points of the sample from which local searches begin; 0: the sample is all.")
+      field<&T::refine>("refine",
+                        "Number of best points of the sample from which local searches begin; 0: no local searches.")
           .at_least(0)
           .at_most(100),
   });
-  static constexpr Type type = structure<T>("search", "How the best is looked for.", fields);
+  static constexpr Type type = structure<T>("search", "Search for the optimum.", fields);
 };
 
 template <>
@@ -490,28 +497,29 @@ struct Described<OptimizationFile> {
       field<&T::name>("name", kName).required(),
       field<&T::description>("description", kDescription).as("any text").optional(),
       field<&T::scenario>("scenario", kScenario).required(),
-      changes_key("Values of the scenario that are other than in its file, by path."),
-      field<&T::simulate>("simulate",
-                          "impact: planning and the impact at the planned final configuration, no motion in time, so "
-                          "that clearances and limits on the way do not show; run: the whole capture."),
-      field<&T::minimize>("minimize", "What is to be least.")
+      changes_key("Values that replace those of the scenario file, by path."),
+      field<&T::simulate>(
+          "simulate",
+          "impact: planning and the impact at the planned final configuration, without motion in time, so that "
+          "clearances and limits during the approach are not evaluated; run: the whole capture."),
+      field<&T::minimize>("minimize", "Minimized column or sum.")
           .called("the name of a column; a list of weighted terms")
           .items(1, 0),
-      field<&T::maximize>("maximize", "What is to be largest.")
+      field<&T::maximize>("maximize", "Maximized column or sum.")
           .called("the name of a column; a list of weighted terms")
           .items(1, 0),
-      field<&T::variables>("variables", "What may be varied.").items(1, 32).required(),
-      field<&T::limits>("limits", "What must hold."),
+      field<&T::variables>("variables", "Variables of the search.").items(1, 32).required(),
+      field<&T::limits>("limits", "Limits on columns."),
       field<&T::feasible>("feasible",
-                          "Whether joints must stay within their limits and bodies clear of each other, where that is "
-                          "watched (simulate: run)."),
+                          "Whether joints must stay within their limits and bodies must keep their clearance, if this "
+                          "is monitored (simulate: run)."),
       field<&T::search>("search", ""),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("minimize, maximize")});
   static constexpr Type type =
       structure<T>("optimization",
-                   "Which of many captures is best: one scenario, the numbers that may be varied, what is to be least "
-                   "or largest, and what must hold. SI units, radians where nothing else is said.",
+                   "Search for the best capture: one scenario, variables, an objective to minimize or maximize, and "
+                   "limits. SI units and radians unless stated otherwise.",
                    fields, rules);
 };
 

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// What study, campaign and optimization files say, as plain data. file_structures.cpp describes them once: every key
-/// with its member, unit, range, default and meaning; the published schemas, the check of a file's structure and its
-/// reading follow. What is any value of a scenario stays in the file's tree: `set`, and the `values` of axes and of
-/// discrete distributions.
+/// Contents of study, campaign and optimization files as plain data. file_structures.cpp describes every key with its
+/// member, unit, range, default and meaning; the published schemas, the structure check and the reader are generated
+/// from it. Arbitrary values of a scenario remain in the file's tree: `set`, and the `values` of axes and of discrete
+/// distributions.
 
 #include <array>
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace grapnel {
 
 enum class AngleUnit { rad, deg };
 
-/// A quantity, in an axis or a variable; or what else these may be: their structures begin with it.
+/// Common base of the structures of axes and variables: a quantity, or another kind of value.
 struct QuantityFile {
   std::optional<QuantityKind> quantity;
   std::string grasp, target;
@@ -39,7 +39,7 @@ struct AxisFile : QuantityFile {
   Spacing spacing = Spacing::linear;
 };
 
-/// A value of an axis by name; its changes stay in the tree.
+/// A value of an axis by name; its changes remain in the tree.
 struct LabelledFile {
   std::string label, scenario;
 };
@@ -51,7 +51,7 @@ struct StudyFile {
   std::vector<std::string> columns;
 };
 
-/// One number for all that stand at a path, or one for each.
+/// One number for all numbers at a path, or one for each.
 using OneOrEach = std::optional<std::variant<double, std::vector<double>>>;
 
 struct NormalFile {
@@ -101,7 +101,7 @@ struct TurnFile {
 };
 enum class AnyRotation { uniform };
 
-/// An entry of `uncertain`: one of the distributions is there.
+/// An entry of `uncertain`: exactly one distribution is present.
 struct UncertainFile {
   std::string path;
   std::vector<std::string> paths;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an optimization varies, and its captures, from trees. Thread safety: const members from any thread, once the
+/// Variables and captures of an optimization, from trees. Thread safety: const members from any thread, once the
 /// files have been read.
 
 #include <filesystem>
@@ -36,25 +36,24 @@ struct SearchedVariable {
   double in_si(double value) const;
 };
 
-/// What a file says at a node whose structure has been checked. `base`: the scenario, whose names it may use; null if
-/// there is none.
+/// Reads a variable at a node whose structure has been checked. `base`: the scenario, for names; null if there is none.
 SearchedVariable searched_variable(const VariableFile& file, const Node& node, const std::string& place,
                                    const CaptureProblem* base, FaultList& faults);
 
 class OptimizationPoints {
  public:
   std::filesystem::path scenario;
-  std::string named;  // the same as the file says it
+  std::string named;  // its text in the file
   std::vector<Change> set;
   std::vector<SearchedVariable> variables;
   PostureSpace posture;
   mutable ScenarioFiles files;
 
-  /// Applies one variable alone. @throws InputError, std::exception for what is wrong with it.
+  /// Applies one variable alone. @throws InputError, std::exception for errors of its value.
   void check(const SearchedVariable& variable, double value, const CaptureProblem& base) const;
-  /// What the points need of the scenario as it is.
+  /// Data of the unchanged scenario that the points need.
   void finish(const CaptureProblem& base, FaultList& faults);
-  /// The numbers that a variable stands for.
+  /// The numbers of a variable.
   std::vector<OptimizationVariable> shown(const SearchedVariable& variable) const;
 
   StudyCase point(std::span<const double> values) const;

@@ -20,11 +20,11 @@ namespace {
 
 constexpr int kCompared = 4;  // cases whose setters are compared with the reader
 
-// A place of the scenario that an entry of 'uncertain' draws.
+// A place of the scenario that an entry of 'uncertain' replaces.
 struct DrawnPlace {
   std::vector<PathStep> steps;
   std::string path, entry;
-  bool replaced = false;  // nothing is left of what the scenario has there
+  bool replaced = false;  // the value of the scenario is replaced completely
 };
 
 class CampaignReader {
@@ -89,7 +89,7 @@ class CampaignReader {
     result_.quantiles = *file_.quantiles;
     for (std::size_t i = 1; i < result_.quantiles.size(); ++i) {
       if (result_.quantiles[i] > result_.quantiles[i - 1]) continue;
-      faults_.add(list.items[i].mark, fmt::format("quantiles[{}] is {}, must be greater than {} before it", i,
+      faults_.add(list.items[i].mark, fmt::format("quantiles[{}] is {}, must be greater than the previous {}", i,
                                                   result_.quantiles[i], result_.quantiles[i - 1]));
     }
   }
@@ -100,16 +100,17 @@ class CampaignReader {
     for (const ReadAxis& axis : points_->axes) {
       for (const ReadAxisValue& value : axis.values) {
         if (value.scenario.empty()) continue;
-        faults_.add(value.scenario_mark, fmt::format("{} names a scenario; all cases of a campaign are of one: give "
-                                                     "'set'",
-                                                     axis.place));
+        faults_.add(value.scenario_mark,
+                    fmt::format("{} names a scenario; all cases of a campaign use one scenario: give "
+                                "'set'",
+                                axis.place));
       }
       if (axis.values.empty()) structure_is_sound_ = false;
       result_.design.push_back(axis.shown);
     }
     const double total = static_cast<double>(result_.total());
     if (total > static_cast<double>(kMostCases))
-      faults_.add(list.mark, fmt::format("the design has {:.6g} cases, at most {} are possible", total, kMostCases));
+      faults_.add(list.mark, fmt::format("the design has {:.6g} cases, the limit is {}", total, kMostCases));
   }
 
   bool expect_scenario() {
@@ -121,7 +122,7 @@ class CampaignReader {
 
   // --- Checks of the scenario ---
 
-  // Each axis by itself, the others at their first values.
+  // Each axis alone, the others at their first values.
   void check_design() {
     std::vector<std::size_t> at(points_->axes.size(), 0);
     check_design_point(at);
@@ -162,7 +163,7 @@ class CampaignReader {
     }
   }
 
-  // The first point of the design, with the plan, which fills places of uncertain values. Null after a fault.
+  // The first point of the design, with the plan, which fills places of uncertain values. Null after an error.
   std::shared_ptr<const DesignPoint> first_point() {
     try {
       return points_->design_point(0);
@@ -192,7 +193,7 @@ class CampaignReader {
     expect_effects(design->filled);
     if (count > SamplePoints::kMostDimensions) {
       faults_.add(part(root_, "uncertain").mark,
-                  fmt::format("{} numbers are uncertain, at most {} can be", count, SamplePoints::kMostDimensions));
+                  fmt::format("{} numbers are uncertain, the limit is {}", count, SamplePoints::kMostDimensions));
     }
     if (faults_.size() != before) return;
     points_->samples.emplace(result_.sampling, count, result_.cases, result_.seed);
@@ -200,7 +201,7 @@ class CampaignReader {
     if (const auto complete = first_point()) check_values(*complete);
   }
 
-  // A place that is drawn twice would keep the last value without a word; so would a part of one.
+  // A place that is drawn twice, or overlaps another, would silently keep the last value.
   void expect_new(const UncertainPaths& where, const Node& scenario, bool replaced) {
     for (std::size_t p = 0; p < where.paths.size(); ++p) {
       const std::string& path = where.paths[p];
@@ -222,8 +223,8 @@ class CampaignReader {
     return fmt::format("{} {}, {} it", verb, shortened(other), how == Overlap::part ? "which contains" : "a part of");
   }
 
-  // A design axis whose values are all replaced by what is drawn, or by those of the other axis, changes nothing. What
-  // is planned for is the design's, whatever is drawn then.
+  // A design axis has no effect if all its values are replaced by drawn values, or by those of another axis. The plan
+  // uses the values of the design.
   void expect_effects(const Node& scenario) {
     for (const ReadAxis& axis : points_->axes) {
       const bool replaceable = !axis.quantity && !(points_->plan_once && is_planned_);
@@ -231,7 +232,8 @@ class CampaignReader {
       bool has_effect = !replaceable;
       for (std::size_t v = 0; v < axis.values.size() && !has_effect; ++v) {
         for (const Change& change : axis.values[v].changes) {
-          if (std::exchange(before, change.path) == change.path) continue;  // as all values of an axis by path
+          if (std::exchange(before, change.path) == change.path)
+            continue;  // the same for all values of an axis by path
           const DrawnPlace* over = drawn_over(change, scenario);
           has_effect = has_effect || !over;
           if (over) by = over->entry;
@@ -270,7 +272,7 @@ class CampaignReader {
                                            said_of(how, b.path, a.path, "varies")));
   }
 
-  // Every uncertain value by itself, the others at their medians.
+  // Every uncertain value alone, the others at their medians.
   void check_values(const DesignPoint& design) {
     const double end = 0.5 / static_cast<double>(std::max<std::uint64_t>(result_.cases, 2));
     std::vector<double> point(points_->samples->dimensions(), 0.5);
@@ -291,7 +293,7 @@ class CampaignReader {
     }
   }
 
-  // Where a distribution is looked at: the ends that are likely met, or every one of several values.
+  // Probabilities at which a distribution is checked: the ends that are likely drawn, or each of several values.
   static std::vector<double> probes(const ReadUncertain& one, double end) {
     const auto* choice = std::get_if<ChosenValue>(&one.value);
     if (!choice) return {end, 1 - end};
@@ -318,7 +320,7 @@ class CampaignReader {
     }
   }
 
-  // Setters stay only if they do what the reader does, to the last bit.
+  // Setters are used only if their result equals that of the reader, to the last bit.
   void prefer_setters() {
     const auto design = points_->design_point(0);
     for (std::uint64_t k = 0; k < kCompared && setters_agree_; ++k) {
@@ -329,7 +331,7 @@ class CampaignReader {
         const std::string read = problem_bytes(points_->read(*design, draw));
         setters_agree_ = problem_bytes(points_->problem(*design, draw)) == read;
       } catch (const InputError&) {
-        // This case's values are faulty together; it will fail, by either way.
+        // The combination of values is invalid; the case fails with the reader and with the setters.
       }
     }
     if (!setters_agree_) points_->read_instead();
@@ -373,7 +375,7 @@ class CampaignReader {
     return all;
   }
 
-  // What conditions read is kept, so that the table can tell why.
+  // Columns read by conditions are stored, so that the table shows reasons.
   void read_success() {
     if (columns_.empty() || (result_.inputs.empty() && !entries().empty())) return;
     const std::vector<std::string> all = names(false);
@@ -390,7 +392,7 @@ class CampaignReader {
         }
       } catch (const CriterionError& error) {
         Mark mark = condition.mark;
-        // Of a text on several lines, or with escapes, the beginning must do.
+        // For a text on several lines, or with escapes, the error is reported at its beginning.
         if (condition.text.find('\n') == std::string::npos)
           mark.column += static_cast<int>(error.offset) + (condition.plain ? 0 : 1);
         faults_.add(mark, fmt::format("success: {}", error.what()));
@@ -401,7 +403,7 @@ class CampaignReader {
   static bool says_captured(const std::string& name) {
     return name == "captured" || (name.starts_with("grasps/") && name.ends_with("/captured"));
   }
-  // What tells why a grasp did not close, and whether anybody judged it.
+  // Columns that give the reason for an open grasp, and whether an envelope was evaluated.
   void keep_why_captured() {
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const std::string& name = columns_[c].name;
@@ -441,12 +443,12 @@ class CampaignReader {
   Node root_;
   FaultList faults_;
   Campaign result_;
-  std::vector<Column> columns_;  // all there are
+  std::vector<Column> columns_;  // all available columns
   std::vector<bool> chosen_;
   std::string shas_;  // of the problems that were checked
   std::vector<DrawnPlace> drawn_;
   bool structure_is_sound_ = false, setters_agree_ = true;
-  bool is_planned_ = false;  // by the program, before the cases: there is something to plan at some point of the design
+  bool is_planned_ = false;  // at least one point of the design is planned before the cases
 };
 
 }  // namespace

@@ -30,7 +30,7 @@ bool are_one_vector(const Measured& measured, const std::vector<Column>& columns
   return stem.ends_with('/');
 }
 
-// The columns that a name means.
+// The columns of a name.
 void find_columns(const Node& name, const std::string& place, const std::vector<Column>& columns, Measured& measured,
                   FaultList& faults) {
   std::vector<std::string> names;
@@ -45,8 +45,7 @@ void find_columns(const Node& name, const std::string& place, const std::vector<
                                                  : "; did you mean " + in_quotes(near) + "?"));
 }
 
-// What a text or a mapping with 'column' and 'combine' means. `large_is_bad` says which of several columns is the
-// worst.
+// Reads a text or a mapping with 'column' and 'combine'. `large_is_bad` defines the worst of several columns.
 Measured measured_by(const MeasuredFile& file, const Node& name, const std::string& place, bool large_is_bad,
                      const std::vector<Column>& columns, FaultList& faults) {
   Measured measured;
@@ -138,7 +137,7 @@ class OptimizationReader {
   }
 
  private:
-  // The scenario as it is, with "set".
+  // The unchanged scenario, with "set".
   std::shared_ptr<const CaptureProblem> read_base(std::vector<Fault>* warnings) {
     if (points_->named.empty()) return nullptr;
     const std::size_t before = faults_.size();
@@ -198,7 +197,7 @@ class OptimizationReader {
     result_.columns.push_back(feasibility_column());
   }
 
-  // Those that every case has, and those that are measured.
+  // Columns of every case, and the measured columns.
   void keep_columns() {
     std::vector<bool> kept;
     for (const Column& column : result_.columns) kept.push_back(column.by_default);

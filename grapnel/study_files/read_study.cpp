@@ -28,7 +28,7 @@ using Position = std::vector<std::size_t>;
 class Points {
  public:
   std::filesystem::path file;  // of the study
-  std::string scenario;        // as the study says it; may be empty
+  std::string scenario;        // path in the study file; may be empty
   std::vector<Change> set;
   std::vector<ReadAxis> axes;
 
@@ -92,7 +92,7 @@ class Points {
                        axis.unit.empty() || axis.unit == "1" ? "" : " " + axis.unit);
   }
 
-  // Neighbours on the grid often differ in quantities only.
+  // Neighbouring points often differ only in quantities.
   static constexpr std::size_t kKept = 64;
 
   std::shared_ptr<const CaptureProblem> find(const Position& key) {
@@ -160,10 +160,10 @@ class StudyReader {
       study_.design.push_back(axis.shown);
     }
     if (points > static_cast<double>(kMostPoints))
-      faults_.add(list.mark, fmt::format("the axes make {:.6g} points, at most {} are possible", points, kMostPoints));
+      faults_.add(list.mark, fmt::format("the axes give {:.6g} points, the limit is {}", points, kMostPoints));
   }
 
-  // That every point has a scenario, and one only, and that the files can be read.
+  // Checks that every point has exactly one scenario, and that the files can be read.
   void check_scenarios_named() {
     const ReadAxis* naming = nullptr;
     bool always = !points_->scenario.empty();
@@ -183,7 +183,7 @@ class StudyReader {
       always = always || (named > 0 && named == axis.values.size());
     }
     if (!always && root_.is_mapping())
-      faults_.add(root_.mark, "missing key 'scenario' in the study: not every point has one by its axes");
+      faults_.add(root_.mark, "missing key 'scenario' in the study: the axes do not give a scenario for every point");
   }
 
   void expect_file(const std::string& named, const Mark& mark) {
@@ -235,7 +235,7 @@ class StudyReader {
     return nullptr;
   }
 
-  // Quantities one by one, with all their checked values or the first only.
+  // Quantities one by one, with all their checked values or only the first.
   void check_quantities(const CaptureProblem& problem, bool all) {
     for (const ReadAxis& axis : points_->axes) {
       if (!axis.quantity || !expect_name(axis, problem)) continue;

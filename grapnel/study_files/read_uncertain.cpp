@@ -21,22 +21,22 @@ using Kind = NumberDistribution::Kind;
 
 NumberDistribution constant(double value) { return {Kind::constant, value, 0, 0, 0, false}; }
 
-// Probabilities are told apart to about 1e-16 of the larger: what has less than this would be some million values.
+// The relative resolution of probabilities is about 1e-16: an interval with a smaller probability would have only some
+// million values.
 constexpr double kLeastPart = 1e-10;
-// Of so many deviations less than one number is expected beyond in 10^9 cases, as many as there may be.
+// Number of deviations beyond which less than one number is expected in 10^9 cases, the limit of a campaign.
 constexpr double kFarAway = 6;
 
 std::string far_away(const std::string& name, const NumberDistribution& d, bool above, double deviations) {
   return fmt::format(
-      "{}.{} is {:.9g}, {:.4g} deviations {} the {}, {:.9g}; beyond about 37 no probability is left that "
-      "double precision knows: correct the interval or the {}, or use uniform",
+      "{}.{} is {:.9g}, {:.4g} deviations {} the {}, {:.9g}; beyond about 37 the probability is zero in double "
+      "precision: correct the interval or the {}, or use uniform",
       name, above ? "from" : "to", above ? d.from : d.to, deviations, above ? "above" : "below",
       d.kind == Kind::normal ? "mean" : "median", d.location, d.kind == Kind::normal ? "mean" : "median");
 }
 
-// What no random numbers can have, on one line; nothing if nothing is wrong. `name` is that of the distribution in the
-// file, "sphere.length.normal". Of one that is cut: an interval without numbers, or in which doubles find no
-// probability.
+// Error of a distribution on one line; empty if it is valid. `name` is its name in the file, "sphere.length.normal".
+// Truncated distributions may have an empty interval, or an interval without probability in double precision.
 std::string cut_fault(const std::string& name, const NumberDistribution& d) {
   if (!(d.from < d.to)) return fmt::format("{}.from is {}, must be less than to, {}", name, d.from, d.to);
   if (d.scale == 0) {
@@ -47,16 +47,16 @@ std::string cut_fault(const std::string& name, const NumberDistribution& d) {
   if (d.kind == Kind::log_normal && d.to <= 0) return fmt::format("{}.to is {}, must be greater than 0", name, d.to);
   const auto [low, high] = d.standard_bounds();
   const bool above = low > 0;
-  // As it is drawn: above the middle by the mirror image, whose probabilities keep their digits.
+  // As in the sampling: above the median by the mirror image, whose probabilities keep their precision.
   const double less = normal_probability(above ? -high : low), most = normal_probability(above ? -low : high);
   if (most < std::numeric_limits<double>::min()) return far_away(name, d, above, above ? low : -high);
   if (most - less < kLeastPart * most)
-    return fmt::format("{}.from is {} and to {}, too near to each other for the deviation, {:.9g}: use uniform", name,
+    return fmt::format("{}.from is {} and to {}, too close to each other for the deviation, {:.9g}: use uniform", name,
                        d.from, d.to, d.scale);
   return {};
 }
 
-// Of a length, which is not below 0; `given` is what the file says of it.
+// Error of a length, which must not be negative; `given` is its description in the file.
 std::string length_fault(const std::string& name, const Length& given, const NumberDistribution& d) {
   const auto negative = [](const std::string& what, double value) {
     return fmt::format("{} is {:.9g}, must be at least 0", what, value);
@@ -70,25 +70,26 @@ std::string length_fault(const std::string& name, const Length& given, const Num
   if (from && *from < 0) return negative(whole + ".from", *from);
   if (d.is_constant() && d.location < 0) return negative(whole + ".mean", d.location);
   if (d.kind == Kind::normal && !from && d.location < kFarAway * d.scale)
-    return fmt::format("{} has mean {:.9g} and deviation {:.9g}, so that lengths below 0 are drawn; add from: 0", whole,
+    return fmt::format("{} has mean {:.9g} and deviation {:.9g}, which gives lengths below 0; add from: 0", whole,
                        d.location, d.scale);
   return {};
 }
 
-// Of a covariance that is indefinite: why, where two numbers are enough to see it.
+// The reason for an indefinite covariance, if two numbers show it.
 std::string why_indefinite(const std::vector<double>& matrix, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     if (matrix[i * n + i] < 0) return fmt::format(": [{}][{}] is {}, a variance", i, i, matrix[i * n + i]);
     for (std::size_t j = 0; j < i; ++j) {
       const double most = std::sqrt(std::max(0.0, matrix[i * n + i]) * std::max(0.0, matrix[j * n + j]));
       if (std::abs(matrix[i * n + j]) > most * (1 + 1e-9))
-        return fmt::format(": [{}][{}] is {}, at most {:.9g} goes with these variances", i, j, matrix[i * n + j], most);
+        return fmt::format(": [{}][{}] is {}, at most {:.9g} is possible with these variances", i, j, matrix[i * n + j],
+                           most);
     }
   }
   return {};
 }
 
-// The distribution that an entry has, as the file calls it.
+// The key of an entry's distribution.
 std::string kind_of(const UncertainFile& file) {
   return file.normal       ? "normal"
          : file.log_normal ? "log_normal"
@@ -131,7 +132,7 @@ class UncertainReader {
   std::size_t count() const { return form_.nominal.size(); }
   std::string path() const { return read_.where.paths[0]; }
 
-  // Numbers with units, where joints that turn and joints that slide may be meant.
+  // Numbers with units for revolute or prismatic joints.
   void expect_joint_units(const Node& scenario, const CaptureProblem& problem) {
     const std::string stated = place_rule(path()).unit;
     if (units_of_place(stated).size() < 2) return;
@@ -169,23 +170,23 @@ class UncertainReader {
     for (std::size_t p = 0; p < form_.forms.size(); ++p) {
       const Node& form = form_.forms[p];
       if (form.kind == Node::Kind::null || numbers_in(form)) continue;
-      fault(read_.where.path_marks[p], fmt::format("at {} stands {} in the scenario, no number; only 'discrete' can "
-                                                   "replace that",
-                                                   shortened(read_.where.paths[p]), described(form)));
+      fault(read_.where.path_marks[p],
+            fmt::format("the scenario has {1} at {0}, not a number; only 'discrete' can replace it",
+                        shortened(read_.where.paths[p]), described(form)));
       return false;
     }
     const bool needs_own = value_form_ != ValueForm::value || kind_ == "tilt" || read_.where.paths.size() > 1;
     if (form_.is_absent && needs_own) {
-      fault(
-          read_.where.path_marks[0],
-          fmt::format("the scenario has nothing at {} that the value could be relative to; give it there, or by 'set'",
-                      shortened(path())));
+      fault(read_.where.path_marks[0],
+            fmt::format("the scenario has no value at {} for a relative value; add it there, or by 'set'",
+                        shortened(path())));
       return false;
     }
     if (value_form_ == ValueForm::factor &&
         std::all_of(form_.nominal.begin(), form_.nominal.end(), [](double x) { return x == 0; })) {
       fault(part(node_, "as").mark,
-            fmt::format("at {} stands 0, which no factor changes; use as: offset or as: value", shortened(path())));
+            fmt::format("the value at {} is 0, which a factor does not change; use as: offset or as: value",
+                        shortened(path())));
       return false;
     }
     return true;
@@ -193,7 +194,7 @@ class UncertainReader {
 
   // --- Numbers ---
 
-  // A parameter of every number: one for all, or one for each; where it is absent, a value if there is one for that.
+  // A parameter of every number: one for all, or one for each; if it is absent, the default, if there is one.
   std::optional<std::vector<double>> parameters(const OneOrEach& given, const char* key, std::optional<double> absent,
                                                 std::size_t n) {
     if (!given) {
@@ -208,7 +209,7 @@ class UncertainReader {
     return std::vector<double>(n, 0.0);
   }
 
-  // How many numbers the parameters speak of where nothing stands in the scenario.
+  // Number of values in the parameters, if the scenario has no value.
   void shape_by_parameters() {
     if (!form_.is_absent) return;
     std::size_t n = 0;
@@ -231,7 +232,7 @@ class UncertainReader {
       read_.value = CommonNumber{distributions[0], value_form_};
     else
       read_.value = IndependentNumbers{std::move(distributions), value_form_};
-    if (dimensions(read_.value) == 0) fault(kind_mark(), "nothing of it is uncertain");
+    if (dimensions(read_.value) == 0) fault(kind_mark(), "no component is uncertain");
   }
 
   std::optional<double> neutral() const {
@@ -240,7 +241,7 @@ class UncertainReader {
     return {};
   }
 
-  // Cuts off what lies beyond 'from' and 'to'.
+  // Truncates the distribution to 'from' and 'to'.
   void cut(const OneOrEach& least, const OneOrEach& most, std::vector<NumberDistribution>& distributions) {
     if (!least && !most) return;
     const std::size_t n = distributions.size();
@@ -257,7 +258,8 @@ class UncertainReader {
     const auto mean = parameters(file.mean, "mean", neutral(), n),
                deviation = parameters(file.deviation, "deviation", 0.0, n);
     if (!mean) {
-      fault(kind_mark(), "normal needs a 'mean'; about the scenario's own value it is as: offset or as: factor");
+      fault(kind_mark(),
+            "normal needs a 'mean'; use as: offset or as: factor for a distribution about the scenario's value");
       return {};
     }
     std::vector<NumberDistribution> result;
@@ -271,7 +273,7 @@ class UncertainReader {
     const auto median = parameters(file.median, "median", neutral_median, n),
                deviation = parameters(file.deviation, "deviation", 0.0, n);
     if (!median) {
-      fault(kind_mark(), "log_normal needs a 'median'; about the scenario's own value it is as: factor");
+      fault(kind_mark(), "log_normal needs a 'median'; use as: factor for a distribution about the scenario's value");
       return {};
     }
     std::vector<NumberDistribution> result;
@@ -287,7 +289,7 @@ class UncertainReader {
     return settled(std::move(result));
   }
 
-  // What does not vary is a constant.
+  // A parameter without variation is a constant.
   static std::vector<NumberDistribution> settled(std::vector<NumberDistribution> distributions) {
     for (NumberDistribution& d : distributions) {
       if (d.scale == 0) d = constant(d.location);
@@ -309,7 +311,7 @@ class UncertainReader {
   std::vector<NumberDistribution> integers(const IntegersFile& file, std::size_t n) {
     const double from = static_cast<double>(file.from), to = static_cast<double>(file.to);
     if (!(from < to)) fault(kind_mark(), fmt::format("integers.from is {}, must be less than to, {}", from, to));
-    if (value_form_ != ValueForm::value) fault(part(node_, "as").mark, "integers are values, no factors or offsets");
+    if (value_form_ != ValueForm::value) fault(part(node_, "as").mark, "integers are values, not factors or offsets");
     return std::vector<NumberDistribution>(n, {Kind::integers, 0, 0, from, to, false});
   }
 
@@ -324,7 +326,7 @@ class UncertainReader {
     }
     if (rows.size() != n || matrix.size() != n * n)
       return fault(node.mark, fmt::format("normal.covariance must be {} by {}: {} at the {}", n, n,
-                                          n == 1 ? "one number stands" : fmt::format("{} numbers stand", n),
+                                          n == 1 ? "one number is" : fmt::format("{} numbers are", n),
                                           read_.where.paths.size() == 1 ? "path" : "paths"));
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = 0; j < i; ++j) {
@@ -335,14 +337,14 @@ class UncertainReader {
       }
     }
     auto factor = semidefinite_factor(matrix, n);
-    if (!factor)
-      return fault(node.mark, "normal.covariance is indefinite; no random numbers have it" + why_indefinite(matrix, n));
+    if (!factor) return fault(node.mark, "normal.covariance is indefinite" + why_indefinite(matrix, n));
     for (const char* key : {"from", "to"}) {
       if (const NodeEntry* entry = kind_node().entry(key))
         fault(entry->mark, fmt::format("normal.{} has no meaning with a covariance", key));
     }
     const auto mean = parameters(file_.normal->mean, "mean", neutral(), n);
-    if (!mean) return fault(kind_mark(), "normal needs a 'mean'; about the scenario's own values it is as: offset");
+    if (!mean)
+      return fault(kind_mark(), "normal needs a 'mean'; use as: offset for a distribution about the scenario's values");
     read_.value = CorrelatedNumbers{*mean, std::move(*factor), value_form_};
   }
 
@@ -353,7 +355,7 @@ class UncertainReader {
       form_.forms[0] = list_node(std::vector<double>(3, 0.0)), form_.nominal.assign(3, 0.0);
     if (form_.forms[0].is_sequence() && count() == 3) return true;
     fault(read_.where.path_marks[0],
-          fmt::format("{} is for a vector, a list of 3 numbers; at {} stands {}", kind_, shortened(path()),
+          fmt::format("{} requires a vector, a list of 3 numbers; at {} there is {}", kind_, shortened(path()),
                       count() == 1 ? "one number" : counted(count(), "number")));
     return false;
   }
@@ -398,21 +400,18 @@ class UncertainReader {
     if (!expect_vector()) return;
     if (std::hypot(form_.nominal[0], form_.nominal[1], form_.nominal[2]) == 0)
       return fault(read_.where.path_marks[0],
-                   fmt::format("at {} stands a vector without length, which has no direction "
-                               "to tilt",
-                               shortened(path())));
+                   fmt::format("the vector at {} is zero and has no direction to tilt", shortened(path())));
     const TiltFile& file = *file_.tilt;
     read_.value =
         TiltedVector{file.deviation, file.factor ? distribution_of(*file.factor, "tilt.factor") : constant(1)};
-    if (sound_ && dimensions(read_.value) == 0) fault(kind_mark(), "nothing of it is uncertain");
+    if (sound_ && dimensions(read_.value) == 0) fault(kind_mark(), "no component is uncertain");
   }
 
   void read_rotation() {
     if (!form_.forms[0].is_sequence() || count() != 4) {
-      return fault(
-          read_.where.path_marks[0],
-          fmt::format("rotation is for what has an orientation, a 'quaternion_wxyz' or 'rpy': name the mapping, "
-                      "such as targets.NAME.state"));
+      return fault(read_.where.path_marks[0],
+                   fmt::format("rotation requires an orientation, a 'quaternion_wxyz' or 'rpy': use the path of the "
+                               "mapping, such as targets.NAME.state"));
     }
     const auto* turn = std::get_if<TurnFile>(&*file_.rotation);
     read_.value = UncertainRotation{!turn, turn ? turn->deviation : 0};

@@ -23,21 +23,21 @@ struct ReadUncertain {
   std::vector<CampaignInput> inputs;
 };
 
-/// What a file says at `entry`, whose structure has been checked, for a scenario that has the schema's defaults.
-/// `problem` was read from it.
+/// Reads `entry`, whose structure has been checked, for a scenario with the schema's defaults. `problem` was read from
+/// it.
 ReadUncertain read_uncertain(const UncertainFile& file, const Node& entry, const UncertainPaths& where,
                              const Node& scenario, const CaptureProblem& problem, FaultList& faults);
 
-/// What tables call the numbers of an uncertain value, one per number that DrawnValue::shown has. `form`: what stands
-/// at the places, or would if it were there.
+/// Column heads of the numbers of an uncertain value, one per number of DrawnValue::shown. `form`: the values at the
+/// places, or their form if they are absent.
 std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
                                      const CaptureProblem& problem);
 
-/// The units of the numbers that stand at the places.
+/// The units of the numbers at the places.
 std::vector<std::string> units_at(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
                                   const CaptureProblem& problem);
 
-/// What drawn numbers put into the scenario.
+/// The values of the scenario for drawn numbers.
 std::vector<Change> changes_of(const ReadUncertain& uncertain, const UncertainForm& form,
                                const std::vector<double>& numbers);
 

@@ -100,7 +100,7 @@ std::vector<bool> chosen_columns(const Node& list, const std::vector<Column>& co
     if (any || columns.empty() || pattern.text.empty()) continue;
     const std::string near = nearest(pattern.text, names);
     faults.add(pattern.mark, fmt::format("no column {}{}", in_quotes(pattern.text),
-                                         near.empty() ? "; without 'columns' the table has all but those of loads"
+                                         near.empty() ? "; without 'columns' the table has all columns except loads"
                                                       : "; did you mean " + in_quotes(near) + "?"));
   }
   return chosen;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What study, campaign and optimization files have in common: a text whose tree is checked against its schema and read
-/// into a structure of file_structures.hpp; columns by patterns; faults that several points share.
+/// Common parts of study, campaign and optimization files: a text whose tree is checked against its schema and read
+/// into a structure of file_structures.hpp; columns by patterns; errors shared by several points.
 
 #include <filesystem>
 #include <string>
@@ -16,12 +16,12 @@ namespace grapnel {
 
 struct StudyDocument {
   std::string bytes;
-  Node root;           // where everything stands, and what is any value of a scenario
-  bool sound = false;  // false: structure faults were added; what is read must expect anything
+  Node root;           // locations of all keys, and arbitrary values of a scenario
+  bool sound = false;  // false: the structure has errors, and values may have any form
 };
 
-/// Reads a file into its structure. Faults of structure are added to `faults`.
-/// @throws InputError if there is nothing to go on with: no file, no YAML, or a file of another kind.
+/// Reads a file into its structure. Errors of the structure are added to `faults`. @throws InputError if the file
+/// cannot be read, is not YAML, or is of another kind.
 StudyDocument read_document(const std::filesystem::path& path, StudyFile& file, FaultList& faults);
 StudyDocument read_document(const std::filesystem::path& path, CampaignFile& file, FaultList& faults);
 StudyDocument read_document(const std::filesystem::path& path, OptimizationFile& file, FaultList& faults);
@@ -29,18 +29,18 @@ StudyDocument read_document(const std::filesystem::path& path, OptimizationFile&
 /// The changes of a mapping {path: value}.
 std::vector<Change> read_changes(const Node& mapping);
 
-/// Per column whether a pattern of the list chooses it; those kept by default where there is no list. A pattern that
-/// chooses none is a fault.
+/// Per column whether a pattern of the list selects it; the default columns without a list. A pattern that selects no
+/// column is an error.
 std::vector<bool> chosen_columns(const Node& list, const std::vector<Column>& columns, FaultList& faults);
 
-/// Adds a fault that is not there yet.
+/// Adds an error unless it exists already.
 void add_once(Fault fault, FaultList& faults);
 void add_once(const Mark& mark, std::string message, FaultList& faults);
 
-/// A fault where a file simulates the impact of a scenario without one.
+/// Reports an error if a file simulates the impact of a scenario without impact.
 void expect_impact(StudyMode mode, const CaptureProblem& problem, const Node& root, FaultList& faults);
 
-/// A fault unless a name, where there is one, is that of a grasp's end-effector or of a target.
+/// Reports an error unless a name, if given, is that of a grasp's end-effector or of a target.
 bool expect_grasp_or_target(const std::string& name, const Mark& mark, const std::string& place, bool of_grasp,
                             const CaptureProblem& problem, FaultList& faults);
 

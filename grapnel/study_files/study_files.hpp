@@ -1,10 +1,11 @@
 #pragma once
 
 /// @file
-/// Study, campaign and optimization files: YAML text to what run_study(), run_campaign() and optimize() take.
-/// docs/formats/study.md, campaign.md and optimization.md describe the formats. Files are read once: the points and
-/// cases see the same bytes ever after. Each loader throws InputError with all faults that can be known beforehand, and
-/// adds to `warnings` those of load_scenario(), of the first point or of the scenario as it is. Public, kept stable.
+/// Loaders of study, campaign and optimization files, for run_study(), run_campaign() and optimize().
+/// docs/formats/study.md, campaign.md and optimization.md describe the formats. Files are read once: all points and
+/// cases use the same bytes. Each loader throws InputError with all errors that can be detected before the run, and
+/// adds the warnings of load_scenario() for the first point or the unchanged scenario to `warnings`. Public, kept
+/// stable.
 
 #include <filesystem>
 #include <string>
@@ -16,18 +17,18 @@
 
 namespace grapnel {
 
-/// Checked are the study itself, the scenario with the first value of every axis, and with every listed value of each
-/// axis (the ends of a range), the other axes at their first. What only a combination gets wrong is that point's
-/// reason.
+/// Checks the study, the scenario with the first value of every axis, and the scenario with every listed value of each
+/// axis (the ends of a range), the other axes at their first value. An error of a combination becomes the reason of
+/// that point.
 Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
-/// Checked are every uncertain value by itself at its median and at the ends that `cases` draws reach, and every value
-/// of the design's axes by itself.
-/// With `plan: nominal` this plans the design's first point, which takes as long as a plan does: an uncertain value may
-/// stand at a place that only the plan fills, such as the arms' starting position, and is checked there.
+/// Checks every uncertain value alone at its median and at the ends that `cases` draws reach, and every value of the
+/// design's axes alone. With `plan: nominal` this plans the design's first point, which takes as long as a plan does:
+/// an uncertain value may be at a place that only the plan fills, such as the arms' initial position, and is checked
+/// there.
 Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
-/// Checked are the file, the scenario as it is, and each variable at both ends, the others as they are.
+/// Checks the file, the unchanged scenario, and each variable at both ends, the others unchanged.
 Optimization load_optimization(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
 /// The published JSON Schemas (draft 7).

@@ -32,7 +32,7 @@ std::string text_of(const Node& mapping, std::string_view key) {
   return node && node->is_scalar() ? node->text : std::string();
 }
 
-// Of what an axis or a variable says: the value at a path, or a quantity. Empty where that is not known, or has none.
+// Unit of an axis or a variable: of the value at a path, or of a quantity. Empty if it is unknown, or has none.
 std::string unit_of(const Node& entry) {
   if (const std::string path = text_of(entry, "path"); !path.empty()) return place_rule(path).unit;
   const auto quantity = value_named<QuantityKind>(text_of(entry, "quantity"));
@@ -93,7 +93,7 @@ void take_uncertain(Node& entry, const std::string& name, FaultList& faults) {
   if (Node* sphere = entry.find("sphere")) take_length(sphere->find("length"), unit, name + ".sphere.length", faults);
 }
 
-// A limit's bound is in the unit of its column, which only the scenario tells: limits_of() compares the dimensions.
+// A limit's bound has the unit of its column, which depends on the scenario: limits_of() compares the dimensions.
 void take_bounds(Node& limit, const std::string& name, FaultList& faults) {
   for (const char* key : {"at_most", "at_least"}) {
     Node* const bound = limit.find(key);
@@ -131,7 +131,7 @@ void check_joint_units(const Node& value, const std::string& stated, const std::
     return false;
   };
   if (value.is_scalar()) {
-    // One for all numbers: one fault is enough.
+    // One unit for all numbers: one error is enough.
     std::all_of(units.begin(), units.end(), [&](const std::string& unit) { return check(value, unit, name); });
   }
   for (std::size_t i = 0; i < value.items.size() && i < units.size(); ++i)

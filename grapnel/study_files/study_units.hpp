@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Units of numbers in study, campaign and optimization files that have the unit of what they are values of: of a place
-/// in the scenario, by its path, or of a quantity. All others have theirs by the file's own description.
+/// Units of numbers in study, campaign and optimization files whose unit depends on a place in the scenario, by its
+/// path, or on a quantity. All other units are in the file's description.
 
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// Makes such numbers plain ones, before the structure is checked. A unit that does not fit is a fault.
+/// Converts such numbers to plain numbers, before the structure is checked. An unsuitable unit is an error.
 void take_study_units(Node& root, FaultList& faults);
 
 /// Reports numbers in a value, one or a list of one for each of `units`, whose unit, among those that are stated for

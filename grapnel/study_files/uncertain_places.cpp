@@ -15,7 +15,7 @@
 namespace grapnel {
 namespace {
 
-// Whether a mapping, which is there, can have an orientation.
+// Whether an existing mapping can have an orientation.
 bool can_be_oriented(const Node& scenario, const std::string& path, const Mark& mark) {
   FaultList unused;
   std::vector<PathStep> steps = path_steps(scenario, path, mark, unused);
@@ -63,8 +63,8 @@ void prepare_orientations(const std::vector<UncertainPaths>& uncertain, Node& sc
     if (!mapping) continue;
     if (!mapping->is_mapping() || !can_be_oriented(scenario, of, where.path_marks[0])) {
       faults.add(where.path_marks[0],
-                 fmt::format("{}: rotation is for what has an orientation, a 'quaternion_wxyz' or 'rpy', not for {} at "
-                             "{}; name the mapping, such as targets.NAME.state",
+                 fmt::format("{}: rotation requires an orientation, a 'quaternion_wxyz' or 'rpy', not {} at {}; use "
+                             "the path of the mapping, such as targets.NAME.state",
                              where.place, described(*mapping), shortened(of)));
       continue;
     }
@@ -106,7 +106,7 @@ bool report_unknown_keys(const UncertainPaths& where, const Node& scenario, Faul
     FaultList all;
     const std::vector<PathStep> steps = path_steps(scenario, where.paths[p], mark, all);
     if (steps.empty() || place_rule(steps).is_known) continue;
-    // What the path would put there is checked as if the scenario had it; what is at its mark is about it.
+    // The value at the path is checked as part of the scenario; errors at its mark concern it.
     Node tree = scenario;
     apply_change(tree, {where.paths[p], mark, Node{}, {}}, all);
     check_structure(tree, scenario_schema_document(), "the scenario", all);
@@ -138,7 +138,7 @@ UncertainForm form_at(const UncertainPaths& where, const Node& scenario, FaultLi
 
 namespace {
 
-// "rad or m": of turning joints or of sliding ones. What says more than that is left as it is.
+// "rad or m": for revolute or prismatic joints. Longer units remain unchanged.
 struct JointUnits {
   std::string turning, sliding;
 };
@@ -150,16 +150,16 @@ std::optional<JointUnits> joint_units(const std::string& unit) {
   return JointUnits{unit.substr(0, at), unit.substr(at + between.size())};
 }
 
-// Units of numbers that belong to joints: what the schema calls "rad or m" is one of the two.
+// Units of joint values: selects one unit of "rad or m".
 class JointUnitFinder {
  public:
   explicit JointUnitFinder(const RobotSetup& robot) { joints_ = moving_joints(robot); }
 
-  // Of number i of what has this form at these steps.
+  // Unit of number i of a value with this form at these steps.
   std::string unit(const JointUnits& units, std::span<const PathStep> steps, const Node& form, std::size_t i) const {
     const JointDescription* joint = find(steps, form, i);
     if (joint) return unit_of(units, *joint);
-    // One number for all, or whose we cannot tell.
+    // One number for all joints, or an unknown joint.
     const std::string first = joints_.empty() ? "" : unit_of(units, joints_.front());
     const auto alike = [&](const JointDescription& one) { return unit_of(units, one) == first; };
     return !first.empty() && std::all_of(joints_.begin(), joints_.end(), alike) ? first : either(units);
@@ -179,7 +179,7 @@ class JointUnitFinder {
   }
   const JointDescription* at(std::size_t index) const { return index < joints_.size() ? &joints_[index] : nullptr; }
 
-  // Values per joint stand under a key: a list in the joints' order, or a mapping by their names.
+  // Values per joint: a list in joint order, or a mapping by name.
   const JointDescription* find(std::span<const PathStep> steps, const Node& form, std::size_t i) const {
     const PathStep& last = steps.back();
     if (form.is_mapping()) return i < form.entries.size() ? named(form.entries[i].key) : nullptr;
@@ -203,7 +203,7 @@ class InputNamer {
     }
   }
 
-  // Of every number of all paths.
+  // Heads of all numbers of all paths.
   std::vector<std::string> units() const {
     std::vector<std::string> all;
     for (std::size_t p = 0; p < form_.forms.size(); ++p) {
@@ -226,10 +226,10 @@ class InputNamer {
     inputs_.push_back({name, unit, description});
   }
 
-  // Of number i of what has this form at path p.
+  // Unit of number i of a value with this form at path p.
   std::string unit_of(std::size_t p, const Node& form, std::size_t i) const {
     const auto units = joint_units(rules_[p].unit);
-    // Joints that an import locks are not among those that move.
+    // Joints locked by an import are not moving joints.
     if (!units || steps_[p].empty() || steps_[p][0].key == "robot" || steps_[p][0].key == "import")
       return rules_[p].unit;
     return JointUnitFinder(problem_.robot).unit(*units, steps_[p], form, i);
@@ -252,7 +252,7 @@ class InputNamer {
   void name(const CommonNumber& number) {
     const bool factor = number.form == ValueForm::factor;
     add(path(), factor ? "1" : unit_of(0, number_node(0), 0),
-        factor ? "factor on the scenario's own numbers" : "for all numbers there; " + rule().description);
+        factor ? "factor on the scenario's numbers" : "for all numbers there; " + rule().description);
   }
   void name(const CorrelatedNumbers&) {
     for (std::size_t p = 0; p < form_.forms.size(); ++p) {
@@ -271,7 +271,7 @@ class InputNamer {
     using Names = std::vector<const char*>;
     for (const char* one : rotation.uniform ? Names{"w", "x", "y", "z"} : Names{"x", "y", "z"})
       add(of + "/" + one, rotation.uniform ? "1" : "rad",
-          rotation.uniform ? "of the orientation's quaternion" : "of the rotation vector of the turn");
+          rotation.uniform ? "component of the orientation's quaternion" : "component of the rotation vector");
   }
   void name(const ChosenValue&) {
     if (read_.choices_are_numbers) return add(path(), unit_of(0, form_.forms[0], 0), rule().description);
@@ -279,7 +279,7 @@ class InputNamer {
     std::string list;
     for (std::size_t i = 0; i < std::min(read_.choices.size(), kShown); ++i)
       list += fmt::format("{}{}: {}", i == 0 ? "" : ", ", i, shortened(flow_text(read_.choices[i])));
-    add(path(), "1", "which of the values: " + list + (read_.choices.size() > kShown ? ", ..." : ""));
+    add(path(), "1", "index of the value: " + list + (read_.choices.size() > kShown ? ", ..." : ""));
   }
 
   const ReadUncertain& read_;

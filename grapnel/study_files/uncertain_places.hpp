@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where uncertain values stand in a scenario.
+/// Places of uncertain values in a scenario.
 
 #include <span>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// An uncertain value as the file names it.
+/// The paths of an uncertain value in the file.
 struct UncertainPaths {
   Mark mark;          // of the entry
   std::string place;  // "uncertain[0]", for messages
@@ -23,29 +23,29 @@ struct UncertainPaths {
 
 UncertainPaths uncertain_paths(const UncertainFile& file, const Node& entry, const std::string& place);
 
-/// How one place of a scenario lies to another, whatever their paths call the items of lists on the way.
+/// Relation of one place of a scenario to another, for any form of list items in their paths.
 enum class Overlap { none, same, part, whole };  // part: within the other; whole: the other is within it
 Overlap overlap(std::span<const PathStep> place, std::span<const PathStep> other);
 
-/// Makes every place with an uncertain orientation say it by `quaternion_wxyz`, which a case can then replace. One that
-/// has none is a fault.
+/// Converts every uncertain orientation to `quaternion_wxyz`, which a case can replace. A place without an orientation
+/// is an error.
 void prepare_orientations(const std::vector<UncertainPaths>& uncertain, Node& scenario, FaultList& faults);
 
-/// Reports keys on the way to a place that no scenario has, with what may have been meant; true if there are any.
+/// Reports unknown keys in the path of a place, with suggestions; true if there are any.
 bool report_unknown_keys(const UncertainPaths& where, const Node& scenario, FaultList& faults);
 
-/// Adds to a scenario what `filled`, which is the same with the schema's defaults, has at the paths and it has not, so
-/// that parts of it can be replaced.
+/// Copies values at the paths that the scenario lacks from `filled`, the same scenario with the schema's defaults, so
+/// that parts of them can be replaced.
 void complete_places(const std::vector<UncertainPaths>& uncertain, const Node& filled, Node& scenario);
 
-/// What stands in the scenario at the paths of an uncertain value.
+/// Values of the scenario at the paths of an uncertain value.
 struct UncertainForm {
   std::vector<Node> forms;      // per path
-  std::vector<double> nominal;  // of all paths; zeros where nothing stands there
-  bool is_absent = false;       // of some path: nothing stands there
+  std::vector<double> nominal;  // of all paths; zeros if a value is absent
+  bool is_absent = false;       // the value at a path is absent
 };
 
-/// `scenario` has the schema's defaults. A path that leads nowhere is a fault.
+/// `scenario` has the schema's defaults. An invalid path is an error.
 UncertainForm form_at(const UncertainPaths& where, const Node& scenario, FaultList& faults);
 
 }  // namespace grapnel

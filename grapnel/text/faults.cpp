@@ -16,7 +16,7 @@ std::string joined(const std::vector<Fault>& faults) {
   return text;
 }
 
-// The message, cut where a character ends.
+// The message, truncated at a character boundary.
 Fault cut(Fault fault) {
   if (fault.message.size() <= FaultList::kLongestMessage) return fault;
   std::size_t end = FaultList::kLongestMessage;
@@ -30,13 +30,13 @@ Fault cut(Fault fault) {
 std::vector<Fault> sorted_faults(std::vector<Fault> faults) {
   const auto key = [](const Fault& f) { return std::tie(f.file, f.line, f.column); };
   std::stable_sort(faults.begin(), faults.end(), [&](const Fault& a, const Fault& b) { return key(a) < key(b); });
-  // An alias repeats the faults of what it stands for, at the same place.
+  // An alias repeats the errors of its anchor at the same place.
   faults.erase(std::unique(faults.begin(), faults.end()), faults.end());
   return faults;
 }
 
 std::string Fault::text() const {
-  // One line whatever a file's name or an override holds.
+  // One line for any file name or override.
   const char* kind = is_warning ? "warning" : "error";
   return printable_line(line > 0 ? fmt::format("{}:{}:{}: {}: {}", file, line, column, kind, message)
                                  : fmt::format("{}: {}: {}", file, kind, message));
@@ -47,7 +47,7 @@ InputError::InputError(std::vector<Fault> faults)
 
 void FaultList::add(Fault fault) {
   if (faults_.size() > kMost) return;
-  if (faults_.size() == kMost) fault.message = "too many faults; the search for more ends here";
+  if (faults_.size() == kMost) fault.message = "too many errors; further errors are not listed";
   faults_.push_back(cut(std::move(fault)));
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Faults of input files, each with its place.
+/// Errors and warnings of input files with their locations.
 
 #include <cstddef>
 #include <memory>
@@ -12,10 +12,10 @@
 
 namespace grapnel {
 
-/// One fault of the input, or something in it that is allowed but hardly meant.
+/// One error of the input, or a warning about valid but implausible input.
 struct Fault {
   std::string file;  // path as the user gave it, or "--set path=value"
-  int line = 0;      // 1-based; 0: the fault has no place in the file (it cannot be read, or comes from an override)
+  int line = 0;      // 1-based; 0: no location in the file (it cannot be read, or the value comes from an override)
   int column = 0;    // 1-based, in characters
   std::string message;
   bool is_warning = false;
@@ -29,8 +29,8 @@ struct Fault {
 /// In the order of file, line and column, each once.
 std::vector<Fault> sorted_faults(std::vector<Fault> faults);
 
-/// Thrown when a scenario or robot cannot be accepted. Carries every fault found, sorted by file, line and column;
-/// what() is their texts, one a line.
+/// Thrown when a scenario or robot is rejected. Contains all errors, sorted by file, line and column; what() is their
+/// texts, one per line.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(std::vector<Fault> faults);
@@ -40,19 +40,19 @@ class InputError : public std::runtime_error {
   std::vector<Fault> faults_;
 };
 
-/// A place in a source: a file, or an override (line 0).
+/// A location in a source: a file, or an override (line 0).
 struct Mark {
   std::shared_ptr<const std::string> source;
   int line = 0;
   int column = 0;
 };
 
-/// Collects faults; messages are built where they are found. Stops at kMost: nobody reads more, and input made to be
-/// slow stays harmless. What is allowed but hardly meant is a warning: it is kept apart and refuses nothing.
+/// Collects errors; the caller builds the messages. Stops at kMost errors, which bounds the time for malicious input.
+/// Warnings about valid but implausible input are stored separately and do not reject the input.
 class FaultList {
  public:
   static constexpr std::size_t kMost = 1000;
-  /// Longer messages are cut off: lists in them may have thousands of names.
+  /// Longer messages are truncated: lists in them may have thousands of names.
   static constexpr std::size_t kLongestMessage = 2000;  // [bytes]
 
   void add(const Mark& mark, std::string message) {

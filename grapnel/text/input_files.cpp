@@ -46,7 +46,7 @@ const char* kind_of(mode_t mode) {
   return "a device";
 }
 
-// The input that is this file now: the inode of one that has been removed may belong to another file.
+// The input that is this file: the inode of a removed file may belong to another file.
 std::optional<fs::path> input_at(const Identity& identity) {
   const std::lock_guard lock(mutex);
   if (inputs.empty()) return std::nullopt;
@@ -83,12 +83,13 @@ void note_input(const fs::path& path) {
 
 std::string why_not_replace(const fs::path& path) {
   const auto status = status_of(path);
-  if (!status || S_ISDIR(status->st_mode)) return {};  // nothing replaces a directory
-  if (!S_ISREG(status->st_mode)) return fmt::format("it is {}, which a file would replace", kind_of(status->st_mode));
+  if (!status || S_ISDIR(status->st_mode)) return {};  // a directory is never replaced
+  if (!S_ISREG(status->st_mode))
+    return fmt::format("it is {}, which the output would replace", kind_of(status->st_mode));
   const auto input = input_at({status->st_dev, status->st_ino});
   if (!input) return {};
-  if (*input == path) return "this command reads it as an input";
-  return fmt::format("this command reads it as its input {}", "'" + printable_line(input->string()) + "'");
+  if (*input == path) return "it is an input of this command";
+  return fmt::format("it is the input {} of this command", "'" + printable_line(input->string()) + "'");
 }
 
 fs::path input_below(const fs::path& folder) {

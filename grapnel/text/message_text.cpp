@@ -39,7 +39,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-// The first characters of UTF-8 text, with an ellipsis if that is not all.
+// The first characters of UTF-8 text, with an ellipsis if it is truncated.
 std::string cut(std::string_view text, int most) {
   int characters = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -84,7 +84,7 @@ std::string printable_lines(std::string_view text) { return printable(text, "\n\
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
   std::string best;
   if (word.size() > 80) return best;
-  // Never so many that nothing of the word is left.
+  // Fewer changes than letters of the word.
   std::size_t best_distance = std::min(std::max<std::size_t>(1, word.size() / 3) + 1, word.size());
   for (const std::string& candidate : candidates) {
     if (candidate.size() > 80) continue;

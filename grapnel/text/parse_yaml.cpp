@@ -16,14 +16,14 @@
 namespace grapnel {
 namespace {
 
-// Ends the parsing at the first thing that cannot go on.
+// Ends the parsing at the first error.
 struct Refusal {
   YAML::Mark mark;
   std::string message;
-  bool of_syntax = false;  // so that a slip elsewhere may be behind it
+  bool of_syntax = false;  // the cause may be elsewhere
 };
 
-// yaml-cpp counts columns in bytes from 0; people and editors count characters from 1.
+// yaml-cpp counts columns in bytes from 0; editors count characters from 1.
 class Places {
  public:
   Places(std::string_view text, std::shared_ptr<const std::string> source) : text_(text), source_(std::move(source)) {
@@ -43,19 +43,19 @@ class Places {
     const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), byte);
     return in_line(static_cast<std::size_t>(after - line_starts_.begin()) - 1, byte);
   }
-  /// Whether a quoted scalar ends. The parser takes the end of the file for the missing quote.
+  /// Whether a quoted scalar ends. The parser accepts the end of the file in place of the missing quote.
   bool quote_is_closed(const YAML::Mark& mark) const {
     const std::size_t line = static_cast<std::size_t>(std::max(mark.line, 0));
     if (line >= line_starts_.size()) return true;
     std::size_t at = line_starts_[line] + static_cast<std::size_t>(std::max(mark.column, 0));
-    // The place of a scalar with an anchor or a tag is theirs.
+    // The location of a scalar with an anchor or a tag is that of the anchor or tag.
     while (at < text_.size() && (text_[at] == '&' || text_[at] == '!')) {
       at = text_.find_first_not_of(" \t\r\n", std::min(text_.find_first_of(" \t\r\n", at), text_.size()));
     }
     if (at >= text_.size() || (text_[at] != '"' && text_[at] != '\'')) return true;  // a block scalar
     const char quote = text_[at];
     for (++at; at < text_.size(); ++at) {
-      // A backslash in double quotes, or a doubled single quote, takes the next character with it.
+      // A backslash in double quotes, or a doubled single quote, also consumes the next character.
       const bool doubled = quote == '\'' && text_.substr(at, 2) == "''";
       if ((text_[at] == '\\' && quote == '"') || doubled)
         ++at;
@@ -70,8 +70,8 @@ class Places {
     return {source_, static_cast<int>(line) + 1,
             static_cast<int>(characters_until(byte) - characters_before_line_[line]) + 1};
   }
-  // Characters in the first bytes of the text. From the last answer on: places come nearly in order, and a file may be
-  // one long line.
+  // Number of characters in the first bytes of the text, counted from the last result: locations come nearly in order,
+  // and a file may be one long line.
   std::size_t characters_until(std::size_t bytes) const {
     const auto starts = [&](std::size_t from, std::size_t to) {
       return static_cast<std::size_t>(std::count_if(
@@ -121,13 +121,13 @@ class TreeBuilder final : public YAML::EventHandler {
     Node node;
     node.kind = Node::Kind::scalar;
     node.text = value;
-    // "!" stands for quotes, "?" for none; !!str makes text of anything, other tags change nothing.
+    // "!" means quotes, "?" no quotes; !!str makes any scalar a text, other tags have no effect.
     node.plain = tag != "!" && tag != "tag:yaml.org,2002:str";
     put(mark, std::move(node), anchor);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto it = anchored_.find(anchor);
-    if (it == anchored_.end()) throw Refusal{mark, "the alias stands inside what it refers to"};
+    if (it == anchored_.end()) throw Refusal{mark, "the alias is inside the value that it refers to"};
     count(mark, value_count(it->second));
     if (static_cast<int>(open_.size()) + height(it->second) > kDeepest) throw Refusal{mark, too_deep()};
     place(mark, it->second);
@@ -144,7 +144,7 @@ class TreeBuilder final : public YAML::EventHandler {
   void OnMapEnd() override { close(); }
 
   std::optional<Node> take_root() { return std::move(root_); }
-  /// Where the innermost list or mapping that is not closed began.
+  /// The start of the innermost open list or mapping.
   std::optional<YAML::Mark> innermost_open() const {
     return open_.empty() ? std::nullopt : std::optional(open_.back().mark);
   }
@@ -154,7 +154,7 @@ class TreeBuilder final : public YAML::EventHandler {
     Node node;
     YAML::anchor_t anchor;
     YAML::Mark mark;
-    std::optional<NodeEntry> waiting;  // a key whose value is to come
+    std::optional<NodeEntry> waiting;  // a key whose value follows
   };
 
   static std::string too_deep() { return fmt::format("nested deeper than {} levels", kDeepest); }
@@ -166,7 +166,7 @@ class TreeBuilder final : public YAML::EventHandler {
   void open(const YAML::Mark& mark, Node::Kind kind, YAML::anchor_t anchor) {
     if (static_cast<int>(open_.size()) >= kDeepest) throw Refusal{mark, too_deep()};
     if (expects_key()) {
-      throw Refusal{mark, "a list or mapping stands where a key must be; is a bracket not closed?", true};
+      throw Refusal{mark, "a list or mapping in place of a key; is a bracket not closed?", true};
     }
     count(mark, 1);
     Node node;
@@ -192,7 +192,7 @@ class TreeBuilder final : public YAML::EventHandler {
     count(mark, value_count(node));
     anchored_[anchor] = node;
   }
-  // {a: 0,5} is a: 0 and a key 5 without a value, which nobody means: the text "0,5" says what is wrong with it.
+  // {a: 0,5} is a: 0 and a key 5 without a value, which is an error: the text "0,5" gives a specific message.
   static void join_decimal_commas(std::vector<NodeEntry>& entries) {
     for (std::size_t i = 1; i < entries.size(); ++i) {
       Node& whole = entries[i - 1].value;
@@ -219,7 +219,7 @@ class TreeBuilder final : public YAML::EventHandler {
       if (!node.is_scalar()) throw Refusal{mark, "a key must be a name"};
       parent.waiting = NodeEntry{std::move(node.text), places_.at(mark), {}};
     } else {
-      // The parser places an absent value at whatever follows it.
+      // The parser places an absent value at the next token.
       if (node.kind == Node::Kind::null) node.mark = parent.waiting->mark;
       parent.waiting->value = std::move(node);
       parent.node.entries.push_back(std::move(*parent.waiting));
@@ -269,7 +269,7 @@ std::optional<Node> parse_document(const std::string& text, const std::shared_pt
                                    FaultList& faults) {
   const Places places(text, source);
   TreeBuilder builder(places);
-  // The cause of a failure if it can be found, else what the parser says.
+  // The likely cause of a failure, else the parser's message.
   const auto blame = [&](const YAML::Mark& mark, const std::string& message, const YAML::Mark& noticed) {
     const std::size_t line = noticed.line < 0 ? text.size() : static_cast<std::size_t>(noticed.line);
     if (const auto slip = likely_slip(text, line))

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// YAML text to a tree, by the parser's events, so that places, duplicate keys, depth and size are ours to check.
+/// Converts YAML text to a tree from the parser's events, with checks of locations, duplicate keys, depth and size.
 
 #include <optional>
 #include <string>
@@ -10,12 +10,13 @@
 
 namespace grapnel {
 
-/// Nesting beyond this is refused; no scenario comes near.
+/// Limit on nesting, far above that of any scenario.
 inline constexpr int kDeepest = 64;
-/// More values than this, aliases expanded, are refused.
+/// Limit on the number of values, aliases expanded.
 inline constexpr std::size_t kMostValues = 500'000;
 
-/// Parses one document. `text` is what checked_text() returned. On failure empty, with a fault; marks carry `source`.
+/// Parses one document. `text` is the result of checked_text(). On failure empty, with an error; marks contain
+/// `source`.
 std::optional<Node> parse_document(const std::string& text, const std::shared_ptr<const std::string>& source,
                                    FaultList& faults);
 /// Parses the value of an override; every mark is `mark`.

@@ -27,7 +27,7 @@ struct BlockLine {
 
 struct TextScan {
   std::vector<BlockLine> lines;
-  // The first slip among brackets, quotes and marks that no YAML has; the scan ends there.
+  // The first error among brackets, quotes and characters that are not YAML; the scan ends there.
   std::optional<SyntaxSlip> slip;
   std::size_t slip_line = 0;  // from 0
 };
@@ -86,7 +86,7 @@ class Scanner {
   }
   static std::string in_line(std::size_t line) { return fmt::format(" in line {}", line + 1); }
 
-  // What no YAML begins a line with.
+  // Line starts that are not YAML.
   bool is_foreign(std::size_t begin) {
     const std::string_view line = rest(begin);
     for (const char* mark : {"<<<<<<<", "=======", ">>>>>>>"}) {
@@ -125,7 +125,7 @@ class Scanner {
     skip_line();
   }
 
-  // A further line of a text without quotes: deeper than its key and without one of its own.
+  // A continuation line of a text without quotes: deeper than its key and without a key.
   bool continues_words(std::size_t indent) const {
     if (!ends_in_words_ || scan_.lines.empty() || indent <= scan_.lines.back().column) return false;
     const std::string_view line = rest(at_);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a user most likely did where text is no YAML. The parser notices late and in its own words; a look at brackets,
-/// quotes and lines finds the place of the slip.
+/// The likely cause of invalid YAML. The parser reports errors late and in general terms; a check of brackets,
+/// quotes and lines finds their position.
 
 #include <cstddef>
 #include <optional>
@@ -17,16 +17,16 @@ struct SyntaxSlip {
   std::string message;
 };
 
-/// The slip that explains why a parser failed in line `error_line` (from 0), or empty: then the parser's own message
-/// must do. Only for text that has been refused, for what looks like a slip may be meant. Linear in the text's length.
+/// The likely cause of a parser error in line `error_line` (from 0), or empty: then the parser's message is used. Only
+/// for rejected text, because similar valid text may be intended. Linear in the text's length.
 std::optional<SyntaxSlip> likely_slip(std::string_view text, std::size_t error_line);
 
-/// A key and its value, as they were meant.
+/// An intended key and its value.
 struct KeyAndValue {
   std::string_view key, value;
 };
 
-/// The parts of "duration:20" and "duration = 20", which YAML takes for one text; empty for anything else.
+/// The parts of "duration:20" and "duration = 20", which YAML reads as one text; else empty.
 std::optional<KeyAndValue> key_without_blank(std::string_view text);
 
 /// "a key needs a colon and a blank after it: 'duration: 20'" for "duration:20" and "duration = 20", else empty.

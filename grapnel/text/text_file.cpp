@@ -30,13 +30,13 @@ std::vector<std::string> neighbours(const std::filesystem::path& path) {
   return names;
 }
 
-// C1 too, and what turns the direction of writing: it makes a reader see another text than the parser.
+// Also C1 and characters that change the direction of writing, which make a reader see another text than the parser.
 bool is_forbidden_control(std::string_view text, std::size_t i, std::size_t length) {
   const char c = text[i];
   return c != '\t' && c != '\n' && c != '\r' && is_control(text, i, length);
 }
 
-// Blanks beside ' ' and tab, which a YAML parser takes for letters; pasted from web pages and word processors.
+// Blanks other than ' ' and tab, which a YAML parser treats as letters; pasted from web pages and word processors.
 std::size_t foreign_blank_length(std::string_view text) {
   for (const std::string_view blank : {"\u00a0", "\u2002", "\u2003", "\u2009", "\u202f", "\u3000", "\ufeff"}) {
     if (text.starts_with(blank)) return blank.size();
@@ -44,14 +44,14 @@ std::size_t foreign_blank_length(std::string_view text) {
   return 0;
 }
 
-// What the text begins with if it is a blank that must not indent; else empty.
+// The name of a leading blank that is not allowed in indentation; else empty.
 std::string_view wrong_blank(std::string_view text) {
   if (text[0] == '\t') return "tab";
   if (foreign_blank_length(text) == 0) return {};
   return text.starts_with("\u00a0") || text.starts_with("\u202f") ? "no-break space" : "foreign blank";
 }
 
-// Whether nothing but blanks and a comment follow in the line.
+// Whether only blanks and a comment follow in the line.
 bool begins_blank_line(std::string_view text) {
   std::size_t next = 0;
   while (next < text.size()) {
@@ -62,13 +62,13 @@ bool begins_blank_line(std::string_view text) {
   return next == text.size() || text[next] == '\n' || text[next] == '#';
 }
 
-// What is no regular file, as a pipe or a device, is read up to this size.
+// Limit on the size of pipes and devices.
 constexpr std::size_t kLargestPipe = 64u << 20;  // [bytes]
 
-// How long a pipe may say nothing [s].
+// Time limit for silence of a pipe [s].
 constexpr int kPatience = 10;
 
-// A file, or what stands in the place of one, that never blocks for ever.
+// A file, pipe or device, read without blocking forever.
 struct OpenFile {
   explicit OpenFile(const std::filesystem::path& path)
       : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
@@ -78,8 +78,8 @@ struct OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
-  // Bytes that were read, 0 at the end; below 0 errno says why, ETIMEDOUT where nothing came. A pipe is at its end only
-  // when somebody has written to it and is gone.
+  // Number of bytes read, 0 at the end; negative: an error in errno, ETIMEDOUT without data. A pipe ends only after a
+  // writer has written to it and closed it.
   ssize_t read(std::vector<char>& buffer) const {
     for (;;) {
       pollfd ready{descriptor, POLLIN, 0};
@@ -97,7 +97,7 @@ struct OpenFile {
 
 std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
                                      std::size_t largest, const std::filesystem::path& named) {
-  // A fault of the file named on the command line needs no second mention of its name.
+  // An error of the file named on the command line does not repeat its name.
   const std::string name = blame.line > 0 || blame.source == nullptr || *blame.source != path.string()
                                ? " '" + path.string() + "'"
                                : std::string();
@@ -114,25 +114,26 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
     return refuse(why + (near.empty() ? "" : "; did you mean '" + (said.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
-  // What has no size beforehand may have no end: of /dev/zero nothing but memory would be the limit.
+  // A file without a size may be endless, such as /dev/zero.
   if (!std::filesystem::is_regular_file(status)) largest = std::min(largest, kLargestPipe);
   const std::string too_large = fmt::format("it is larger than {} MB", largest >> 20);
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > largest) {
     return refuse(too_large);
   }
-  // Pipes are for people (stdin, the output of a command): what another file names might wait for ever.
-  if (!named.empty() && !std::filesystem::is_regular_file(status)) return refuse("it is no regular file");
+  // Pipes are accepted only from the command line (stdin, the output of a command); a pipe named in a file could block
+  // forever.
+  if (!named.empty() && !std::filesystem::is_regular_file(status)) return refuse("it is not a regular file");
   OpenFile file(path);
   if (file.descriptor < 0) return refuse(std::strerror(errno));
   note_input(path);
-  // A pipe has no size beforehand: stop one byte beyond the limit.
+  // The size of a pipe is unknown: stop one byte beyond the limit.
   std::string bytes;
   std::vector<char> buffer(1u << 16);
   while (bytes.size() <= largest) {
     const ssize_t got = file.read(buffer);
     if (got == 0) return bytes;
     if (got < 0)
-      return refuse(errno == ETIMEDOUT ? fmt::format("nothing came from it in {} s", kPatience) : std::strerror(errno));
+      return refuse(errno == ETIMEDOUT ? fmt::format("no data within {} s", kPatience) : std::strerror(errno));
     bytes.append(buffer.data(), static_cast<std::size_t>(got));
   }
   return refuse(too_large);
@@ -165,7 +166,7 @@ std::optional<std::string> checked_text(const std::string& bytes, const std::sha
     }
     if (byte == '\r' && text.substr(i + 1, 1) != "\n") {
       faults.add({source, line, column},
-                 "a carriage return alone ends no line; save the file with line feeds (or Windows line ends)");
+                 "a carriage return without a line feed; save the file with line feeds (or Windows line ends)");
       return {};
     }
     if (in_indentation && !indentation_reported) {

@@ -25,7 +25,7 @@ struct Symbol {
   bool takes_prefix = false;
 };
 
-// pi/180 and its like to 50 digits: a product with them, rounded once, is the double nearest to what is meant.
+// pi/180 and similar factors to 50 digits: a product, rounded once, is the double nearest to the exact value.
 constexpr std::array kSymbols{
     Symbol{"m", {1, 0, 0, 0}, "1", "1", 0, 0, true},
     Symbol{"g", {0, 1, 0, 0}, "1", "1", -3, 3, true},
@@ -88,7 +88,7 @@ constexpr std::array kPrefixes{Prefix{"da", 1},      Prefix{"n", -9}, Prefix{"u"
                                Prefix{"\u03bc", -6}, Prefix{"m", -3}, Prefix{"c", -2}, Prefix{"d", -1},
                                Prefix{"k", 3},       Prefix{"M", 6},  Prefix{"G", 9}};
 
-// What people write for a unit that has another symbol here.
+// Other spellings of supported units.
 struct Alias {
   std::string_view written, meant;
 };
@@ -106,7 +106,7 @@ constexpr std::array kAliases{
 
 // ---- Decimal numbers ----
 
-constexpr std::size_t kDigits = 60;  // kept of a product: far more than any double has
+constexpr std::size_t kDigits = 60;  // digits of a product, far more than a double has
 
 DecimalFactor product(const DecimalFactor& a, const DecimalFactor& b) {
   std::vector<int> sum(a.digits.size() + b.digits.size(), 0);
@@ -131,7 +131,7 @@ DecimalFactor product(const DecimalFactor& a, const DecimalFactor& b) {
   return result;
 }
 
-// The double nearest to a number in the grammar of files times a factor; infinite or zero where none is near.
+// The double nearest to a number in the grammar of files times a factor; infinite or zero outside the range.
 double scaled(std::string_view number, const DecimalFactor& factor) {
   const bool negative = number.starts_with('-');
   if (negative || number.starts_with('+')) number.remove_prefix(1);
@@ -150,7 +150,7 @@ double scaled(std::string_view number, const DecimalFactor& factor) {
     std::string_view power = number.substr(e + 1);
     if (power.starts_with('+')) power.remove_prefix(1);
     int exponent = 0;
-    // A power that no int holds is beyond what a double holds too.
+    // A power outside the range of int is outside the range of a double too.
     if (std::from_chars(power.data(), power.data() + power.size(), exponent).ec != std::errc())
       exponent = power.starts_with('-') ? -100000 : 100000;
     value.exponent += std::clamp(exponent, -100000, 100000);
@@ -165,7 +165,7 @@ double scaled(std::string_view number, const DecimalFactor& factor) {
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-// Takes one of the texts off the beginning.
+// Removes one of the texts from the beginning.
 bool take(std::string_view& text, std::string_view beginning) {
   if (!text.starts_with(beginning)) return false;
   text.remove_prefix(beginning.size());
@@ -244,7 +244,7 @@ std::optional<Unit> unit_of_symbol(std::string_view name) {
   return unit;
 }
 
-// By another unit to a power in tenths. False for powers that no decimal factor has: mm^1.5.
+// Multiplies by another unit to a power in tenths. False for powers without a decimal factor: mm^1.5.
 bool multiply(Unit& unit, const Unit& by, int tenths) {
   const bool is_si = by.to_si.digits == "1" && by.to_si.exponent == 0;
   if (tenths % 10 != 0 && !is_si) return false;
@@ -277,7 +277,7 @@ std::optional<Unit> unit_named(std::string_view text) {
     text = without_blanks(text);
     const std::optional<Unit> one = unit_of_symbol(take_symbol(text));
     const int power = one ? take_power(text) : 0;
-    // "N m/rad s" is one thing to some and another to others.
+    // "N m/rad s" is ambiguous.
     if (power == 0 || (has_divided && !divides) || !multiply(unit, *one, divides ? -power : power)) return {};
     has_divided = has_divided || divides;
     const std::size_t before = text.size();
@@ -346,7 +346,7 @@ namespace {
 struct Named {
   std::string_view name, units;
 };
-// What has a name, by a unit that it may have.
+// Named quantities and their units.
 constexpr std::array kNamed{
     Named{"an angle", "rad, deg, mrad"},
     Named{"a length", "m, mm, cm, km"},
@@ -386,7 +386,7 @@ std::string expected_at(std::span<const std::string_view> units) {
   return text;
 }
 
-// "; did you mean 'kg'?" for a unit that is none.
+// "; did you mean 'kg'?" for an unknown unit.
 std::string meant_unit(std::string_view unit, std::span<const std::string_view> units) {
   for (const Alias& alias : kAliases) {
     if (unit == alias.written) return fmt::format("; did you mean '{}'?", alias.meant);
@@ -423,7 +423,7 @@ UnitReading take_unit(Node& node, std::string_view stated, const std::string& na
   const std::vector<std::string_view> units = units_of_place(stated);
   const bool has_none = std::all_of(units.begin(), units.end(), [](std::string_view unit) { return unit == "1"; });
   const std::optional<Unit> given = unit_named(parts->unit);
-  if (!given && !number_advice(node.text).empty()) return UnitReading::none;  // a slip of another kind
+  if (!given && !number_advice(node.text).empty()) return UnitReading::none;  // another kind of error
   if (has_none) {
     const bool is_percentage = parts->unit == "%";
     return refuse(fmt::format("{} must be a number without unit, not {}{}", name, in_quotes(node.text),
@@ -437,7 +437,7 @@ UnitReading take_unit(Node& node, std::string_view stated, const std::string& na
     if (!wanted || !wanted->has_dimension_of(*given)) continue;
     const double value = scaled(parts->number, product(given->to_si, wanted->from_si));
     if (!std::isfinite(value))
-      return refuse(fmt::format("{} is {}, which is beyond what a double holds", name, in_quotes(node.text)));
+      return refuse(fmt::format("{} is {}, which is outside the range of a double", name, in_quotes(node.text)));
     node.written =
         std::exchange(node.text, fmt::format("{}", value));  // the shortest that reads back to the same double
     node.plain = true;

@@ -13,12 +13,12 @@ namespace {
 
 constexpr std::size_t kLineLength = 120;
 
-// Texts that the parser takes for nothing, so that they need quotes.
+// Texts that the parser reads as null, so that they need quotes.
 bool looks_empty(std::string_view text) {
   return text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
 }
 
-// Whether a text means itself without quotes, at any place. Conservative: quotes never harm.
+// Whether a text is safe without quotes at any place. Conservative: extra quotes are harmless.
 bool is_simple(std::string_view text) {
   if (looks_empty(text) || text == "=" || text == "<<") return false;
   const auto plain = [](unsigned char c) {
@@ -27,7 +27,7 @@ bool is_simple(std::string_view text) {
   };
   if (!std::all_of(text.begin(), text.end(), plain)) return false;
   if (text.front() == ' ' || text.back() == ' ') return false;
-  // "- ", "--- " and "..." have meanings of their own.
+  // "- ", "--- " and "..." are YAML markers.
   return !(text.starts_with("-") && (text.size() == 1 || text[1] == ' ' || text[1] == '-')) && !text.starts_with("...");
 }
 
@@ -86,14 +86,14 @@ std::string comment_lines(const std::string& comment, const std::string& indent)
   return out;
 }
 
-// A flow style has no place for the comments of what is in it.
+// Flow style cannot hold comments of its items.
 bool has_comments(const Node& node) {
   const auto in = [](const Node& below) { return !below.comment.empty() || has_comments(below); };
   return std::any_of(node.items.begin(), node.items.end(), in) ||
          std::any_of(node.entries.begin(), node.entries.end(), [&](const NodeEntry& e) { return in(e.value); });
 }
 
-// Lists and mappings that hold more than scalars and short lists read better in lines of their own.
+// Lists and mappings with more than scalars and short lists are written on separate lines.
 bool is_flat(const Node& node) {
   const auto flat = [](const Node& below) {
     return is_leaf(below) || (below.is_sequence() && std::all_of(below.items.begin(), below.items.end(), is_leaf));
@@ -106,7 +106,7 @@ class Writer {
  public:
   std::string out;
 
-  // A list or mapping with something in it, each item in lines of its own. The first goes where the text ends.
+  // A list or mapping with items on separate lines. The first item starts at the end of the text.
   void block(const Node& node, std::size_t indent) {
     bool first = true;
     const auto begin_line = [&](const Node& value) {

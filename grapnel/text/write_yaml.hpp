@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A tree back to text: a YAML file that people read and change, or a value on one line.
+/// Writes a tree as text: a YAML file for people, or a value on one line.
 
 #include <string>
 
@@ -9,9 +9,9 @@
 
 namespace grapnel {
 
-/// Block style, with what fits on one line in flow style. `comment` comes first, "# " before each of its lines, and so
-/// does the comment of every value before the line on which it begins. Parsed again the tree is the same: kinds, texts,
-/// keys and their order, and what is a number, a truth value or text.
+/// Block style; values that fit on one line use flow style. `comment` comes first, with "# " before each line; the
+/// comment of every value precedes its line. Parsing the text gives the same tree: kinds, texts, keys and their order,
+/// and the types of scalars.
 std::string yaml_text(const Node& tree, const std::string& comment = {});
 
 /// The value on one line, as "--set path=TEXT" takes it: 10, [1, 0, 0], {match: twist}, "a text with: signs".

@@ -24,7 +24,7 @@ bool ends_segment(std::string_view rest, std::size_t length) {
   return length == rest.size() || rest[length] == '.' || rest[length] == '[';
 }
 
-// Walks along a path. Names may hold dots: what exists and is longest wins.
+// Follows a path. Names may contain dots: the longest existing name is used.
 class Walker {
  public:
   Walker(std::string_view path, const Mark& mark, FaultList& faults)
@@ -78,7 +78,7 @@ class Walker {
     else if (!first)
       return fail(fmt::format("{} must follow a '.'", in_quotes(rest_)));
     if (node.is_sequence()) return item_of(node, here);
-    // An absent or empty value becomes a mapping; a value that is there must not be lost to a slip.
+    // An absent or empty value becomes a mapping; an existing value is never replaced by a mapping.
     if (node.kind == Node::Kind::null) node.kind = Node::Kind::mapping;
     if (!node.is_mapping()) return fail(fmt::format("{} is a value without keys", here));
     std::size_t longest = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The tree of a YAML document with the place of every value and key.
+/// The tree of a YAML document with the location of every value and key.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace grapnel {
 
 struct NodeEntry;
 
-/// A value. Only the members of its kind are in use.
+/// A value. Only the members of its kind are used.
 struct Node {
   enum class Kind { null, scalar, sequence, mapping };
   static constexpr std::uint8_t kRefusedUnit = 255;  // a fault has been added
@@ -25,19 +25,19 @@ struct Node {
   Mark mark;
   std::string text;   // scalar
   bool plain = true;  // scalar: without quotes, so that it may be a number
-  /// Of a number that was written with a unit, which it has no longer: which of the place's units it was, from 1. 0:
-  /// none. units.hpp says more.
+  /// For a number that was written with a unit and converted: the index, from 1, among the units of its place. 0: none.
+  /// See units.hpp.
   std::uint8_t unit = 0;
   std::vector<Node> items;         // sequence
   std::vector<NodeEntry> entries;  // mapping, in the order of the file; a duplicate key occurs twice
-  std::string comment = {};        // lines to write before it; files that are read leave it empty
-  std::string written = {};        // scalar with `unit`: the text as it was, with the unit
+  std::string comment = {};        // lines to write before it; empty after reading
+  std::string written = {};        // scalar with `unit`: the original text with the unit
 
   bool is_mapping() const { return kind == Kind::mapping; }
   bool is_sequence() const { return kind == Kind::sequence; }
   bool is_scalar() const { return kind == Kind::scalar; }
 
-  /// The first entry with the key, or null; null also where this is no mapping.
+  /// The first entry with the key, or null; null also if this is not a mapping.
   const NodeEntry* entry(std::string_view key) const;
   NodeEntry* entry(std::string_view key);
   const Node* find(std::string_view key) const;
@@ -71,11 +71,11 @@ inline Node* Node::find(std::string_view key) {
   return e ? &e->value : nullptr;
 }
 
-// Values named by paths such as targets[0].mass, and values given beside a file.
+// Values named by paths such as targets[0].mass, and overrides.
 
-/// A value that replaces, or adds to, what the file says. The path names keys, list items by index and named items by
-/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also where the robot has a
-/// file of its own). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
+/// A value that replaces a value of the file, or adds one. The path names keys, list items by index and named items by
+/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also for a robot in a
+/// separate file). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
 struct Override {
   std::string path;
   std::string value;
@@ -84,8 +84,8 @@ struct Override {
 /// Splits the argument of --set at its first "=". @throws InputError if there is none.
 Override parse_override(const std::string& argument);
 
-/// What a change of a value puts in its place. The mark is where it was asked for; `text` is the value as "--set
-/// path=text" would say it.
+/// The new value of a change. The mark is the location of the request; `text` is the value in the form of "--set
+/// path=text".
 struct Change {
   std::string path;
   Mark mark;
@@ -93,20 +93,20 @@ struct Change {
   std::string text;
 };
 
-/// "--set path=value", as faults name it.
+/// "--set path=value", as in messages.
 std::string override_text(const Override& change);
 
-/// Sets what the change's path names; keys that are absent are created, so that a wrong one is found by the check of
-/// the structure, which knows what was meant.
+/// Sets the value at the change's path; absent keys are created, so that the structure check reports wrong keys with
+/// suggestions.
 void apply_change(Node& root, const Change& change, FaultList& faults);
 
-/// What a path names, if it is there.
+/// The value at a path, or null.
 std::optional<Node> value_at(Node root, const std::string& path);
 
-/// One step of the way to a value: a key of a mapping, or an item of a list.
+/// One step of a path: a key of a mapping, or an item of a list.
 struct PathStep {
   std::string key;        // of a mapping
-  std::size_t index = 0;  // of a list, whatever the path called the item
+  std::size_t index = 0;  // in a list, for any form of the item in the path
   bool is_index = false;
 };
 

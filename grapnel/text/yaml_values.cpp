@@ -20,7 +20,7 @@ namespace {
 
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
-// The number at the beginning of the text; what it takes is removed.
+// The number at the beginning of the text, which is removed from it.
 std::optional<double> take_number(std::string_view& text) {
   std::string_view rest = text;
   if (rest.starts_with('+')) rest.remove_prefix(1);
@@ -38,7 +38,7 @@ std::optional<double> whole_number(std::string_view text) {
   return text.empty() ? value : std::nullopt;
 }
 
-// A text with all occurrences replaced; std::string has no such thing.
+// A text with all occurrences replaced.
 std::string replaced(std::string text, std::string_view what, std::string_view by) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
     text.replace(at, what.size(), by);
@@ -52,12 +52,12 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-// Where numbers stand without their unit, as in tables of numbers.
+// For places with numbers without units, such as tables.
 std::string unit_advice(std::string_view text) {
   const auto value = number_and_unit(text);
   const auto unit = value ? unit_named(value->unit) : std::nullopt;
   const double number = unit ? in_si(*value, *unit) : NAN;
-  return std::isfinite(number) ? fmt::format("; numbers stand without their unit here, write {}", number) : "";
+  return std::isfinite(number) ? fmt::format("; numbers have no units here, write {}", number) : "";
 }
 
 // "10,5", "1_000", "1'000", "1 000", "1,000".
@@ -67,7 +67,7 @@ std::string separator_advice(std::string_view text) {
   if (commas == 1 && text.find('.') == std::string_view::npos && whole_number(with_point)) {
     const std::size_t digits_behind = text.size() - text.find(',') - 1;
     const bool thousands = digits_behind == 3 && std::all_of(text.end() - 3, text.end(), digit) && text[0] != '0';
-    if (!thousands) return "; numbers have a point, write " + shortened(with_point);
+    if (!thousands) return "; use a decimal point, write " + shortened(with_point);
     return fmt::format("; write {} or {}", shortened(with_point), shortened(replaced(std::string(text), ",", "")));
   }
   for (const std::string_view separator : {"_", "'", " ", ",", "\u00a0", "\u202f"}) {
@@ -155,7 +155,7 @@ std::optional<double> infinity_or_nan(std::string_view text) {
   return {};
 }
 
-// The value of decimal text; empty where a double cannot hold it.
+// The value of decimal text; empty outside the range of a double.
 std::optional<double> decimal_value(std::string_view text) {
   if (text[0] == '+') text.remove_prefix(1);
   double value = 0;
@@ -164,12 +164,12 @@ std::optional<double> decimal_value(std::string_view text) {
   return value;
 }
 
-// Whether decimal text that a double cannot hold is too small rather than too large.
+// Whether decimal text outside the range of a double is too small rather than too large.
 bool is_tiny(std::string_view text) {
   text = without_sign(text);
   const std::size_t e = std::min(text.find_first_of("eE"), text.size());
   const std::string_view mantissa = text.substr(0, e);
-  // The power of ten of the first digit that counts. Files have some millions of characters at most.
+  // The power of ten of the first significant digit. Files have at most some millions of characters.
   const std::size_t point = std::min(mantissa.find('.'), mantissa.size());
   const std::size_t first = std::min(mantissa.find_first_of("123456789"), mantissa.size());
   const auto power = static_cast<std::int64_t>(point) - static_cast<std::int64_t>(first);
@@ -229,7 +229,7 @@ std::string list_advice(std::string_view text) {
     rest = trimmed(rest.substr(end));
     if (rest.starts_with(',')) rest = trimmed(rest.substr(1));
   }
-  return count < 2 ? "" : "; a list stands in brackets: [" + shortened(list) + "]";
+  return count < 2 ? "" : "; write a list in brackets: [" + shortened(list) + "]";
 }
 
 std::optional<double> number_of(const Node& node) {
@@ -287,7 +287,7 @@ std::string why_no_number(const Node& node) {
   }
   if (!node.text.empty() && decimal_grammar(node.text)) {
     return "; " + in_quotes(node.text) +
-           (is_tiny(node.text) ? " is smaller than a double resolves" : " is beyond what a double holds");
+           (is_tiny(node.text) ? " is below the range of a double" : " is above the range of a double");
   }
   return ", not " + described(node) + number_advice(node.text);
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the scalars of a file mean, and numbers to and from values of a tree. The rules are Grapnel's own: a text that
-/// YAML 1.1, YAML 1.2 and C would read as different numbers is refused.
+/// Interpretation of the scalars of a file, and conversion between numbers and values of a tree. The rules are stricter
+/// than YAML: a text that YAML 1.1, YAML 1.2 and C would read as different numbers is rejected.
 
 #include <optional>
 #include <span>
@@ -14,12 +14,11 @@
 
 namespace grapnel {
 
-/// What to write in place of the text of a number, to follow "not the text '10,5'": "; numbers have a point, write
-/// 10.5". For decimal commas, separators of thousands, units, degrees, products with pi, slips of one letter. Else
-/// empty.
+/// Correction for the text of a number, after "not the text '10,5'": "; use a decimal point, write 10.5". For decimal
+/// commas, thousands separators, units, degrees, products with pi, and single wrong letters. Else empty.
 std::string number_advice(std::string_view text);
 
-/// "; a list stands in brackets: [1, 1, 1]" for "1, 1, 1", "1 1 1" and "(1, 1, 1)". Else empty.
+/// "; write a list in brackets: [1, 1, 1]" for "1, 1, 1", "1 1 1" and "(1, 1, 1)". Else empty.
 std::string list_advice(std::string_view text);
 
 /// The value of a plain decimal number, .inf, -.inf or .nan; empty for anything else.
@@ -33,12 +32,12 @@ bool is_text(const Node& node);
 /// is where the second begins.
 bool is_decimal_comma(const Node& whole, const Node& fraction, const Mark& place);
 
-/// What the node is, for a message: "the text 'abc'", "a list", "a mapping", "empty".
+/// Description of the node for a message: "the text 'abc'", "a list", "a mapping", "empty".
 std::string described(const Node& node);
-/// Why a node is no number, to follow "must be a number": ", not the text 'abc'", "; '010' looks octal, write 10".
+/// Why a node is not a number, after "must be a number": ", not the text 'abc'", "; '010' looks octal, write 10".
 std::string why_no_number(const Node& node);
 
-// Trees that are made.
+// Construction of trees.
 
 /// A number as a scalar that reads back to the same bits.
 Node number_node(double value, const Mark& mark = {});
@@ -50,12 +49,12 @@ Node sequence_node(const Mark& mark = {});
 /// Sets a key of a mapping.
 void put(Node& mapping, std::string_view key, Node value);
 
-/// The finite numbers of a value, in its order; empty if it is anything else.
+/// The finite numbers of a value, in its order; else empty.
 std::optional<std::vector<double>> numbers_in(const Node& value);
 /// A value of the same form with other numbers, and another mark.
 Node with_numbers(Node form, std::span<const double> numbers, const Mark& mark);
-/// What a number of such a value is called: "x", "y", "z" of a list of three, "0", "1" of another, its key of a
-/// mapping; empty of a number alone.
+/// The name of a number of such a value: "x", "y", "z" in a list of three, "0", "1" in another list, the key in a
+/// mapping; empty for a single number.
 std::string number_name(const Node& form, std::size_t index);
 
 }  // namespace grapnel

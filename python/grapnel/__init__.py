@@ -1,4 +1,4 @@
-"""Captures of tumbling satellites by space robots: approach, impact, and motion afterwards.
+"""Capture of tumbling satellites by space robots: approach, impact, and motion afterwards.
 
     import grapnel
     problem = grapnel.load("scenarios/dual-arm-satellite-handles.yaml", set={"approach.duration": 50})
@@ -7,8 +7,8 @@
     print(result.captured, result.units["base/angular_velocity"], result["base/angular_velocity"][-1])
     result.report("capture.html")
 
-Everything is in SI units and radians. Frames: W is the inertial world, B the robot's base, E an end-effector, T a target.
-Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/python.md tells the rest.
+All values are in SI units and radians. Frames: W is the inertial world, B the robot's base, E an end-effector, T a target.
+Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/python.md is the manual.
 """
 
 from . import env

@@ -1,4 +1,4 @@
-"""Types of the compiled part. The package grapnel around it says what its functions mean."""
+"""Types of the compiled module. The package grapnel documents its functions."""
 
 import os
 from typing import Any, Union
@@ -257,8 +257,8 @@ def identify(robot: Robot, frame: str, q: Any, v: Any, impulse: Any, base: str, 
 def inertial_parameters() -> list[str]: ...
 def has_reports() -> bool: ...
 def instruction_set() -> str:
-    """The SIMD instruction set of rollouts and of robots' functions: 'avx512' (8 lanes), 'avx2' (4), 'sse2' (2) or 'one_lane'.
-    GRAPNEL_LANES in the environment names another one."""
+    """The SIMD instruction set of rollouts and of functions of robots: 'avx512' (8 lanes), 'avx2' (4), 'sse2' (2) or 'one_lane'.
+    The environment variable GRAPNEL_LANES selects another one."""
 def campaign(file: _Path, folder: _Path, threads: int, report: bool, csv: bool, extend: int,
              map: bool) -> tuple[int, str]: ...
 def sweep(file: _Path, folder: _Path, threads: int, report: bool) -> tuple[int, str]: ...

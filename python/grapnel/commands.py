@@ -1,4 +1,4 @@
-"""Campaigns, sweeps and searches as the program runs them, and what is made of their folders."""
+"""Campaigns, sweeps and optimizations, with the reports and figures of their folders."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .scenario import Problem
 
 
 class CommandError(RuntimeError):
-    """A command that could not do what was asked. `code` is the exit code that the program would have ended with."""
+    """A command failed. `code` is the exit code of the equivalent `grapnel` command."""
 
     code: int
 
@@ -36,12 +36,12 @@ def _say(done: tuple[int, str], accepted: tuple[int, ...]) -> None:
 
 
 def _file_and_folder(what: Path | Mapping[str, Any], kind: str, out: Path | None) -> tuple[str, _Path]:
-    """The file of a campaign, study or optimization and the folder for its results. A dictionary becomes a file there."""
+    """The file of a campaign, study or optimization, and its result folder. A dictionary is written to a file in this folder."""
     if not isinstance(what, Mapping):
         file = file_path("file", what)
         return file, _Path(file_path("out", out)) if out is not None else _Path("out") / _Path(file).stem
     if out is None:
-        raise ValueError(f"out is missing; expected is the folder for the results of a {kind} that is made in Python")
+        raise ValueError(f"out is missing; a {kind} given as a dictionary needs a folder for its results")
     folder = _Path(file_path("out", out))
     folder.mkdir(parents=True, exist_ok=True)
     values = {"schema": f"grapnel-{kind}/1", **what}
@@ -58,13 +58,15 @@ def _file_and_folder(what: Path | Mapping[str, Any], kind: str, out: Path | None
 
 def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True,
              extend: int = 0) -> _Path:
-    """Runs a campaign file (docs/formats/campaign.md) and returns its folder: table.h5, table.csv, campaign.json and the
-    report, the same bytes as the program's. Called again with the same file and folder it goes on where it was stopped, by
-    Ctrl-C for instance. `extend` adds so many cases. `out`: None is out/ and the file's name. Warnings are Python's; cases
-    that are not ok are one. `read_table` reads the table. Raises InputError (the file), CommandError (the rest).
+    """Runs a campaign file (docs/formats/campaign.md) and returns its folder with table.h5, table.csv, campaign.json and the
+    report, byte for byte as the program writes them. Repeat the call with the same file and folder to resume a campaign that was
+    stopped, for example by Ctrl-C.
 
-    Instead of a file a dictionary with its keys, whose `scenario` may be a Problem: it is written to campaign.yaml in `out`, the
-    problem to scenario.yaml beside it."""
+    `extend`: number of cases to add. `out`: None is out/ plus the file's name. Messages, including the number of cases that are
+    not ok, are Python warnings. `read_table` reads the table. Raises InputError for errors in the file, else CommandError.
+
+    `file` may be a dictionary with the keys of a campaign file, whose `scenario` may be a Problem. The function writes it to
+    campaign.yaml in `out`, and the problem to scenario.yaml beside it."""
     more, threads = whole_number("extend", extend, 0, 2**53), thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
@@ -73,7 +75,7 @@ def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
 
 
 def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True) -> _Path:
-    """A campaign at every point of one or two design values, as `grapnel map`; success_map.csv has the probabilities."""
+    """Runs a campaign at every point of one or two design values, as `grapnel map`; success_map.csv has the probabilities."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
@@ -82,7 +84,7 @@ def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads
 
 
 def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
-    """Runs a study file, a grid of captures (docs/formats/study.md), and returns its folder. Else as `campaign`."""
+    """Runs a study file, a grid of captures (docs/formats/study.md), and returns its folder. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "study", out)
     _grapnel.check_study(file)
@@ -91,8 +93,8 @@ def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int 
 
 
 def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
-    """Looks for the best of many captures (docs/formats/optimization.md) and returns the folder: best.yaml is a scenario
-    ready to be loaded. Else as `campaign`."""
+    """Searches the best of many captures (docs/formats/optimization.md) and returns the folder; best.yaml is the best
+    scenario. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "optimization", out)
     _grapnel.check_optimization(file)
@@ -101,21 +103,21 @@ def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
 
 
 def report(folder: Path, second: Path | None = None, file: Path | None = None) -> None:
-    """Writes the report of a result folder; with a second folder a comparison of two runs. `file`: None is report.html in
+    """Writes the report of a result folder, or with a second folder a comparison of two runs. `file`: None is report.html in
     the folder, or report-vs-SECOND.html."""
     _say(_grapnel.report(file_path("folder", folder), "" if second is None else file_path("second", second),
                          "" if file is None else file_path("file", file)), (0,))
 
 
 def figure(folder: Path, what: str, file: Path, width: float = 0, height: float = 0) -> None:
-    """Draws a figure for a paper from a result folder by gnuplot: `what` as `grapnel figure --list` says ('joints',
-    'momentum', 'strobe', 'impulse-map', ...), into a .pdf, .svg or .png, `width` and `height` in cm, 0: by the figure."""
+    """Draws a publication figure from a result folder with gnuplot. `what`: a name that `grapnel figure --list` prints ('joints',
+    'momentum', 'strobe', 'impulse-map', ...). `file`: a .pdf, .svg or .png. `width` and `height` in cm; 0: default size."""
     folder, file = file_path("folder", folder), file_path("file", file)
     if not os.path.isdir(folder):
-        raise FileNotFoundError(f"{folder} is no folder")
+        raise FileNotFoundError(f"{folder} is not a folder")
     if not isinstance(what, str):
-        raise TypeError(f"what is {what!r}; expected is a figure's name, such as 'joints'")
+        raise TypeError(f"what is {what!r}; expected a figure's name, such as 'joints'")
     for name, length in (("width", width), ("height", height)):
         if not (math.isfinite(length) and length >= 0):
-            raise ValueError(f"{name} is {length!r}; expected is a length in cm, or 0")
+            raise ValueError(f"{name} is {length!r}; expected a length in cm, or 0")
     _say(_grapnel.figure(folder, what, file, float(width), float(height)), (0,))

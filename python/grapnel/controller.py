@@ -1,11 +1,11 @@
-"""Controllers of one's own in Python: a class with `update`, and what it is given.
+"""Custom controllers in Python: a class with `update`, and the types of its arguments.
 
     class Damper:
         def create(self, setup): self.kd = setup.parameters["kd"]
         def reset(self, time): ...
         def update(self, input, access, output): output.effort = -self.kd * input.rate
 
-    result = problem.simulate(controller=Damper)       # the scenario says control: {external: true, period: ...}
+    result = problem.simulate(controller=Damper)       # scenario with control: {external: true, period: ...}
 
 Names and arguments are those of the C interface, grapnel/plugin/grapnel_controller.h; docs/how-to/own-controller.md.
 """
@@ -22,18 +22,18 @@ __all__ = ["Controller", "ControllerAccess", "ControllerInput", "ControllerOutpu
 
 
 class Controller(Protocol):
-    """What `Problem.simulate(controller=...)` takes: an object with `update`, or a class, of which each run makes an object.
+    """Argument of `Problem.simulate(controller=...)`: an object with `update`, or a class, of which each run creates an object.
 
-    It may also have `create(setup: ControllerSetup)`, called once a run before anything else, and `reset(time: float)`, before
-    the first sample. An exception in any of them ends the run; what was computed by then is kept.
+    Optional functions are `create(setup: ControllerSetup)`, called once per run before all others, and `reset(time: float)`,
+    called before the first sample. An exception in any of them ends the run; the results up to that time are kept.
     """
 
     def update(self, input: ControllerInput, access: ControllerAccess, output: ControllerOutput) -> None:
-        """A sample: reads `input`, may ask `access` for the true model, writes `output.effort` and `output.base_torque`."""
+        """Called at each sample: reads `input`, may query the true model in `access`, writes `output.effort` and `output.base_torque`."""
 
 
 def _given(controller: Any) -> tuple[Any, str, str]:
-    """The controller, its name in results, and the sha256 of its class's source; '' where that cannot be had."""
+    """The controller, its name in results, and the sha256 of its class's source; '' if the source is not available."""
     if controller is None:
         return None, "", ""
     kind = controller if inspect.isclass(controller) else type(controller)

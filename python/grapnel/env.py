@@ -1,8 +1,8 @@
-"""Captures as environments for learning and search: reset, step, one at a time or many.
+"""Captures as environments for reinforcement learning and search: reset and step, for one case or many.
 
-In the shape of gymnasium, which is used where it is installed and not needed. What moves is `grapnel.Rollout`: fixed steps in
-SIMD lanes, the targets free, nothing closes. A policy that works here is then tried by `Problem.simulate`, which judges the
-capture with error control, contact and conservation checks.
+The interface is that of gymnasium, which is optional. `grapnel.Rollout` computes the motion with fixed steps in SIMD lanes; the
+targets are free and no grasp closes. Verify a policy with `Problem.simulate`, which evaluates the capture with error control,
+contact and conservation checks.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Perturb = Callable[[np.random.Generator, Array, Array], "tuple[Array, Array]"]
 
 
 class Box:
-    """A box of real numbers: what of gymnasium.spaces.Box is needed where that is not installed."""
+    """A box of real numbers; replaces gymnasium.spaces.Box if gymnasium is not installed."""
 
     def __init__(self, low: Array, high: Array) -> None:
         self.low, self.high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
@@ -35,17 +35,17 @@ class Box:
         self._random = np.random.default_rng()
 
     def seed(self, seed: int | None = None) -> None:
-        """Makes what is sampled from now on repeatable."""
+        """Sets the seed of subsequent samples."""
         self._random = np.random.default_rng(seed)
 
     def sample(self) -> Array:
-        """Uniform where the box is finite, else normal."""
+        """A random point: uniform in finite intervals, else normal."""
         finite = np.isfinite(self.low) & np.isfinite(self.high)
         return np.where(finite, self._random.uniform(np.where(finite, self.low, 0), np.where(finite, self.high, 1)),
                         self._random.standard_normal(self.shape))
 
     def contains(self, x: Any) -> bool:
-        """Whether x has the shape and lies within."""
+        """Whether x has the shape of the box and lies inside."""
         x = np.asarray(x)
         return x.shape == self.shape and bool(np.all(x >= self.low) and np.all(x <= self.high))
 
@@ -59,32 +59,35 @@ def _box(low: Array, high: Array) -> Any:
     return _gymnasium.spaces.Box(low, high, dtype=np.float64)
 
 
-#: Speed beyond which a case of an environment has diverged [rad/s or m/s].
+#: Speed above which a case of an environment has diverged [rad/s or m/s].
 RUNAWAY = 1e5
 
 
 def _quaternions_of(robot: Any) -> list[int]:
-    """Where the quaternions of free bodies begin in q."""
+    """Indices in q at which the quaternions of free bodies begin."""
     names = robot.q_names
     return [i for i, name in enumerate(names[:-3]) if name.endswith("/qw") and names[i + 1] == name[:-1] + "x"]
 
 
 class VectorCaptureEnv:
-    """`n` captures of one problem at once.
+    """`n` simultaneous captures of one problem.
 
-    An observation is, per case: joint values [rad, m], joint rates, the base's angular velocity [rad/s], and per grasp the
-    vector from the end-effector to its grasp point [m] and the grasp point's velocity relative to the end-effector [m/s], all
-    in the base's axes. An action is an effort per joint in parts of `effort_scale`, between -1 and 1, held for `period` [s]. Joints
-    and their order are those of `env.robot.joints`: those of the arms, and where the robot has them the reaction wheels
-    (`wheel:NAME`), the gimbals and rotors of control moment gyros (`gyro:NAME`, `gyro-rotor:NAME`) and joints on springs, which
-    have efforts here like any other joint. Send 0 where nothing shall act.
+    Observation of a case: joint values [rad, m], joint rates, the base's angular velocity [rad/s], and for each grasp the vector
+    from the end-effector to its grasp point [m] and the grasp point's velocity relative to the end-effector [m/s], all in the
+    base's axes.
 
-    The reward of a step is by how much sum(distance + 1 s * relative speed) over the grasps has gone down [m], and 1 more when the
-    capture is there: every end-effector within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp
-    point, by default those of its envelope (0.05 m and 0.05 m/s without one). Angles of envelopes are not judged here. A case
-    ends with the capture (terminated), at `duration` (truncated), or where it diverges (terminated, and `diverged` in the
-    dictionary of step()): a speed exceeds `RUNAWAY` (rad/s or m/s), or its numbers are no state any more. A diverged case
-    stays in its last sound state. A case that has ended stays as it is, with rewards of 0, until it is reset.
+    Action: an effort per joint as a fraction of `effort_scale`, between -1 and 1, held for `period` [s]. Joints have the order of
+    `env.robot.joints`. They are the joints of the arms and, if the robot has them, the reaction wheels (`wheel:NAME`), the gimbals
+    and rotors of control moment gyros (`gyro:NAME`, `gyro-rotor:NAME`) and joints with springs, which accept efforts here like all
+    other joints. Send 0 for no effort.
+
+    Reward of a step: the decrease of sum(distance + 1 s * relative speed) over the grasps [m], plus 1 at the capture. In a
+    capture every end-effector is within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp point. The
+    defaults are those of its envelope, or 0.05 m and 0.05 m/s without an envelope. Angles of envelopes are not evaluated.
+
+    End of a case: at the capture (terminated), at `duration` (truncated), or when it diverges (terminated, and `diverged` in the
+    dictionary of step()). A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
+    last valid state. A case that has ended keeps its state, with rewards of 0, until it is reset.
     """
 
     def __init__(self, problem: Problem, n: int, period: float = 0.1, step: float = 0.02, duration: float | None = None,
@@ -92,12 +95,12 @@ class VectorCaptureEnv:
                  angular_velocity: float | None = None, method: str = "rk4", perturb: Perturb | None = None,
                  threads: int = 0) -> None:
         if not (0 < step <= period < math.inf):
-            raise ValueError(f"step is {step}, period {period}; expected is 0 < step <= period, both finite")
+            raise ValueError(f"step is {step}, period {period}; expected 0 < step <= period, both finite")
         if duration is not None and not 0 < duration < math.inf:
-            raise ValueError(f"duration is {duration}; expected is a positive and finite time")
+            raise ValueError(f"duration is {duration}; expected a positive and finite time")
         for name, tolerance in (("position", position), ("velocity", velocity), ("angular_velocity", angular_velocity)):
             if tolerance is not None and not tolerance >= 0:
-                raise ValueError(f"{name} is {tolerance}; expected is a tolerance that is not negative")
+                raise ValueError(f"{name} is {tolerance}; expected a tolerance that is not negative")
         n = whole_number("n", n, 1, 2**31)
         substeps = round(period / step)
         self.rollout = Rollout(problem, period / substeps, substeps, method)
@@ -106,7 +109,7 @@ class VectorCaptureEnv:
         self.duration = float(duration if duration is not None else self.robot._core.approach_duration or 20.0)
         self.grasps: list[dict[str, Any]] = self.robot._core.grasps
         if not self.grasps:
-            raise ValueError("the problem has no grasps; expected is at least one, which says what to reach")
+            raise ValueError("the problem has no grasps; an environment needs at least one grasp as its goal")
         self._tolerances = [self._tolerance(grasp, position, velocity, angular_velocity) for grasp in self.grasps]
         self.effort_scale = self._scale(effort_scale)
         self._start = self.rollout.state(*self.robot.initial_state())
@@ -118,14 +121,14 @@ class VectorCaptureEnv:
         self.observation_space = _box(np.full((n, size), -np.inf), np.full((n, size), np.inf))
         self.action_space = _box(np.full((n, self.robot.nu), -1.0), np.full((n, self.robot.nu), 1.0))
         self.state = np.tile(self._start, (n, 1))  #: [q; v] of every case
-        self.time = np.zeros(n)  #: of every case [s]
+        self.time = np.zeros(n)  #: time of every case [s]
         self.done = np.ones(n, dtype=bool)  #: cases that have ended, and all before the first reset
         self._potential = np.zeros(n)
         self._is_reset = False
 
     @property
     def num_envs(self) -> int:
-        """n, as gymnasium calls it."""
+        """The number of cases n, with gymnasium's name."""
         return self.n
 
     @staticmethod
@@ -139,18 +142,18 @@ class VectorCaptureEnv:
     def _scale(self, effort_scale: Any) -> Array:
         scale = np.array(self.robot.effort_limit if effort_scale is None else effort_scale, dtype=float)
         if scale.shape not in ((), (self.robot.nu,)):
-            raise ValueError(f"effort_scale has shape {scale.shape}, expected is one number, or ({self.robot.nu},)")
+            raise ValueError(f"effort_scale has shape {scale.shape}, expected one number, or ({self.robot.nu},)")
         scale = np.array(np.broadcast_to(scale, (self.robot.nu,)))
         if not np.all(np.isfinite(scale) & (scale > 0)):
-            raise ValueError("effort_scale must be positive and finite for every joint; the robot's file states no effort "
-                             "limit for all of them, so say one: effort_scale=5.0")
+            raise ValueError("effort_scale must be positive and finite for every joint; the robot file has no effort "
+                             "limits for some joints, so specify it: effort_scale=5.0")
         return scale
 
     # ---- Geometry ----
 
     def relative(self, state: Array) -> tuple[Array, Array, Array]:
-        """Of states (n, nstate): from end-effectors to grasp points [m], and the grasp points' velocity [m/s] and the targets'
-        angular velocity [rad/s] relative to the end-effectors, (n, grasps, 3) each, in W."""
+        """For states (n, nstate): vectors from end-effectors to grasp points [m], and the grasp points' velocity [m/s] and the
+        targets' angular velocity [rad/s] relative to the end-effectors, (n, grasps, 3) each, in W."""
         q, v = self.rollout.split(np.atleast_2d(state))
         distances, velocities, turns = [], [], []
         for grasp in self.grasps:
@@ -188,7 +191,7 @@ class VectorCaptureEnv:
         return captured
 
     def _sound(self, state: Array) -> Array:
-        """Which states (n, nstate) are states of the robot: finite, no faster than RUNAWAY, with unit quaternions."""
+        """Which states (n, nstate) are valid: finite, no faster than RUNAWAY, with unit quaternions."""
         finite = np.all(np.isfinite(state), axis=1)
         q, v = self.rollout.split(np.where(finite[:, None], state, 0))
         sound = finite & np.all(np.abs(v) <= RUNAWAY, axis=1)
@@ -200,7 +203,7 @@ class VectorCaptureEnv:
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None,
               cases: Array | None = None) -> tuple[Array, dict[str, Any]]:
-        """Brings all cases, or those of `cases` (indices or truth values), to the problem's start, changed by `perturb`.
+        """Resets all cases, or those of `cases` (indices or booleans), to the problem's initial state, changed by `perturb`.
         Returns observations (n, size) and an empty dictionary."""
         if seed is not None:
             self._random = np.random.default_rng(seed)
@@ -211,7 +214,7 @@ class VectorCaptureEnv:
             q, v = self.rollout.split(state)
             state = self.rollout.state(*self.perturb(self._random, q.copy(), v.copy()))
             if state.shape != (len(which), self.rollout.nstate):
-                raise ValueError(f"perturb returned states of shape {state.shape}, expected is "
+                raise ValueError(f"perturb returned states of shape {state.shape}, expected "
                                  f"({len(which)}, {self.rollout.nstate})")
         self.state[which], self.time[which], self.done[which] = state, 0.0, False
         distance, velocity, _ = self.relative(self.state)
@@ -219,16 +222,16 @@ class VectorCaptureEnv:
         return self._observe(self.state, distance, velocity), {}
 
     def step(self, action: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Goes on by one period under actions (n, joints), cut at -1 and 1. Returns observations (n, size), rewards,
+        """Advances by one period under actions (n, joints), clipped to -1 and 1. Returns observations (n, size), rewards,
         terminated, truncated (n,) and, in a dictionary, 'captured' and 'diverged' (n,), 'distance' (n, grasps) [m] and 'speed'
         (n, grasps) [m/s]."""
         if not self._is_reset:
-            raise RuntimeError("step() before the first reset(): there is no state to go on from")
+            raise RuntimeError("step() before the first reset(): there is no initial state")
         action = np.asarray(action, dtype=float)
         if action.shape != (self.n, self.robot.nu):
-            raise ValueError(f"action has shape {action.shape}, expected is ({self.n}, {self.robot.nu})")
+            raise ValueError(f"action has shape {action.shape}, expected ({self.n}, {self.robot.nu})")
         if not np.all(np.isfinite(action)):
-            raise ValueError("action has numbers that are nan or infinite")
+            raise ValueError("action has values that are nan or infinite")
         live = np.flatnonzero(~self.done)
         diverged = np.zeros(self.n, dtype=bool)
         if len(live):
@@ -252,11 +255,11 @@ class VectorCaptureEnv:
         return self._observe(self.state, distance, velocity), reward, terminated, truncated, info
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Does nothing; the environment holds no resources."""
 
 
 class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type: ignore[misc]
-    """One capture as an environment: `VectorCaptureEnv` with one case, and without the cases' axis."""
+    """One capture as an environment: `VectorCaptureEnv` with one case, without the axis of cases."""
 
     metadata: dict[str, Any] = {"render_modes": []}
     render_mode = None
@@ -269,7 +272,7 @@ class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type:
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """The first observation, (size,), and an empty dictionary."""
         if _gymnasium is not None:
-            super().reset(seed=seed)  # its own generator, which wrappers and checks look for
+            super().reset(seed=seed)  # sets gymnasium's generator, which wrappers and checks use
         observation, info = self.vector.reset(seed, options)
         return observation[0], info
 
@@ -277,10 +280,10 @@ class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type:
         """Observation (size,), reward, terminated, truncated, and 'captured', 'diverged', 'distance' and 'speed' of the grasps."""
         action = np.asarray(action, dtype=float)
         if action.shape != self.action_space.shape:
-            raise ValueError(f"action has shape {action.shape}, expected is {self.action_space.shape}")
+            raise ValueError(f"action has shape {action.shape}, expected {self.action_space.shape}")
         observation, reward, terminated, truncated, info = self.vector.step(action[None])
         return (observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]),
                 {key: value[0] for key, value in info.items()})
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Does nothing; the environment holds no resources."""

@@ -1,4 +1,4 @@
-"""What a simulated capture leaves behind."""
+"""Results of a simulated capture."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ._arguments import Array, Path, file_path
 
 
 class SimulationError(RuntimeError):
-    """A simulation that could not go on, or whose conservation checks failed. `result` has what was computed."""
+    """A simulation failed, or its conservation checks failed. `result` has the results up to the failure."""
 
-    result: Result | None  #: None in another process than the simulation's
+    result: Result | None  #: None in other processes than that of the simulation
 
     def __init__(self, message: str, result: Result | None) -> None:
         super().__init__(message)
@@ -26,7 +26,7 @@ class SimulationError(RuntimeError):
 
 
 def _meant(name: object, names: Iterable[str]) -> str:
-    """What a name that is none was probably meant to be, as the end of a sentence."""
+    """A suggestion for an unknown name, as the end of a message."""
     names = list(names)
     text = str(name)
     last = text.rsplit("/", 1)[-1]
@@ -34,12 +34,12 @@ def _meant(name: object, names: Iterable[str]) -> str:
     if near:
         return f"; did you mean {near[0]!r}?"
     near = [own for own in names if text in own or own.rsplit("/", 1)[-1] == last]
-    return f"; there are {', '.join((near or names)[:6])}" + ("" if near else ", ...")
+    return f"; available: {', '.join((near or names)[:6])}" + ("" if near else ", ...")
 
 
 class Ledger(Mapping[str, _grapnel.Check]):
-    """The checks of a capture by their names, each with `value`, `bound`, `unit`, `passed` and `kind`: what physics keeps, and
-    what the robot can do."""
+    """The checks of a capture by name, each with `value`, `bound`, `unit`, `passed` and `kind`: conservation laws, and the
+    feasibility for the robot."""
 
     def __init__(self, checks: Iterable[_grapnel.Check]) -> None:
         self._checks = {check.name: check for check in checks}
@@ -48,7 +48,7 @@ class Ledger(Mapping[str, _grapnel.Check]):
         try:
             return self._checks[name]
         except KeyError:
-            raise KeyError(f"no check is called {name!r}{_meant(name, self._checks)}") from None
+            raise KeyError(f"no check is named {name!r}{_meant(name, self._checks)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._checks)
@@ -58,7 +58,7 @@ class Ledger(Mapping[str, _grapnel.Check]):
 
     @property
     def passed(self) -> bool:
-        """Whether the physics was kept: all checks of kind 'conservation'. If not, the run is no result."""
+        """Whether all checks of kind 'conservation' passed. If not, the result is not valid."""
         return all(check.passed for check in self._checks.values() if check.kind == "conservation")
 
     def __repr__(self) -> str:
@@ -70,9 +70,9 @@ class Ledger(Mapping[str, _grapnel.Check]):
 class Result(Mapping[str, Array]):
     """A simulated capture: its time series by name, its summary, its ledger.
 
-    `result["base/angular_velocity"]` is an array of one row per sample, at the times `result.time` [s]; names, units and
-    components are those of timeseries.h5 (docs/formats/timeseries.md). Arrays are views of the result's own memory, which live
-    as long as any of them and cannot be written to; `.copy()` makes an array of your own.
+    `result["base/angular_velocity"]` is an array with one row per sample, at the times `result.time` [s]. Names, units and
+    components are those of timeseries.h5 (docs/formats/timeseries.md). Arrays are read-only views of the result's memory, which
+    stays valid as long as a view exists; `.copy()` makes a writable array.
     """
 
     def __init__(self, run: _grapnel.Run) -> None:
@@ -82,7 +82,7 @@ class Result(Mapping[str, Array]):
 
     @property
     def time(self) -> Array:
-        """Times of the samples [s], shape (samples,). The impact has two samples of one time, before and after it."""
+        """Times of the samples [s], shape (samples,). The impact has two samples at one time, before and after it."""
         return self._run.time
 
     @property
@@ -92,7 +92,7 @@ class Result(Mapping[str, Array]):
 
     @property
     def phases(self) -> list[str]:
-        """Names of the phases: 'approach', 'contact', 'post_impact' or 'motion', or names of the scenario's own."""
+        """Names of the phases: 'approach', 'contact', 'post_impact' or 'motion', or names that the scenario specifies."""
         return self._run.phases
 
     @cached_property
@@ -100,14 +100,14 @@ class Result(Mapping[str, Array]):
         return self._run.names
 
     def __getitem__(self, name: str) -> Array:
-        """Samples of a quantity: shape (samples, width), or (samples,) where it is one number."""
+        """Samples of a quantity: shape (samples, width), or (samples,) for a scalar."""
         if not isinstance(name, str):
-            raise TypeError(f"the name of a series is a text, not {name!r}")
+            raise TypeError(f"the name of a series is {name!r}; expected a string")
         try:
             return self._run.series(name)
         except KeyError:
             hint = f"; the samples' {name} is result.{name}" if name in ("time", "phase") else _meant(name, self._names)
-            raise KeyError(f"no series is called {name!r}{hint}") from None
+            raise KeyError(f"no series is named {name!r}{hint}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
@@ -120,22 +120,22 @@ class Result(Mapping[str, Array]):
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Unit of every series, '1' for none; `units["time"]` is 's'."""
+        """Unit of every series, '1' if dimensionless; `units["time"]` is 's'."""
         return {"time": "s", **{name: self._run.unit(name) for name in self._names}}
 
     @cached_property
     def components(self) -> dict[str, list[str]]:
-        """What the columns of every series are: 'x', 'y', 'z', or names of joints; [''] of one number."""
+        """Names of the columns of every series: 'x', 'y', 'z', or names of joints; [''] for a scalar."""
         return {name: self._run.components(name) for name in self._names}
 
     @cached_property
     def descriptions(self) -> dict[str, str]:
-        """What every series is, with its frame."""
+        """Description of every series, with its frame."""
         return {name: self._run.description(name) for name in self._names}
 
     def to_pandas(self, names: str | Iterable[str] | None = None) -> Any:
-        """Series, by default all, as a pandas.DataFrame with a row per sample and a column per component ('base/position/x'), indexed by time; units in
-        `.attrs["units"]`. Needs pandas."""
+        """Series, by default all, as a pandas.DataFrame with a row per sample and a column per component ('base/position/x'),
+        indexed by time; units in `.attrs["units"]`. Requires pandas."""
         import pandas
 
         columns: dict[str, Array] = {}
@@ -150,21 +150,21 @@ class Result(Mapping[str, Array]):
         frame.attrs["units"] = units
         return frame
 
-    # ---- What came out ----
+    # ---- Outcome ----
 
     @property
     def status(self) -> str:
-        """'completed' or 'failed': the simulation could not go on, and `failure` says why, where and when."""
+        """'completed' or 'failed'; `failure` then has the cause, place and time."""
         return self._run.status
 
     @property
     def failure(self) -> str:
-        """Why the simulation failed: body, time and condition. '' if it did not."""
+        """Cause of a failed simulation: body, time and condition; '' if it completed."""
         return self._run.failure
 
     @property
     def captured(self) -> str:
-        """'yes': every end-effector was within its capture envelope. 'no'. 'assumed': nothing says what it can close on."""
+        """'yes': every end-effector was within its capture envelope. 'no'. 'assumed': end-effectors have no capture envelope."""
         return self._run.captured
 
     @property
@@ -174,7 +174,7 @@ class Result(Mapping[str, Array]):
 
     @property
     def verdict(self) -> list[str]:
-        """Sentences on the capture and on feasibility, as the program prints them."""
+        """The verdicts on capture and feasibility, as the program prints them."""
         return self._run.verdict
 
     @cached_property
@@ -184,7 +184,7 @@ class Result(Mapping[str, Array]):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What summary.json holds, as dictionaries and lists (docs/formats/summary.md): impulses, energies, final states."""
+        """The content of summary.json as dictionaries and lists (docs/formats/summary.md): impulses, energies, final states."""
         summary: dict[str, Any] = json.loads(self._run.summary_json)
         return summary
 
@@ -195,16 +195,16 @@ class Result(Mapping[str, Array]):
 
     @property
     def sha256(self) -> str:
-        """Of the scenario's input."""
+        """SHA-256 of the scenario's input."""
         return self._run.sha256
 
     @property
     def warnings(self) -> list[str]:
-        """What in the input was hardly meant, and what the simulation had to say besides."""
+        """Warnings about implausible input and from the simulation."""
         return self._run.warnings
 
     def raise_if_failed(self) -> Result:
-        """Raises SimulationError if the simulation or its conservation checks failed; else returns the result itself."""
+        """Raises SimulationError if the simulation or its conservation checks failed; otherwise returns the result itself."""
         if self.status != "completed":
             raise SimulationError(f"the simulation failed: {self.failure}", self)
         failed = [check for check in self.ledger.values() if check.kind == "conservation" and not check.passed]
@@ -216,12 +216,12 @@ class Result(Mapping[str, Array]):
     # ---- Files ----
 
     def save(self, folder: Path, report: bool | None = None) -> None:
-        """Writes the folder that `grapnel run -o FOLDER` writes: summary.json, timeseries.h5, scene.json, scenario.json and
-        report.html. `report`: None writes the report where Grapnel was built with its viewer."""
+        """Writes the files of `grapnel run -o FOLDER`: summary.json, timeseries.h5, scene.json, scenario.json and report.html.
+        `report`: None writes the report if Grapnel was built with its viewer."""
         self._run.save(file_path("folder", folder), None if report is None else bool(report))
 
     def report(self, file: Path) -> None:
-        """Writes the report, one HTML page with the replay, plots and all numbers, that opens from disk."""
+        """Writes the report, an HTML page with replay, plots and all numbers that opens from disk."""
         self._run.report(file_path("file", file))
 
     def __str__(self) -> str:
@@ -232,11 +232,11 @@ class Result(Mapping[str, Array]):
         return f"<grapnel.Result of {self.name!r}: {self.status}, captured: {self.captured}, feasible: {self.feasible}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("a grapnel.Result cannot be pickled: take what is wanted of it, such as dict(result) or result.summary. "
-                        "Threads and grapnel.simulate_many compute side by side without other processes")
+        raise TypeError("a grapnel.Result cannot be pickled; pickle parts of it, such as dict(result) or result.summary. "
+                        "Threads and grapnel.simulate_many run in parallel without other processes")
 
     def __copy__(self) -> Result:
-        return self  # nothing in it changes
+        return self  # immutable
 
     def __deepcopy__(self, _memo: object) -> Result:
         return self

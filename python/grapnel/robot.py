@@ -1,4 +1,4 @@
-"""Kinematics and dynamics of a robot whose base floats, one state or many at a time."""
+"""Kinematics and dynamics of a robot with a floating base, for one state or many."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import _grapnel
 from ._arguments import Array, Path, file_path, thread_count, whole_number
 from .scenario import Problem
 
-#: A closure or a grasp: two names, and perhaps 'rigid', 'hinge' or 'point', and the axis of a hinge.
+#: A closure or a grasp: two names, optionally 'rigid', 'hinge' or 'point', and the axis of a hinge.
 Pair = Sequence[Any]
 
 
@@ -21,7 +21,7 @@ def _pairs(pairs: Iterable[Pair]) -> list[tuple[str, str, str, Any]]:
     result = []
     for pair in pairs:
         if isinstance(pair, str) or not 2 <= len(pair) <= 4:
-            raise ValueError(f"{pair!r} is no pair; expected is (frame, frame), and perhaps a kind and the axis of a hinge")
+            raise ValueError(f"{pair!r} is not a pair; expected (frame, frame), and optionally a kind and the axis of a hinge")
         result.append((str(pair[0]), str(pair[1]), str(pair[2]) if len(pair) > 2 else "rigid",
                        pair[3] if len(pair) > 3 else None))
     return result
@@ -30,40 +30,42 @@ def _pairs(pairs: Iterable[Pair]) -> list[tuple[str, str, str, Any]]:
 def _gravity(gravity: Any) -> tuple[float, float, float]:
     array = np.asarray(gravity, dtype=float)
     if array.shape != (3,):
-        raise ValueError(f"gravity has shape {array.shape}, expected is (3,)")
+        raise ValueError(f"gravity has shape {array.shape}, expected (3,)")
     if not np.all(np.isfinite(array)):
-        raise ValueError(f"gravity is {gravity}; expected are finite numbers")
+        raise ValueError(f"gravity is {gravity}; expected finite numbers")
     return float(array[0]), float(array[1]), float(array[2])
 
 
 @dataclass(frozen=True)
 class Impact:
-    """What the plastic impact of all grasps at once does; everything with the batch's axis in front, if there is one."""
+    """Result of the simultaneous plastic impact of all grasps. For a batch, the first axis of all arrays is that of the batch."""
 
-    velocity: Array  #: v afterwards, (nv,)
+    velocity: Array  #: v after the impact, (nv,)
     impulse: Array  #: on the robot, [angular N m s; linear N s] in W at the contact point, (grasps, 6)
     contact_point: Array  #: in W [m], (grasps, 3)
-    determined: Array  #: whether a component of an impulse is the same in every solution, (grasps, 6)
-    kinetic_energy_before: Array  #: of everything [J]
+    determined: Array  #: whether a component of an impulse is unique, (grasps, 6)
+    kinetic_energy_before: Array  #: of all bodies [J]
     kinetic_energy_after: Array  #: [J]
-    rank: Array  #: independent rows of the grasps
-    generalized_momentum_residual: Array  #: |M (v+ - v-) - J^T P| relative to |M v-|, a check
+    rank: Array  #: number of independent rows of the grasps
+    generalized_momentum_residual: Array  #: |M (v+ - v-) - J^T P| relative to |M v-|, as a check
 
 
 class Robot:
-    """A robot, alone or with the free targets of a problem, as a model for computations of one's own.
+    """Model of a robot, alone or with the free targets of a problem, for custom computations.
 
-    `Robot("robot.yaml")` or of a model in URDF or MJCF, `Robot("ets-vii")` of a ready-made one, `Robot(problem)`, or
-    `Robot(problem, targets=True)`, in whose coordinates the targets come last, as bodies named 'target:NAME'. How a model is
-    imported is chosen by the `import` of a scenario (docs/formats/import.md): `Robot(Scenario(...))`.
+    Sources: `Robot("robot.yaml")` or a model in URDF or MJCF, `Robot("ets-vii")` for a ready-made robot, `Robot(problem)`, or
+    `Robot(problem, targets=True)`. In the last case the targets are the last coordinates, as bodies named 'target:NAME'. To choose
+    options of the import of a model, use the key `import` of a scenario (docs/formats/import.md): `Robot(Scenario(...))`.
 
-    A state is `q` of `nq` and `v` of `nv` numbers, in the order of `q_names` and `v_names`. A free body has its position p_WB in W
-    [m] and quaternion_wxyz of R_WB in q, and [angular; linear] velocity of its origin in its own axes [rad/s, m/s] in v; a
-    joint its angle or travel [rad, m] and its rate. Every function takes one state, arrays of (nq,) and (nv,), or a batch, (n,
-    nq) and (n, nv), and returns one result or n of them, along the first axis; single arguments go with every row of a
-    batch. Kinematics and dynamics run in SIMD lanes, batches on all processors, other Python threads go on, and each row's bits
-    are those of the row alone. Wrong shapes, numbers that are not finite, and quaternions that are not of unit norm are a
-    ValueError. A robot never changes; pickled, it is read again from its file.
+    A state consists of `q` (`nq` numbers) and `v` (`nv` numbers), in the order of `q_names` and `v_names`. A free body has its
+    position p_WB in W [m] and quaternion_wxyz of R_WB in q, and the [angular; linear] velocity of its origin in its own axes
+    [rad/s, m/s] in v. A joint has its angle or travel [rad, m] in q and its rate in v.
+
+    Every function accepts one state, arrays (nq,) and (nv,), or a batch, (n, nq) and (n, nv), and returns one result, or n
+    results along the first axis. Single arguments apply to every row of a batch. Kinematics and dynamics run in SIMD lanes, and
+    batches on all processors, while other Python threads continue. Each row of a batch has the bits of a single call. Wrong
+    shapes, numbers that are not finite, and quaternions without unit norm raise ValueError. A robot is immutable; a pickled robot
+    is read again from its file.
     """
 
     def __init__(self, source: Path | Problem, targets: bool = False) -> None:
@@ -84,15 +86,15 @@ class Robot:
         return Robot, (self._source, self._targets)
 
     def holding(self, q: ArrayLike) -> Robot:
-        """The robot with all grasps of the problem closed, of `Robot(problem, targets=True)`: targets hang on the arms that
-        grasp them as they are in `q`, (nq,). Its own `q` and `v` are those of the base and the joints (and of hinges and balls
-        between); frames 'target:NAME' are still there. Of several grasps of a target the first holds it."""
+        """For `Robot(problem, targets=True)`: the robot with all grasps of the problem closed in the configuration `q`, (nq,).
+        Targets are attached to the arms that grasp them. `q` and `v` of the result are those of the base and the joints (and of
+        hinges and balls of grasps); frames 'target:NAME' remain. The first of several grasps of a target holds it."""
         held = Robot.__new__(Robot)
         held._source, held._targets, held._held_at = self._source, True, np.array(q, dtype=float)
         held._core = self._core.holding(q)
         return held
 
-    # ---- What it is ----
+    # ---- Structure ----
 
     @property
     def name(self) -> str:
@@ -101,7 +103,7 @@ class Robot:
 
     @property
     def joints(self) -> list[str]:
-        """Names of the joints that move, in the order of efforts and of `joint_q`, `joint_v`."""
+        """Names of the movable joints, in the order of efforts and of `joint_q`, `joint_v`."""
         return self._core.joints
 
     @property
@@ -121,27 +123,27 @@ class Robot:
 
     @property
     def nq(self) -> int:
-        """How many numbers q has: 7 per free body, one per joint."""
+        """Size of q: 7 per free body, one per joint."""
         return self._core.nq
 
     @property
     def nv(self) -> int:
-        """How many numbers v has: 6 per free body, one per joint."""
+        """Size of v: 6 per free body, one per joint."""
         return self._core.nv
 
     @property
     def nu(self) -> int:
-        """How many joints have efforts."""
+        """Number of joints with efforts."""
         return self._core.nu
 
     @property
     def q_names(self) -> list[str]:
-        """What each number of q is: 'base/x', ..., 'base/qw', ..., then names of joints."""
+        """Names of the components of q: 'base/x', ..., 'base/qw', ..., then names of joints."""
         return self._core.q_names
 
     @property
     def v_names(self) -> list[str]:
-        """What each number of v is: 'base/wx', ..., 'base/vx', ..., then names of joints."""
+        """Names of the components of v: 'base/wx', ..., 'base/vx', ..., then names of joints."""
         return self._core.v_names
 
     @property
@@ -155,46 +157,46 @@ class Robot:
         return np.array(self._core.joint_v, dtype=int)
 
     def body_q(self, body: str) -> slice | None:
-        """Where a free body's position and quaternion are in q; None of a body on a joint."""
+        """Slice of q with a free body's position and quaternion; None for a body on a joint."""
         at = self._core.body_q(body)
         return None if at < 0 else slice(at, at + 7)
 
     def body_v(self, body: str) -> slice | None:
-        """Where a free body's [angular; linear] velocity is in v; None of a body on a joint."""
+        """Slice of v with a free body's [angular; linear] velocity; None for a body on a joint."""
         at = self._core.body_v(body)
         return None if at < 0 else slice(at, at + 6)
 
     @property
     def lower(self) -> Array:
-        """Least joint values [rad, m]; -inf where there is no limit."""
+        """Minimum joint values [rad, m]; -inf without a limit."""
         return self._core.lower
 
     @property
     def upper(self) -> Array:
-        """Largest joint values [rad, m]."""
+        """Maximum joint values [rad, m]; inf without a limit."""
         return self._core.upper
 
     @property
     def rate_limit(self) -> Array:
-        """Largest joint rates [rad/s, m/s]."""
+        """Maximum joint rates [rad/s, m/s]; inf without a limit."""
         return self._core.rate_limit
 
     @property
     def effort_limit(self) -> Array:
-        """Largest joint efforts [N m, N]."""
+        """Maximum joint efforts [N m, N]; inf without a limit."""
         return self._core.effort_limit
 
     @property
     def mass(self) -> float:
-        """Of everything [kg]."""
+        """Total mass [kg]."""
         return self._core.mass
 
     def zero_state(self) -> tuple[Array, Array]:
-        """q and v of everything at the world's origin, unturned and at rest, joints at zero."""
+        """q and v with all free bodies at the origin of W, unrotated and at rest, and joints at zero."""
         return self._core.zero_state()
 
     def initial_state(self) -> tuple[Array, Array]:
-        """q and v at the start of the problem's run, targets where they are then; of a robot file the zero state."""
+        """q and v at the start of the problem's run, targets included; for a robot file the zero state."""
         return self._core.initial_state()
 
     def __repr__(self) -> str:
@@ -220,8 +222,8 @@ class Robot:
         return self._core.jacobian(frame, q)
 
     def generalized_jacobian(self, frame: str, q: ArrayLike) -> Array:
-        """J_g = J_m - J_b I_b^-1 I_bm of a frame on the robot, (6, joints): its twist in W per joint rate while the base floats
-        with zero momentum (2.5). Of a base that is fixed the ordinary one."""
+        """J_g = J_m - J_b I_b^-1 I_bm of a frame on the robot, (6, joints): its twist in W per joint rate, with a floating
+        base at zero momentum (2.5). For a fixed base, the ordinary Jacobian."""
         return self._core.generalized_jacobian(frame, q)
 
     # ---- Inertia and momentum ----
@@ -231,7 +233,7 @@ class Robot:
         return self._core.mass_matrix(q)
 
     def base_inertia(self, q: ArrayLike) -> Array:
-        """I_b, (6, 6): in B at B's origin; (0, 0) of a base that is fixed."""
+        """I_b, (6, 6): in B at B's origin; (0, 0) for a fixed base."""
         return self._core.base_inertia(q)
 
     def coupling_inertia(self, q: ArrayLike) -> Array:
@@ -239,20 +241,19 @@ class Robot:
         return self._core.coupling_inertia(q)
 
     def generalized_inertia(self, q: ArrayLike) -> Array:
-        """I_m - I_bm^T I_b^-1 I_bm, (joints, joints): the inertia of the joints while the base floats (2.8)."""
+        """I_m - I_bm^T I_b^-1 I_bm, (joints, joints): the inertia of the joints with a floating base (2.8)."""
         return self._core.generalized_inertia(q)
 
     def center_of_mass(self, q: ArrayLike) -> Array:
-        """Of everything, in W [m], (3,)."""
+        """Centre of mass of all bodies, in W [m], (3,)."""
         return self._core.center_of_mass(q)
 
     def momentum(self, q: ArrayLike, v: ArrayLike, about: ArrayLike | None = None) -> Array:
-        """[angular; linear] momentum of everything in W [N m s, N s], (6,), about a point in W, by default the centre of mass
-        (2.2)."""
+        """Total [angular; linear] momentum in W [N m s, N s], (6,), about a point in W, by default the centre of mass (2.2)."""
         return self._core.momentum(q, v, about)
 
     def kinetic_energy(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """Of everything, rotors included [J]."""
+        """Total kinetic energy, rotors included [J]."""
         return self._core.kinetic_energy(q, v)
 
     def base_twist(self, q: ArrayLike, joint_rates: ArrayLike, momentum: ArrayLike | None = None) -> Array:
@@ -263,33 +264,33 @@ class Robot:
     # ---- Dynamics ----
 
     def bias(self, q: ArrayLike, v: ArrayLike, gravity: ArrayLike = (0, 0, 0)) -> Array:
-        """c of M vdot + c = tau (2.7), (nv,): forces at zero acceleration; `gravity` uniform in W [m/s^2]."""
+        """c of M vdot + c = tau (2.7), (nv,): generalized forces at zero acceleration; `gravity`: uniform, in W [m/s^2]."""
         return self._core.bias(q, v, _gravity(gravity))
 
     def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None, gravity: ArrayLike = (0, 0, 0)) -> Array:
-        """vdot, (nv,). `tau`: an effort per joint (nu,) [N m, N], or a generalized force per velocity (nv,), that of a free body a
-        wrench [moment; force] in its own axes at its origin; None: zero. Without joint friction."""
+        """vdot, (nv,), without joint friction. `tau`: an effort per joint (nu,) [N m, N], or a generalized force per velocity (nv,);
+        for a free body this is a wrench [moment; force] in its own axes at its origin. None: zero."""
         return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
 
     def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, gravity: ArrayLike = (0, 0, 0)) -> Array:
-        """tau, (nv,): the generalized forces that make these accelerations (nv,)."""
+        """tau, (nv,): the generalized forces for the accelerations vdot (nv,)."""
         return self._core.inverse_dynamics(q, v, vdot, _gravity(gravity))
 
     # ---- Constraints ----
 
     def loops(self, closures: Iterable[Pair], closed_at: ArrayLike | None = None) -> Loops:
-        """Closed loops: pairs of frames or bodies that are kept together, `[("tip-1", "tip-2")]`, rigidly, or about a 'hinge' or
-        'point' named behind. With `closed_at`, a q, the second frame of each pair is where the first one is there, so that
-        whatever lies between them is part of the loop."""
+        """Closed loops: pairs of frames or bodies that are joined, `[("tip-1", "tip-2")]`, rigidly, or by a 'hinge' or 'point' as
+        the third item. With `closed_at`, a q, the loop is closed in this configuration: the second frame of each pair is moved to
+        the first one there."""
         return Loops(self, closures, closed_at)
 
     def impact(self, q: ArrayLike, v: ArrayLike, grasps: Iterable[Pair], joints: str = "free") -> Impact:
-        """The plastic impact when end-effectors grasp bodies, all at once: `[("tip-1", "target:debris")]`, rigidly, or about a
-        'hinge' or 'point' named behind (with the hinge's axis in the end-effector's frame). Contact is at the end-effectors'
-        origins. `joints`: 'free', or 'braked' to rest in the same instant. Exact for any momentum and any number of
-        arms (section 7 of docs/theory.md); of redundant impulses those of least (7.8)."""
+        """The plastic impact when end-effectors grasp bodies simultaneously: `[("tip-1", "target:debris")]`, rigidly, or by a
+        'hinge' or 'point' as the third item (with the hinge's axis in the end-effector's frame as the fourth). Contact is at the
+        end-effectors' origins. `joints`: 'free', or 'braked' to rest in the same instant. Exact for any momentum and any number of
+        arms (section 7 of docs/theory); redundant impulses minimize (7.8)."""
         if joints not in ("free", "braked"):
-            raise ValueError(f"joints is {joints!r}; expected is 'free' or 'braked'")
+            raise ValueError(f"joints is {joints!r}; expected 'free' or 'braked'")
         return Impact(**self._core.impact(q, v, _pairs(grasps), joints == "braked"))
 
 
@@ -311,40 +312,39 @@ class Loops:
 
     @property
     def rows(self) -> int:
-        """Rows of all closures: 6 of a rigid one, 5 of a hinge, 3 of a point."""
+        """Number of rows of all closures: 6 for a rigid one, 5 for a hinge, 3 for a point."""
         return self._core.rows
 
     def defect(self, q: ArrayLike, v: ArrayLike | None = None) -> Array:
-        """How far each closure is from being closed, (closures, 4): distance [m], angle [rad], velocity [m/s], angular velocity
-        [rad/s], in the directions that it forbids."""
+        """Closure errors, (closures, 4): distance [m], angle [rad], velocity [m/s], angular velocity [rad/s], in the constrained
+        directions."""
         return self._core.defect(q, v)
 
     def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None,
                          gravity: ArrayLike = (0, 0, 0)) -> tuple[Array, Array]:
-        """vdot (nv,) with the loops kept closed, and the closures' multipliers (rows,): [moment; force] rows in the first frame's
-        axes on the first body [N m, N]; redundant ones are one solution of many (2.9)-(2.12). `tau` as of
-        Robot.forward_dynamics."""
+        """vdot (nv,) with closed loops, and the multipliers of the closures (rows,): [moment; force] rows in the first frame's axes
+        on the first body [N m, N]; redundant multipliers are not unique (2.9)-(2.12). `tau` as in Robot.forward_dynamics."""
         return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
 
     def close_velocities(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """The velocity nearest in kinetic energy that keeps the loops closed, (nv,): what a plastic impact of all closures leaves."""
+        """The velocity nearest in kinetic energy that satisfies the loops, (nv,): the result of a plastic impact of all closures."""
         return self._core.close_velocities(q, v)
 
     def project(self, q: ArrayLike, v: ArrayLike | None = None) -> tuple[Array, Array, Array]:
-        """q (nq,) and v (nv,) brought onto the closures in the mass metric, and whether that succeeded (1 or 0). It finds the
-        nearest closed configuration, not a far one."""
+        """q (nq,) and v (nv,) projected onto the closures in the mass metric, and whether the iteration converged (1 or 0). It finds
+        a nearby closed configuration only."""
         return self._core.project(q, v)
 
 
 class Rollout:
-    """Motions of one robot from many states under given joint efforts, as MuJoCo's `rollout` has them.
+    """Motions of one robot from many states with given joint efforts, with the interface of MuJoCo's `rollout`.
 
-    Steps have one length: 'rk4' (order 4) or semi-implicit 'euler', without error control; for captures whose numbers are to be
-    trusted to ten digits there is `Problem.simulate`. Cases run in SIMD lanes on all processors, and a case's numbers depend on it
-    alone. Efforts are cut at the joints' effort limits; joints have the friction of the robot's file unless `friction` is False.
+    Integration uses a fixed step, 'rk4' (order 4) or semi-implicit 'euler', without error control; use `Problem.simulate` for
+    captures with ten accurate digits. Cases run in SIMD lanes on all processors, and the numbers of a case depend on that case
+    alone. Efforts are saturated at the joints' effort limits. Joints have the friction of the robot file unless `friction` is False.
 
-    `source`: a problem, whose targets move freely along with the robot and whose gravity acts, or a Robot. `step` [s];
-    `substeps` of them under each control. A base that the problem holds during the approach is held.
+    `source`: a problem, with its free targets and its gravity, or a Robot. `step`: in s; each control acts for `substeps` steps. A
+    base that the problem holds during the approach is held.
     """
 
     def __init__(self, source: Problem | Robot, step: float, substeps: int = 1, method: str = "rk4",
@@ -354,7 +354,7 @@ class Rollout:
         if not isinstance(source, Robot):
             raise TypeError(f"{source!r} is neither a grapnel.Problem nor a grapnel.Robot")
         if not isinstance(method, str):
-            raise TypeError(f"method is {method!r}; expected is 'rk4' or 'euler'")
+            raise TypeError(f"method is {method!r}; expected 'rk4' or 'euler'")
         self.robot = source
         self.step, self.substeps, self.method = float(step), whole_number("substeps", substeps, 1, 10**9), method
         self._gravity = _gravity(source._core.gravity if gravity is None else gravity)
@@ -367,23 +367,25 @@ class Rollout:
 
     @property
     def nstate(self) -> int:
-        """Numbers of a state: nq + nv, q first."""
+        """Size of a state: nq + nv, q first."""
         return self.robot.nq + self.robot.nv
 
     def __call__(self, initial_state: ArrayLike, control: ArrayLike | None = None, steps: int | None = None, last_only: bool = False,
                  threads: int = 0) -> Array:
-        """`initial_state` (n, nstate), `control` (n, steps, nu) [N m, N], each constant for `substeps` steps; None: zero, for
-        `steps` steps. Returns the states after each control, (n, steps, nstate), or with `last_only` after the last, (n,
-        nstate). One state (nstate,) goes with the controls of every case, or has its own, (steps, nu): then there is one motion,
-        (steps, nstate). What overflows goes on as nan. `threads`: 0 for one per processor. Ctrl-C ends it."""
+        """Computes the motions. `initial_state`: (n, nstate). `control`: (n, steps, nu) [N m, N], each constant for `substeps`
+        steps; None: zero, for `steps` steps. Returns the states after each control, (n, steps, nstate), or with `last_only` after
+        the last control, (n, nstate).
+
+        One state (nstate,) applies to the controls of every case. With one course of controls (steps, nu) it gives one motion,
+        (steps, nstate). Cases that overflow continue as nan. `threads`: 0 for one per processor. Ctrl-C ends it."""
         threads = thread_count(threads)
         if control is None and steps is None:
-            raise ValueError("there is neither control nor steps; expected is one of them")
+            raise ValueError("neither control nor steps is given; expected one of them")
         count = 0 if steps is None else whole_number("steps", steps, 1, 2**53)
         states = np.asarray(initial_state)
         controls = None if control is None else np.asarray(control)
         if controls is not None and steps is not None and controls.ndim > 1 and controls.shape[-2] != count:
-            raise ValueError(f"steps is {count}, but control has shape {controls.shape}; expected is one of them, or both alike")
+            raise ValueError(f"steps is {count}, but control has shape {controls.shape}; give one of them, or the same number of steps")
         is_alone = states.ndim == 1 and (controls is None or controls.ndim == 2)
         if is_alone:
             states, controls = states[None], None if controls is None else controls[None]
@@ -393,11 +395,11 @@ class Rollout:
         return np.asarray(after[0]) if is_alone else after
 
     def state(self, q: ArrayLike, v: ArrayLike) -> Array:
-        """[q; v] of one (nstate,) or many (n, nstate); one of them may be single, and goes with all."""
+        """[q; v] of one state (nstate,) or many (n, nstate). A single q or v applies to all rows of the other."""
         q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
         for name, array, width in (("q", q, self.robot.nq), ("v", v, self.robot.nv)):
             if array.ndim == 0 or array.shape[-1] != width:
-                raise ValueError(f"{name} has shape {array.shape}, expected is ({width},), or (n, {width}) for n cases")
+                raise ValueError(f"{name} has shape {array.shape}, expected ({width},), or (n, {width}) for n cases")
         cases = np.broadcast_shapes(q.shape[:-1], v.shape[:-1])
         return np.concatenate([np.broadcast_to(x, (*cases, x.shape[-1])) for x in (q, v)], axis=-1)
 
@@ -405,7 +407,7 @@ class Rollout:
         """q and v of states (views)."""
         state = np.asarray(state)
         if state.ndim == 0 or state.shape[-1] != self.nstate:
-            raise ValueError(f"state has shape {state.shape}, expected is (..., {self.nstate})")
+            raise ValueError(f"state has shape {state.shape}, expected (..., {self.nstate})")
         return state[..., : self.robot.nq], state[..., self.robot.nq:]
 
 

@@ -1,4 +1,4 @@
-"""Scenarios: from files or from dictionaries, every value readable and changeable, one or many simulated."""
+"""Scenarios from files or dictionaries: read and change all values, simulate one or many."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def _changes(values: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
     if values is None:
         return []
     if not isinstance(values, Mapping):
-        raise TypeError(f"set is {type(values).__name__}; expected is a mapping of paths to values, "
+        raise TypeError(f"set is {type(values).__name__}; expected a mapping of paths to values, "
                         "such as {'approach.duration': 20}")
     for path in values:
         if not isinstance(path, str):
-            raise TypeError(f"the path {path!r} is no text; expected is one such as 'targets[0].mass'")
+            raise TypeError(f"the path is {path!r}; expected a string such as 'targets[0].mass'")
     return list(values.items())
 
 
@@ -35,11 +35,11 @@ def _is_structured(value: Any) -> bool:
 
 
 class Values:
-    """A part of a scenario: a mapping, or a list of mappings. Attributes and items lead on, and are changed by assignment.
+    """A part of a scenario: a mapping, or a list of mappings. Read and assign values by attributes or items.
 
-    `problem.targets[0].mass = 12` and `problem.targets["satellite"].mass = 12` do the same. What is read is the scenario's
-    value with all changes and defaults, in SI units; `.value` is the whole part as dictionaries and lists, a copy. Lists of
-    numbers are tuples: assign a whole one.
+    `problem.targets[0].mass = 12` and `problem.targets["satellite"].mass = 12` are equivalent. Values include all changes and
+    defaults, in SI units; `.value` is a copy of the whole part as dictionaries and lists. Lists of numbers are tuples: assign a
+    whole list.
     """
 
     __slots__ = ("_problem", "_path")
@@ -50,7 +50,7 @@ class Values:
 
     @property
     def value(self) -> Any:
-        """A copy as dictionaries, lists, numbers and texts."""
+        """A copy as dictionaries, lists, numbers and strings."""
         return self._problem._core.get(self._path)
 
     def _place(self, key: str | int) -> str:
@@ -60,7 +60,7 @@ class Values:
             raise TypeError(f"{key!r} is neither a key nor an index")
         index, count = operator.index(key), len(self)
         if not -count <= index < count:
-            raise IndexError(f"{self._path} has {count} items, so there is no [{index}]")
+            raise IndexError(f"{self._path} has {count} items; index [{index}] is out of range")
         return f"{self._path}[{index % count}]"
 
     def __getattr__(self, key: str) -> Any:
@@ -84,7 +84,7 @@ class Values:
         return len(self.value)
 
     def __iter__(self) -> Iterator[Any]:
-        """Keys of a mapping, items of a list."""
+        """Iterates over the keys of a mapping or the items of a list."""
         value = self.value
         return iter(value) if isinstance(value, dict) else (self[i] for i in range(len(value)))
 
@@ -92,7 +92,7 @@ class Values:
         return key in self.value
 
     def keys(self) -> list[str]:
-        """Of a mapping."""
+        """Keys of a mapping."""
         return list(self.value)
 
     def items(self) -> list[tuple[str, Any]]:
@@ -116,11 +116,10 @@ class Values:
 
 
 class Problem:
-    """A capture to be simulated. Made by `load` or `Scenario`; every change is checked at once, as a whole scenario.
+    """A capture problem, created by `load` or `Scenario`. Every change is validated immediately, as a whole scenario.
 
-    A value is named by its path, the same as after `--set` of the program: `problem["targets[0].mass"]`,
-    `problem["robot.base.mass"]`; or by attributes, `problem.targets[0].mass`. A change that makes the scenario impossible is
-    an `InputError`, and the problem stays as it was.
+    Access values by their paths, as with `--set` of the program: `problem["targets[0].mass"]`, `problem["robot.base.mass"]`; or
+    by attributes, `problem.targets[0].mass`. An invalid change raises `InputError` and leaves the problem unchanged.
     """
 
     _core: _grapnel.Problem
@@ -131,9 +130,9 @@ class Problem:
     # ---- Values ----
 
     def __getitem__(self, path: str) -> Any:
-        """The value at a path, with all changes and defaults: a number, a text, a tuple, or `Values` that lead on."""
+        """The value at a path, with all changes and defaults: a number, a string, a tuple, or `Values` for a part."""
         if not isinstance(path, str):
-            raise TypeError(f"the path is {path!r}; expected is a text such as 'targets[0].mass'")
+            raise TypeError(f"the path is {path!r}; expected a string such as 'targets[0].mass'")
         value = self._core.get(path)
         if _is_structured(value):
             return Values(self, path)
@@ -143,17 +142,17 @@ class Problem:
         self.set({path: value})
 
     def set(self, values: Mapping[str, Any]) -> Problem:
-        """Changes several values together, by their paths: all of them, or, where the whole is no scenario, none. Raises
-        InputError with all faults. Returns the problem itself."""
+        """Changes several values together, by their paths: all of them, or none if the result is not a valid scenario. Raises
+        InputError with all errors. Returns the problem itself."""
         self._core.set([(path, value.value if isinstance(value, Values) else value) for path, value in _changes(values)])
         return self
 
     def __iter__(self) -> Iterator[str]:
-        """The keys of the whole: 'name', 'robot', 'targets', ..."""
+        """Iterates over the top-level keys: 'name', 'robot', 'targets', ..."""
         return iter(self._core.get(""))
 
     def __contains__(self, path: object) -> bool:
-        """Whether there is a value at this path."""
+        """Whether a value exists at this path."""
         try:
             return isinstance(path, str) and self._core.get(path) is not None
         except KeyError:
@@ -182,26 +181,26 @@ class Problem:
 
     @property
     def file(self) -> str:
-        """Where it was read from; files that it names are looked for beside it."""
+        """The file of the scenario; relative file names refer to its folder."""
         return self._core.file
 
     @property
     def sha256(self) -> str:
-        """Of all that it was read from: the program says the same of the same files and `--set`."""
+        """SHA-256 of all input, the same as that of the program for the same files and `--set`."""
         return self._core.sha256
 
     @property
     def settings(self) -> list[str]:
-        """The changes so far, as `--set` of the program takes them: "targets[0].mass=12"."""
+        """All changes in the form of `--set` of the program: "targets[0].mass=12"."""
         return self._core.settings
 
     @property
     def warnings(self) -> list[_grapnel.Fault]:
-        """What in the scenario is allowed but hardly meant."""
+        """Warnings about valid but implausible input."""
         return self._core.warnings
 
     def copy(self) -> Problem:
-        """Another problem with the same values: a change to one leaves the other as it is."""
+        """An independent problem with the same values."""
         return Problem(self._core.copy())
 
     __copy__ = copy
@@ -210,15 +209,15 @@ class Problem:
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Another process reads the files again, and finds out if they are others by then.
+        # Another process reads the files again and checks that they are unchanged.
         return _again, (type(self), os.path.abspath(self.file), self._core.values, self._core.changes, self.sha256)
 
     def text(self) -> str:
-        """The scenario as a YAML file for the folder it was read from, all changes in it."""
+        """The text of a YAML file with all changes, for the folder of the original file."""
         return self._core.text(self._core.file)
 
     def write(self, file: Path) -> None:
-        """Writes it as a scenario file that the program reads, all changes in it; other files are named as seen from there."""
+        """Writes a scenario file for the program, with all changes; names of other files are relative to its folder."""
         text = self._core.text(file_path("file", file))
         with open(file, "w", encoding="utf-8") as stream:
             stream.write(text)
@@ -226,54 +225,54 @@ class Problem:
     def __repr__(self) -> str:
         return f"<grapnel.Problem {self.name!r}, sha256 {self.sha256[:12]}>"
 
-    # ---- What to do with it ----
+    # ---- Simulation ----
 
     def simulate(self, strict: bool = False, controller: Controller | type[Controller] | None = None) -> Result:
-        """Simulates the capture: bit for bit what `grapnel run` computes. Ctrl-C ends it.
+        """Simulates the capture, with the same bits as `grapnel run`. Ctrl-C ends it.
 
         `controller`: drives the joints of a scenario with `control.external: true`, see `grapnel.Controller`.
 
-        A simulation that cannot go on returns what there is by then: see `Result.status`. With `strict` that, and
-        conservation checks that fail, raise `SimulationError`.
+        A failed simulation returns its results up to the failure: see `Result.status`. With `strict`, failed simulations and
+        failed conservation checks raise `SimulationError`.
         """
         return _simulate([self], 1, strict, [controller])[0]
 
 
 class Scenario(Problem):
-    """A scenario made in Python: a dictionary with the keys of a scenario file (docs/formats/scenario.md).
+    """A scenario from a dictionary with the keys of a scenario file (docs/formats/scenario.md).
 
-    Numbers may be Python's or NumPy's, arrays lists. Files that it names (robot, trajectory, meshes) are looked for from
-    `folder`. Faults name the value: `targets[0].mass`. `write` makes a file of it.
+    Numbers may be Python or NumPy numbers, lists may be arrays. Names of other files (robot, trajectory, meshes) are relative to
+    `folder`. Errors name the value: `targets[0].mass`. `write` writes a scenario file.
     """
 
     def __init__(self, values: Mapping[str, Any], folder: Path = ".", set: Mapping[str, Any] | None = None) -> None:
         if not isinstance(values, Mapping):
-            raise TypeError(f"the scenario is {type(values).__name__}; expected is a mapping such as {{'schema': ...}}; "
+            raise TypeError(f"the scenario is {type(values).__name__}; expected a mapping such as {{'schema': ...}}; "
                             "grapnel.load reads files")
         super().__init__(_grapnel.Problem(dict(values), file_path("folder", folder), _changes(set)))
 
 
 def _again(kind: type[Problem], file: str, values: dict[str, Any] | None, changes: list[tuple[str, Any]],
            sha256: str) -> Problem:
-    """The problem that has been pickled."""
+    """Restores a pickled problem."""
     core = (_grapnel.Problem(file, changes) if values is None else
             _grapnel.Problem(values, os.path.dirname(file), changes))
     if core.sha256 != sha256:
-        raise ValueError(f"{file}, or a file that it names, is not any more what the pickled problem was read from")
+        raise ValueError(f"{file}, or a file that it names, has changed since the problem was pickled")
     problem = kind.__new__(kind)
     Problem.__init__(problem, core)
     return problem
 
 
 def load(file: Path, set: Mapping[str, Any] | None = None) -> Problem:
-    """Reads a scenario file and the files it names. `set` replaces values by their paths, as `--set` of the program does:
-    `load("a.yaml", set={"targets[0].mass": 12, "post_impact.joints": "free"})`. Raises InputError with all faults."""
+    """Reads a scenario file and the files it names. `set` changes values by their paths, as `--set` of the program:
+    `load("a.yaml", set={"targets[0].mass": 12, "post_impact.joints": "free"})`. Raises InputError with all errors."""
     return Problem(_grapnel.Problem(file_path("file", file), _changes(set)))
 
 
 def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = None, folder: Path = ".") -> list[_grapnel.Fault]:
-    """All faults of a scenario, a file or a dictionary, each with its place; where there are none, warnings of what is hardly
-    meant. Empty: there is nothing to say."""
+    """All errors in a scenario file or dictionary, each with its location. Without errors: warnings about implausible input, or
+    an empty list."""
     if isinstance(scenario, Mapping):
         return _grapnel.check_values(dict(scenario), file_path("folder", folder), _changes(set))
     return _grapnel.check_file(file_path("scenario", scenario), _changes(set))
@@ -281,20 +280,20 @@ def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = No
 
 def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False,
                   controller: type[Controller] | None = None) -> list[Result]:
-    """Simulates captures, several at a time; results in the order of the problems, the same bits for any number of threads.
+    """Simulates captures in parallel. Results have the order of the problems, with the same bits for any number of threads.
 
-    `controller`: a class as for `Problem.simulate`; each run makes an object of it. Their updates wait for each other: Python runs
-    one at a time. `threads`: 0 for one per processor. Python's other threads go on meanwhile. Ctrl-C ends all of it. `strict` as for
-    `Problem.simulate`. For thousands of cases with drawn values a campaign is quicker, which keeps less of each.
+    `controller`: a class as for `Problem.simulate`; each run creates an object of it. Python runs their updates one at a time.
+    `threads`: 0 for one per processor. Other Python threads continue to run. Ctrl-C ends all runs. `strict` as for
+    `Problem.simulate`. For thousands of cases with drawn values, `grapnel.campaign` is faster and keeps less data per case.
     """
     if isinstance(problems, Problem):
-        raise TypeError("problems is one grapnel.Problem; expected are several, such as a list, or problem.simulate()")
+        raise TypeError("problems is one grapnel.Problem; expected several, such as a list; use problem.simulate() for one")
     problems = list(problems)
     for problem in problems:
         if not isinstance(problem, Problem):
-            raise TypeError(f"{problem!r} is no grapnel.Problem")
+            raise TypeError(f"{problem!r} is not a grapnel.Problem")
     if controller is not None and not inspect.isclass(controller):
-        raise TypeError("controller is one object for several runs; expected is its class, of which each run makes an object")
+        raise TypeError("controller is one object for several runs; expected its class, of which each run creates an object")
     return _simulate(problems, threads, strict, [controller] * len(problems))
 
 

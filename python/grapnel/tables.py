@@ -13,7 +13,7 @@ from ._arguments import Array, Path, file_path
 
 
 def _read_csv(file: str) -> tuple[dict[str, Array], dict[str, str]]:
-    """A sweep's table.csv: "name [unit]" over every column; numbers read back to the same doubles."""
+    """A sweep's table.csv, with "name [unit]" at the head of every column; numbers are read to the same doubles."""
     with open(file, newline="", encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
     columns: dict[str, Array] = {}
@@ -34,15 +34,15 @@ def _read_csv(file: str) -> tuple[dict[str, Array], dict[str, str]]:
 
 
 def read_columns(folder: Path) -> tuple[dict[str, Array], dict[str, str]]:
-    """The columns of a campaign's or sweep's table and their units, by name: `case`, `status` ('ok', ...), `success` (of
-    campaigns), `reason`, then design values, drawn values and outcomes. Numbers are the table's doubles; what a case lacks is nan."""
+    """The columns of a campaign's or sweep's table and their units, by name: `case`, `status` ('ok', ...), `success` (campaigns
+    only), `reason`, then design values, drawn values and outcomes. Numbers are the table's doubles; missing values are nan."""
     columns: dict[str, Array] = {}
     units: dict[str, str] = {}
     folder = file_path("folder", folder)
-    if os.path.exists(os.path.join(folder, "study.json")):  # of a sweep
+    if os.path.exists(os.path.join(folder, "study.json")):  # a sweep
         return _read_csv(os.path.join(folder, "table.csv"))
     if not os.path.exists(os.path.join(folder, "table.h5")):
-        raise FileNotFoundError(f"{folder} is no folder of a campaign or sweep: neither table.h5 nor study.json is in there")
+        raise FileNotFoundError(f"{folder} is not a folder of a campaign or sweep: it has neither table.h5 nor study.json")
     for name, values, unit in _grapnel.read_table(folder):
         columns[name] = np.asarray(values)
         units[name] = unit
@@ -50,8 +50,8 @@ def read_columns(folder: Path) -> tuple[dict[str, Array], dict[str, str]]:
 
 
 def read_table(folder: Path) -> Any:
-    """The table of a campaign or sweep as a pandas.DataFrame, a row per case, indexed by the case's number; units in
-    `.attrs["units"]`. Needs pandas; `read_columns` does without."""
+    """The table of a campaign or sweep as a pandas.DataFrame, with a row per case, indexed by the case number; units in
+    `.attrs["units"]`. Requires pandas; `read_columns` does not."""
     import pandas
 
     columns, units = read_columns(folder)

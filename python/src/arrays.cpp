@@ -17,17 +17,17 @@ py::array_t<double, py::array::c_style | py::array::forcecast> doubles(const py:
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
-    throw py::value_error(name + " is no array of numbers: its rows differ in length, or it is none at all");
+    throw py::value_error(name + " is not an array of numbers, or its rows differ in length");
   }
   const char kind = any.dtype().kind();
   const bool is_empty = any.size() == 0;
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b' && !is_empty)
-    throw py::type_error(name + " has numbers of type " + std::string(py::str(any.dtype())) +
-                         "; expected are real numbers");
+    throw py::type_error(name + " has elements of type " + std::string(py::str(any.dtype())) +
+                         "; expected real numbers");
   auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   if (!array) {
     PyErr_Clear();
-    throw py::type_error(name + " is no array of real numbers");
+    throw py::type_error(name + " is not an array of real numbers");
   }
   return array;
 }
@@ -41,7 +41,7 @@ void check_finite(const py::array_t<double>& array, const std::string& name) {
     for (py::ssize_t d = array.ndim(); d-- > 0; rest /= array.shape(d))
       place = std::to_string(rest % array.shape(d)) + (place.empty() ? "" : ", " + place);
     throw py::value_error(name + "[" + place + "] is " + std::string(py::str(py::float_(data[i]))) +
-                          "; expected are finite numbers");
+                          "; expected finite numbers");
   }
 }
 
@@ -49,7 +49,7 @@ Rows::Rows(const py::handle& value, const std::string& name, py::ssize_t width, 
     : array_(doubles(value, name)), name_(name), width_(width) {
   const bool fits = (array_.ndim() == 1 || array_.ndim() == 2) && array_.shape(array_.ndim() - 1) == width;
   if (!fits)
-    throw py::value_error(name + " has shape " + shape_text(shape_of(array_)) + ", expected is " + shape_text({width}) +
+    throw py::value_error(name + " has shape " + shape_text(shape_of(array_)) + ", expected " + shape_text({width}) +
                           ", or (n, " + std::to_string(width) + ") for n cases: " + what);
   check_finite(array_, name);
   is_batch_ = array_.ndim() == 2;
@@ -71,7 +71,7 @@ Cases cases_of(const std::vector<const Rows*>& arguments) {
     if (!rows->is_batch()) continue;
     if (first && rows->count() != first->count())
       throw py::value_error(first->name() + " has shape " + first->shape() + " and " + rows->name() + " has shape " +
-                            rows->shape() + "; expected are batches of one size, or single ones");
+                            rows->shape() + "; expected batches of equal size, or single states");
     if (!first) first = rows, cases = {true, rows->count()};
   }
   return cases;
@@ -84,7 +84,7 @@ py::array_t<double> results(const Cases& cases, std::vector<py::ssize_t> shape) 
 
 Vector3d vector_of(const py::handle& value, const std::string& name) {
   const Rows rows(value, name, 3, "a vector");
-  if (rows.is_batch()) throw py::value_error(name + " has shape " + rows.shape() + ", expected is (3,)");
+  if (rows.is_batch()) throw py::value_error(name + " has shape " + rows.shape() + ", expected (3,)");
   return {rows.row(0)[0], rows.row(0)[1], rows.row(0)[2]};
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Arrays of Python in and out: one state or a batch of them, checked, with messages that name shapes.
+/// Conversion and validation of Python arrays, for one state or a batch, with error messages that name shapes.
 
 #include <pybind11/numpy.h>
 
@@ -16,17 +16,17 @@ namespace grapnel::python {
 /// One argument: `width` numbers, or a batch of such rows.
 class Rows {
  public:
-  /// @throws py::value_error naming the expected and the found shape, or a number that is not finite; py::type_error
-  /// where there are no numbers. `what`: "position and quaternion of the base, then the joints".
+  /// @throws py::value_error naming the expected and the actual shape, or a number that is not finite; py::type_error
+  /// if the elements are not numbers. `what`: "position and quaternion of the base, then the joints".
   Rows(const py::handle& value, const std::string& name, py::ssize_t width, const std::string& what);
-  /// An argument that was not given: zeros.
+  /// An omitted argument: zeros.
   Rows(const std::string& name, py::ssize_t width);
 
   bool is_batch() const { return is_batch_; }
   py::ssize_t count() const { return count_; }
   py::ssize_t width() const { return width_; }
   const std::string& name() const { return name_; }
-  /// Row i; of a single state the same for every i.
+  /// Row i; for a single state the same for every i.
   const double* row(std::int64_t i) const { return data_ + (is_batch_ ? i * width_ : 0); }
   std::string shape() const;
 
@@ -43,20 +43,20 @@ class Rows {
 std::string shape_text(const std::vector<py::ssize_t>& shape);
 std::vector<py::ssize_t> shape_of(const py::array& array);
 
-/// How many cases arguments have together: single ones go with every batch. @throws py::value_error if batches differ.
+/// The number of cases of several arguments; single states match any batch. @throws py::value_error if batches differ.
 struct Cases {
   bool is_batch = false;
   py::ssize_t count = 1;
 };
 Cases cases_of(const std::vector<const Rows*>& arguments);
 
-/// An array of results: `shape` per case, with the number of cases before it where they are a batch.
+/// An array of results: `shape` per case; for a batch, the first axis is that of the cases.
 py::array_t<double> results(const Cases& cases, std::vector<py::ssize_t> shape);
 
 /// Three numbers. @throws py::value_error, py::type_error
 Vector3d vector_of(const py::handle& value, const std::string& name);
 
-/// NumPy's array of any numbers as doubles. @throws py::type_error naming the argument
+/// A NumPy array of any numbers as doubles. @throws py::type_error naming the argument
 py::array_t<double, py::array::c_style | py::array::forcecast> doubles(const py::handle& value,
                                                                        const std::string& name);
 

@@ -28,8 +28,8 @@ void Unlocked::lock(const std::function<void()>& abandon) noexcept {
   try {
     PyEval_RestoreThread(state_);
   } catch (...) {
-    // Python ends threads that want its lock after its end by pthread_exit(), which would run through destructors that
-    // want it as well. As from Python 3.14 on, the thread stays here.
+    // After its shutdown, Python ends threads that request its lock by pthread_exit(), which would run destructors that
+    // request the lock, too. As in Python 3.14 and later, the thread blocks here instead.
     if (abandon) abandon();
     for (;;) ::pause();
   }
@@ -37,7 +37,7 @@ void Unlocked::lock(const std::function<void()>& abandon) noexcept {
 
 bool Unlocked::signals_raise(const std::function<void()>& abandon) {
   lock(abandon);
-  // In other threads than the main one there is nothing to run.
+  // Only the main thread runs signal handlers.
   const bool raised = PyErr_CheckSignals() != 0;
   state_ = PyEval_SaveThread();
   return raised;
@@ -119,7 +119,7 @@ void for_each(std::int64_t count, int threads, std::int64_t grain, const std::st
     try {
       for (int i = 1; i < wanted; ++i) others.emplace_back(run, i);
     } catch (const std::system_error&) {
-      // The system gives no more threads: those that there are do it.
+      // The system provides no more threads; the existing ones do the work.
     }
     run(0);
   }
@@ -155,27 +155,26 @@ InputError input_error(const std::string& source, const std::string& lines) {
 
 void bind_faults(py::module_& module) {
   py::class_<Fault>(module, "Fault",
-                    "One fault of an input, or something in it that is allowed but hardly meant (`is_warning`).")
+                    "An error in the input, or a warning about valid but implausible input (`is_warning`).")
       .def_readonly("file", &Fault::file,
-                    "Path of the file; of a value given in Python, the path of the value, such as 'targets[0].mass'.")
-      .def_readonly("line", &Fault::line, "Line from 1 on; 0 where the fault has no place in a file.")
-      .def_readonly("column", &Fault::column,
-                    "Column from 1 on, in characters; 0 where the fault has no place in a file.")
-      .def_readonly("message", &Fault::message, "What was found, what was expected, and what was probably meant.")
-      .def_readonly("is_warning", &Fault::is_warning, "Whether the input is accepted all the same.")
+                    "Path of the file; for a value given in Python, the path of the value, such as 'targets[0].mass'.")
+      .def_readonly("line", &Fault::line, "Line, starting at 1; 0 without a location in a file.")
+      .def_readonly("column", &Fault::column, "Column in characters, starting at 1; 0 without a location in a file.")
+      .def_readonly("message", &Fault::message, "The value, the expected value, and a suggestion.")
+      .def_readonly("is_warning", &Fault::is_warning, "Whether the input is accepted.")
       .def("__str__", &Fault::text)
       .def("__repr__", &shown)
       .def(
           "__eq__", [](const Fault& a, const Fault& b) { return a == b; }, py::is_operator())
       .def("__hash__", [](const Fault& fault) { return std::hash<std::string>()(fault.text()); })
-      // So that InputError finds its way out of other processes.
+      // Required to pass InputError from other processes.
       .def(py::pickle([](const Fault& f) { return py::make_tuple(f.file, f.line, f.column, f.message, f.is_warning); },
                       [](const py::tuple& t) {
                         return Fault{t[0].cast<std::string>(), t[1].cast<int>(), t[2].cast<int>(),
                                      t[3].cast<std::string>(), t[4].cast<bool>()};
                       }));
   static py::handle type = PyErr_NewExceptionWithDoc(
-      "grapnel.InputError", "Input that cannot be accepted. `faults` has every fault that was found, as grapnel.Fault.",
+      "grapnel.InputError", "Invalid input. `faults` lists all errors that were found, as grapnel.Fault.",
       PyExc_ValueError, nullptr);
   input_error_type = type.ptr();
   type.attr("faults") = py::list();
@@ -211,7 +210,7 @@ Node scalar_at(const std::string& path, std::string text, bool plain) {
   return node;
 }
 
-// Text is text: what a file would read as something else stands in quotes.
+// A string stays a string: text that a file would read as another type is quoted.
 Node text_at(const std::string& path, const std::string& text) {
   Node node = scalar_at(path, text, true);
   const bool is_empty = text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
@@ -221,13 +220,13 @@ Node text_at(const std::string& path, const std::string& text) {
 
 std::string below(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
 
-// @throws py::value_error for what UTF-8 cannot say.
+// @throws py::value_error for text that UTF-8 cannot encode.
 std::string text_of(const py::handle& text, const std::string& path) {
   Py_ssize_t size = 0;
   if (const char* utf8 = PyUnicode_AsUTF8AndSize(text.ptr(), &size)) return {utf8, static_cast<std::size_t>(size)};
   PyErr_Clear();
   throw py::value_error((path.empty() ? std::string("the scenario") : path) +
-                        " has a text with half of a surrogate pair, which no file can hold");
+                        " has a string with an unpaired surrogate, which UTF-8 cannot encode");
 }
 
 class TreeMaker {
@@ -242,11 +241,11 @@ class TreeMaker {
     if (py::isinstance<py::str>(value)) return text_at(path, text_of(value, path));
     if (py::isinstance<py::dict>(value)) return mapping(value, path, depth);
     if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) return sequence(value, path, depth);
-    if (py::hasattr(value, "tolist")) return make(value.attr("tolist")(), path, depth + 1);  // NumPy's
+    if (py::hasattr(value, "tolist")) return make(value.attr("tolist")(), path, depth + 1);  // NumPy
     if (py::hasattr(value, "__fspath__")) return text_at(path, py::str(value.attr("__fspath__")()));
     throw py::type_error((path.empty() ? std::string("the value") : path) + " is " +
                          std::string(py::str(py::type::of(value))) +
-                         "; expected are dictionaries, lists, numbers, texts, True, False and None");
+                         "; expected dictionaries, lists, numbers, strings, True, False and None");
   }
 
  private:
@@ -260,7 +259,7 @@ class TreeMaker {
     for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(value)) {
       if (!py::isinstance<py::str>(key))
         throw py::type_error((path.empty() ? std::string("the scenario") : path) + ": the key " +
-                             std::string(py::repr(key)) + " is no text");
+                             std::string(py::repr(key)) + " is not a string");
       const std::string name = text_of(key, path);
       Node entry = make(item, below(path, name), depth + 1);
       const Mark mark = entry.mark;

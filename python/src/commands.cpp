@@ -1,4 +1,4 @@
-// Campaigns, sweeps, searches, reports and figures: the program's own commands, with what they say on stderr as
+// Campaigns, sweeps, optimizations, reports and figures: the commands of the program, with their stderr output as
 // messages.
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -19,12 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Exit code and messages of a command. On Ctrl-C it ends with what is complete, which is kept, and the exception goes
-// on.
+// Exit code and messages of a command. On Ctrl-C the command ends and keeps its complete results, and the exception
+// propagates.
 std::pair<int, std::string> said_by(const std::function<int(const std::stop_token&)>& command) {
   std::pair<int, std::string> said;
   constexpr std::chrono::milliseconds kBetweenLooks(20);
-  static std::timed_mutex one_at_a_time;  // as KeptMessages wants it
+  static std::timed_mutex one_at_a_time;  // required by KeptMessages
   run_interruptibly([&](const std::stop_token& stop) {
     std::unique_lock lock(one_at_a_time, std::defer_lock);
     while (!lock.try_lock_for(kBetweenLooks))
@@ -43,7 +43,7 @@ app::CampaignRunOptions campaign_options(const fs::path& file, const fs::path& f
   options.study = file, options.output = folder, options.threads = threads;
   options.quiet = true, options.no_report = !report, options.no_csv = !csv;
   options.extend = extend, options.map = map;
-  options.command = options.resume = "call it again with the same file and folder";
+  options.command = options.resume = "repeat the call with the same file and folder";
   return options;
 }
 
@@ -54,7 +54,7 @@ app::StudyOptions study_options(const fs::path& file, const fs::path& folder, in
   return options;
 }
 
-// Faults of a file that is no scenario, before anything is made.
+// Warnings of a campaign, study or optimization file, before any output is written.
 template <class Load>
 std::vector<Fault> warnings_of(Load load, const fs::path& file) {
   std::vector<Fault> warnings;
@@ -67,7 +67,7 @@ py::array array_of(const std::vector<Number>& numbers) {
   return py::array_t<Number>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
 }
 
-// A design axis of labels has numbers that count into them.
+// A design axis with labels stores indices into them.
 py::object values_of(const CampaignTable::Head& head, const std::vector<double>& numbers) {
   if (head.labels.empty()) return array_of(numbers);
   py::list labels;

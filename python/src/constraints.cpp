@@ -27,13 +27,13 @@ Vector3d axis_of(const py::object& axis) {
   if (axis.is_none()) return {0, 0, 1};
   const Vector3d a = vector_of(axis, "axis");
   const double size = norm(a);
-  if (!(size > 0)) throw py::value_error("axis has no direction; expected is a vector that is not zero");
+  if (!(size > 0)) throw py::value_error("axis has no direction; expected a nonzero vector");
   return (1 / size) * a;
 }
 
 // ---- Loops ----
 
-// One closure as Python names it: frames a and b, kind, axis of a hinge.
+// One closure as given in Python: frames a and b, kind, axis of a hinge.
 using ClosureNames = std::tuple<std::string, std::string, std::string, py::object>;
 
 class Loops {
@@ -45,9 +45,9 @@ class Loops {
       closures_.push_back(
           {a + " to " + b, at_a.body, at_a.X_BE, at_b.body, at_b.X_BE, model_named(kind), axis_of(axis)});
     }
-    if (closures_.empty()) throw py::value_error("there are no closures; expected is at least one pair of frames");
+    if (closures_.empty()) throw py::value_error("there are no closures; expected at least one pair of frames");
     if (!q_closed.is_none()) close_at(q_closed);
-    LoopSolver(robot_->model(), closures_);  // says what is wrong with them
+    LoopSolver(robot_->model(), closures_);  // throws if they are not valid
   }
 
   const Robot& robot() const { return *robot_; }
@@ -55,10 +55,10 @@ class Loops {
   int rows() const { return closure_rows(closures_); }
 
  private:
-  // Frame D is where C is at these coordinates: the loop is closed there.
+  // Places frame D at frame C in these coordinates, so that the loop is closed there.
   void close_at(const py::object& q_closed) {
     const Rows q = robot_->coordinates(q_closed);
-    if (q.is_batch()) throw py::value_error("closed_at has shape " + q.shape() + ", expected is one state's q");
+    if (q.is_batch()) throw py::value_error("closed_at has shape " + q.shape() + ", expected q of one state");
     State state = zero_state(robot_->model());
     robot_->put_coordinates(q, 0, state.q.data());
     const Kinematics kinematics = forward_kinematics(robot_->model(), state);
@@ -72,7 +72,7 @@ class Loops {
   std::vector<LoopClosure> closures_;
 };
 
-// One solver per worker, made when it is first needed.
+// One solver per worker, created on first use.
 class Solvers {
  public:
   explicit Solvers(const Loops& loops) : loops_(loops) {}
@@ -199,7 +199,7 @@ std::vector<GraspChoice> choices(const Robot& robot, const std::vector<ClosureNa
     grasps.push_back({at, body, model_named(kind), axis_of(axis)});
   }
   if (grasps.empty())
-    throw py::value_error("there are no grasps; expected is at least one pair of end-effector and target");
+    throw py::value_error("there are no grasps; expected at least one pair of end-effector and target");
   return grasps;
 }
 

@@ -14,9 +14,9 @@
 namespace grapnel::python {
 namespace {
 
-// ---- What update() is given ----
+// ---- Arguments of update() ----
 
-// A copy: it may be kept.
+// A copy, which the controller may keep.
 py::array_t<double> copied(const double* data, py::ssize_t count) { return py::array_t<double>(count, data); }
 
 struct Input {
@@ -40,11 +40,11 @@ struct Input {
 };
 
 struct Access {
-  const grapnel_controller_access* access;  // null: update() is over
-  int base_velocities;                      // 6, or 0 of a base fixed to the world
+  const grapnel_controller_access* access;  // null: after update()
+  int base_velocities;                      // 6, or 0 for a base fixed to the world
 
   const grapnel_controller_access& now() const {
-    if (!access) throw std::runtime_error("the model may be asked during update() only");
+    if (!access) throw std::runtime_error("the model is accessible only during update()");
     return *access;
   }
   int velocities() const { return now().velocities(now().context); }
@@ -65,7 +65,7 @@ struct Access {
     return p;
   }
   py::array_t<double> generalized_jacobian(const std::string& frame) const {
-    // As long as with a base fixed to the world, which has no velocities of its own.
+    // Large enough for a base fixed to the world, which has no velocities.
     std::vector<double> J(static_cast<std::size_t>(6 * velocities()));
     if (now().generalized_jacobian(now().context, frame.c_str(), J.data()) != 0)
       throw py::key_error("the robot has no end-effector '" + frame + "'");
@@ -75,7 +75,7 @@ struct Access {
     return shaped;
   }
   static void check(int failed, const char* what) {
-    if (failed != 0) throw std::runtime_error(std::string("the model cannot say its ") + what);
+    if (failed != 0) throw std::runtime_error(std::string("the model cannot compute its ") + what);
   }
 };
 
@@ -90,7 +90,7 @@ struct Output {
   static void assign(py::array_t<double>& array, const py::handle& value, const char* name) {
     const auto given = doubles(value, name);
     if (given.ndim() != 1 || given.shape(0) != array.shape(0))
-      throw py::value_error(std::string(name) + " has shape " + shape_text(shape_of(given)) + ", expected is " +
+      throw py::value_error(std::string(name) + " has shape " + shape_text(shape_of(given)) + ", expected " +
                             shape_text(shape_of(array)));
     std::copy_n(given.data(), array.size(), array.mutable_data());
   }
@@ -105,14 +105,14 @@ struct Setup {
 
 // ---- The interpreter ----
 
-// Threads in calls of controllers, and how deep. Under the interpreter's lock.
+// Threads inside controller calls, with their call depth. Protected by the interpreter's lock.
 std::map<unsigned long, int>& threads_inside() {
   static std::map<unsigned long, int> threads;
   return threads;
 }
 
-// Python's lock on a thread of ours. Where the interpreter has ended there is none any more: the thread stays here
-// until the process is gone, as in Unlocked.
+// Python's lock on a thread of the library. After the interpreter has ended there is no lock: the thread blocks here
+// until the process ends, as in Unlocked.
 class Locked {
  public:
   Locked() noexcept {
@@ -138,9 +138,9 @@ class Locked {
   PyGILState_STATE state_;
 };
 
-// ---- A controller by the C interface ----
+// ---- A controller with the C interface ----
 
-// The last line of the traceback, and where that was.
+// The last line of the traceback, and its location.
 std::string last_line(py::error_already_set& error) {
   const py::object lines = py::module_::import("traceback").attr("format_exception_only")(error.type(), error.value());
   std::string text = py::str(lines.attr("__getitem__")(-1).attr("strip")());
@@ -159,8 +159,8 @@ struct Instance {
 };
 Instance& at(void* instance) { return *static_cast<Instance*>(instance); }
 
-// Runs `call` under the lock: 0, or 1 with why it failed in `error`. Nothing of Python's is left when the lock is given
-// back.
+// Runs `call` under the lock. Returns 0, or 1 with the cause in `error`. All Python objects are released before the
+// lock.
 template <class Call>
 int in_python(std::string& error, const Call& call) {
   const Locked locked;
@@ -175,7 +175,7 @@ int in_python(std::string& error, const Call& call) {
   return 1;
 }
 
-// Of which object create() makes an instance: it is called on the thread that asks for it.
+// The object of which create() makes an instance; create() runs on the thread that requests it.
 thread_local const py::object* t_given = nullptr;
 
 int create(const grapnel_controller_setup* setup, void** instance, char* error, std::size_t error_size) {
@@ -213,7 +213,7 @@ int update(void* instance, const grapnel_controller_input* input, const grapnel_
     const py::object returned = at(instance).controller.attr("update")(seen, model, said);
     if (!returned.is_none())
       throw py::type_error("update() returned " + std::string(py::str(py::type::of(returned))) +
-                           "; expected is None: what it says goes into output.effort and output.base_torque");
+                           "; expected None: assign commands to output.effort and output.base_torque");
     const auto& out = said.cast<const Output&>();
     std::copy_n(out.effort.data(), input->joints, output->effort);
     std::copy_n(out.base_torque.data(), 3, output->base_torque);
@@ -267,47 +267,48 @@ void interrupt_controllers() {
 }
 
 void bind_controllers(py::module_& module) {
-  py::class_<Setup>(module, "ControllerSetup", "What a controller's create() is told about the run.")
+  py::class_<Setup>(module, "ControllerSetup", "Argument of a controller's create(): a description of the run.")
       .def_readonly("parameters", &Setup::parameters, "control.parameters of the scenario: a dictionary.")
       .def_readonly("model", &Setup::model,
-                    "The robot as a dictionary, as grapnel_controller.h has it: 'base', 'joints', 'bodies', "
+                    "The robot as a dictionary, as described in grapnel_controller.h: 'base', 'joints', 'bodies', "
                     "'end_effectors'.")
-      .def_readonly("joints", &Setup::joints, "How many joints there are: the length of arrays.")
-      .def_readonly("period", &Setup::period, "Between updates [s].")
-      .def_readonly("delay", &Setup::delay, "From an update to the time from which on its command acts [s].")
-      .def_readonly("base_torque", &Setup::base_torque, "Whether the base's torque is the controller's to say.");
-  py::class_<Input>(module, "ControllerInput", "What a controller sees at a sample; arrays are copies.")
-      .def_readonly("time", &Input::time, "Of the scenario [s].")
-      .def_readonly("piece", &Input::piece, "Of the run, from 0; grows when grasps close or open.")
-      .def_readonly("joints", &Input::joints, "How many joints there are.")
-      .def_readonly("position", &Input::position, "(joints,): as sensors read it, noise included [rad or m].")
-      .def_readonly("rate", &Input::rate, "(joints,): likewise [rad/s or m/s].")
-      .def_readonly("desired_position", &Input::desired_position, "(joints,): what is to be followed [rad or m].")
-      .def_readonly("desired_rate", &Input::desired_rate, "(joints,): [rad/s or m/s].")
-      .def_readonly("desired_acceleration", &Input::desired_acceleration, "(joints,): [rad/s^2 or m/s^2].")
+      .def_readonly("joints", &Setup::joints, "Number of joints: the length of arrays.")
+      .def_readonly("period", &Setup::period, "Sample time between updates [s].")
+      .def_readonly("delay", &Setup::delay, "Time from an update until its command acts [s].")
+      .def_readonly("base_torque", &Setup::base_torque, "Whether the controller commands the base torque.");
+  py::class_<Input>(module, "ControllerInput", "Input of a controller at a sample; arrays are copies.")
+      .def_readonly("time", &Input::time, "Scenario time [s].")
+      .def_readonly("piece", &Input::piece,
+                    "Index of the segment of the run, from 0; increases when grasps close or open.")
+      .def_readonly("joints", &Input::joints, "Number of joints.")
+      .def_readonly("position", &Input::position, "(joints,): sensor readings, noise included [rad or m].")
+      .def_readonly("rate", &Input::rate, "(joints,): sensor readings [rad/s or m/s].")
+      .def_readonly("desired_position", &Input::desired_position, "(joints,): reference [rad or m].")
+      .def_readonly("desired_rate", &Input::desired_rate, "(joints,): reference [rad/s or m/s].")
+      .def_readonly("desired_acceleration", &Input::desired_acceleration, "(joints,): reference [rad/s^2 or m/s^2].")
       .def_readonly("base_position", &Input::base_position, "(3,): of B's origin, in W [m].")
       .def_readonly("base_quaternion_wxyz", &Input::base_quaternion_wxyz, "(4,): R_WB, of unit norm.")
       .def_readonly("base_velocity", &Input::base_velocity, "(3,): of B's origin, in W [m/s].")
       .def_readonly("base_angular_velocity", &Input::base_angular_velocity, "(3,): of B, in B's axes [rad/s].");
   py::class_<Access>(module, "ControllerAccess",
-                     "What a controller may ask of the true model during update(): of the servicer and all that it "
+                     "Queries of the true model during update(): the servicer with all bodies that it "
                      "holds. Velocities: six of a free base [angular; linear] in B, joints, then joints of grasps.")
-      .def("velocities", &Access::velocities, "N: how many velocities there are.")
+      .def("velocities", &Access::velocities, "N: the number of velocities.")
       .def("mass_matrix", &Access::mass_matrix, "H, (N, N), rotors included.")
       .def("bias", &Access::bias, "C, (N,): forces at zero acceleration, gravity included.")
       .def("momentum", &Access::momentum, "p, (6,): [angular about the centre of mass; linear] in W.")
       .def("generalized_jacobian", &Access::generalized_jacobian, py::arg("frame"),
            "J*, (6, N - 6) (fixed base: (6, N)), of an end-effector by name: its twist [angular; linear] in W at zero "
            "momentum.");
-  py::class_<Output>(module, "ControllerOutput", "What a controller says at a sample; zero when it is asked.")
+  py::class_<Output>(module, "ControllerOutput", "Commands of a controller at a sample; zero before update().")
       .def_property(
           "effort", [](const Output& out) { return out.effort; },
           [](Output& out, const py::object& value) { Output::assign(out.effort, value, "output.effort"); },
-          "(joints,): of each joint [N m or N]; cut at the joint's limit.")
+          "(joints,): effort of each joint [N m or N]; saturated at the joint's limit.")
       .def_property(
           "base_torque", [](const Output& out) { return out.base_torque; },
           [](Output& out, const py::object& value) { Output::assign(out.base_torque, value, "output.base_torque"); },
-          "(3,): on the base, in B's axes [N m]; not read without control.base_torque.");
+          "(3,): torque on the base, in B's axes [N m]; ignored without control.base_torque.");
 }
 
 }  // namespace grapnel::python

@@ -1,4 +1,4 @@
-// What an arm holds, from measured rates.
+// Identification of a held body from measured rates.
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ int frame_named(const Robot& robot, const std::string& name) {
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end())
     throw py::value_error("frame is " + in_quotes(name) + suggestion(name, names) +
-                          "; expected is one of the robot's frames");
+                          "; expected one of the robot's frames");
   return static_cast<int>(at - names.begin());
 }
 
@@ -76,7 +76,7 @@ py::dict identify(const Robot& robot, const std::string& frame, const py::object
   task.noise = {angular_velocity, velocity, joint_rate};
   if (!momentum_given.is_none()) {
     const Rows momentum(momentum_given, "momentum", 6, "[angular; linear] at the first sample");
-    if (momentum.is_batch()) throw py::value_error("momentum has shape " + momentum.shape() + ", expected is (6,)");
+    if (momentum.is_batch()) throw py::value_error("momentum has shape " + momentum.shape() + ", expected (6,)");
     task.momentum = six<Momentumd>(momentum.row(0));
   }
   for (std::int64_t i = 0; i < cases.count; ++i) {

@@ -1,4 +1,4 @@
-// Python's module _grapnel: what the package grapnel is made of.
+// The Python module _grapnel, the compiled part of the package grapnel.
 #include "binding.hpp"
 #include "controller.hpp"
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The value on one line, as "--set" takes it, is what the scenario's digest and its texts say of it.
+// The value on one line, in the form of "--set", is what the scenario's digest and texts contain.
 Change change_of(const std::string& path, const py::handle& value) {
   Change change{path, {}, tree_of(value, path), {}};
   change.text = flow_text(change.value);
@@ -50,7 +50,7 @@ void Scenario::load(std::vector<Change> changes) {
 void Scenario::set(const Changes& changes) {
   std::vector<Change> all = changes_;
   for (const auto& [path, value] : changes) {
-    // The last value of a path counts: the ones before it need not be set any more.
+    // Only the last value of a path is effective: earlier ones are removed.
     std::erase_if(all, [&, &name = path](const Change& earlier) { return earlier.path == name; });
     all.push_back(change_of(path, value));
   }
@@ -71,14 +71,14 @@ const Node& Scenario::tree() const {
 
 py::object Scenario::get(const std::string& path) const {
   if (path.empty()) return value_of(tree());
-  // Walking creates keys that are absent, in a copy; what is wrong with the path is a fault, an absent key is none.
+  // path_steps() creates absent keys, in a copy. A malformed path is an error, an absent key is not.
   FaultList faults;
   Node copy = tree();
   path_steps(copy, path, {std::make_shared<const std::string>(path), 0, 0}, faults);
   if (!faults.empty()) throw py::key_error(faults.all().front().message);
   const std::optional<Node> value = value_at(std::move(copy), path);
   if (value) return value_of(*value);
-  // Where the last key is misspelt: what there is beside it.
+  // If the last key is misspelt: the keys beside it.
   std::vector<std::string> keys;
   const std::size_t dot = path.rfind('.');
   const std::optional<Node> above = dot == std::string::npos ? tree() : value_at(tree(), path.substr(0, dot));
@@ -109,7 +109,7 @@ std::vector<std::string> Scenario::settings() const {
 
 namespace {
 
-// Faults and warnings of what make() loads.
+// Errors and warnings of the scenario that make() loads.
 std::vector<Fault> faults_of(const std::function<Scenario()>& make) {
   try {
     return make().warnings();

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// A scenario in Python's hands: its files as they were read once, the changes made since, and the problem that they
-/// make.
+/// A scenario of the Python package: the content of its files, the changes since, and the resulting problem.
 
 #include <filesystem>
 #include <memory>
@@ -17,34 +16,33 @@
 
 namespace grapnel::python {
 
-/// Thread safety: an object may be read by several threads at once, and used by one that changes it.
+/// Thread safety: several threads may read an object simultaneously; a thread that changes it needs exclusive use.
 class Scenario {
  public:
   using Changes = std::vector<std::pair<std::string, py::object>>;
 
-  /// Of a file. @throws InputError with all faults.
+  /// From a file. @throws InputError with all errors.
   Scenario(const std::filesystem::path& file, const Changes& changes);
-  /// Of a dictionary with the keys of a scenario file; files that it names are looked for from `folder`.
+  /// From a dictionary with the keys of a scenario file; file names are relative to `folder`.
   Scenario(const py::dict& values, const std::filesystem::path& folder, const Changes& changes);
 
-  /// Sets values by their paths, all or none: what `grapnel run --set` with all settings so far would read. @throws
+  /// Sets values by their paths, all or none; equivalent to `grapnel run --set` with all settings so far. @throws
   /// InputError
   void set(const Changes& changes);
-  /// The value at a path as the reader sees it: changes applied, the robot's file included, defaults filled in. @throws
-  /// py::key_error
+  /// The value at a path, with all changes, the content of the robot file, and defaults. @throws py::key_error
   py::object get(const std::string& path) const;
 
   const CaptureProblem& problem() const { return *problem_; }
   std::shared_ptr<const CaptureProblem> shared_problem() const { return problem_; }
   const std::vector<Fault>& warnings() const { return warnings_; }
   const std::filesystem::path& file() const { return file_; }
-  /// A scenario file for `place` that is this problem: changes are in it, other files are named as seen from there.
+  /// The text of a scenario file for `place`, with all changes; names of other files are relative to its folder.
   std::string text(const std::filesystem::path& place) const;
   /// Every change, path and value, in their order.
   std::vector<std::pair<std::string, py::object>> changes() const;
-  /// The dictionary it was made from; None if that was a file.
+  /// The dictionary of the scenario; None for a scenario from a file.
   py::object values() const;
-  /// "path=value" of every change, in their order, as `--set` takes them.
+  /// "path=value" of every change, in order, in the form of `--set`.
   std::vector<std::string> settings() const;
 
  private:
@@ -57,7 +55,7 @@ class Scenario {
   std::vector<Change> changes_;
   std::shared_ptr<const CaptureProblem> problem_;
   std::vector<Fault> warnings_;
-  mutable std::shared_ptr<const Node> tree_;  // made when it is first asked for
+  mutable std::shared_ptr<const Node> tree_;  // computed on first use
 };
 
 }  // namespace grapnel::python

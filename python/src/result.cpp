@@ -27,20 +27,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A capture that has been simulated, with what its result folder needs beside it. Immutable.
+// A simulated capture, with its problem, which the result folder needs. Immutable.
 struct Run {
   std::shared_ptr<const CaptureProblem> problem;
   CaptureResult result;  // warnings of the input first, as in summary.json
 };
 
-// A controller of Python's, and how results name it; without a source: none.
+// A Python controller and its name in results; without a source: no controller.
 struct GivenController {
   std::shared_ptr<const ControllerSource> source;
   std::string name, sha256;
 };
 using Given = std::tuple<py::object, std::string, std::string>;  // the object or class, its name, the digest
 
-// For each scenario; the lock is held. @throws py::value_error where a scenario asks for none.
+// One per scenario; the lock is held. @throws py::value_error if a scenario requests no controller.
 std::vector<GivenController> given_controllers(const std::vector<Scenario>& scenarios,
                                                const std::vector<Given>& given) {
   std::vector<GivenController> controllers(scenarios.size());
@@ -50,14 +50,14 @@ std::vector<GivenController> given_controllers(const std::vector<Scenario>& scen
     const std::optional<ControlSetup>& control = scenarios[i].problem().control;
     if (!control || !control->external)
       throw py::value_error("the scenario '" + scenarios[i].problem().name +
-                            "' asks for no controller of Python's; expected are control.external: true, and controller "
+                            "' requests no Python controller; expected control.external: true, and controller "
                             "in approach.tracking.mode or post_impact.joints");
     controllers[i] = {python_controllers(object, name), name, sha256};
   }
   return controllers;
 }
 
-// What `grapnel run` computes.
+// Computes the same as `grapnel run`.
 std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<const CaptureProblem>& problem,
                               const GivenController* given, const std::stop_token& stop) {
   std::vector<std::string> warnings;
@@ -86,7 +86,7 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
 
 std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads,
                                                 const std::vector<Given>& controllers) {
-  // A scenario may be changed by others while its problem is being simulated: what is simulated is what it is now.
+  // Other threads may change a scenario during its simulation: copy its present state.
   std::vector<Scenario> now;
   for (const auto& scenario : scenarios) now.push_back(*scenario);
   const std::vector<GivenController> given = given_controllers(now, controllers);
@@ -103,7 +103,7 @@ std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_pt
 
 // ---- Folders and reports ----
 
-// The files of `grapnel run`, without its report. @throws CannotWrite naming each that is not there
+// The files of `grapnel run`, without its report. @throws CannotWrite that names each missing file
 void write_files(const Run& run, const fs::path& folder) {
   const CaptureResult& result = run.result;
   const auto write_series = [&](const fs::path& file) {
@@ -143,8 +143,8 @@ void report(const Run& run, const fs::path& file) {
 
 // ---- Numbers ----
 
-// A view of memory that the run owns, which lives as long as the array does. It cannot be written to: reports and files
-// are made of the same numbers.
+// A view of memory that the run owns and that lives as long as the array. It is read-only, because reports and files
+// use the same numbers.
 template <class Number>
 py::array view(const std::shared_ptr<const Run>& run, const std::vector<Number>& data, std::vector<py::ssize_t> shape) {
   py::array_t<Number> array(std::move(shape), data.data(), py::cast(std::const_pointer_cast<Run>(run)));
@@ -155,7 +155,7 @@ py::array view(const std::shared_ptr<const Run>& run, const std::vector<Number>&
 const Series& series_named(const Run& run, const std::string& path) {
   for (const Series& series : run.result.series.series)
     if (series.path == path) return series;
-  throw py::key_error("no series is called '" + path + "'");
+  throw py::key_error("no series is named '" + path + "'");
 }
 
 py::array series_view(const std::shared_ptr<Run>& run, const std::string& path) {
@@ -176,27 +176,27 @@ const char* status_name(CaptureStatus status) {
   return status == CaptureStatus::completed ? "completed" : status == CaptureStatus::failed ? "failed" : "not_run";
 }
 
-// ---- The module's part ----
+// ---- Bindings ----
 
 void bind_ledger(py::module_& module) {
-  py::class_<LedgerEntry>(module, "Check", "One line of the ledger: what was checked, and how large its deviation is.")
+  py::class_<LedgerEntry>(module, "Check", "One row of the ledger: a check and its maximum deviation.")
       .def_readonly("name", &LedgerEntry::name, "Key in summary.json.")
-      .def_readonly("value", &LedgerEntry::value, "Largest deviation in the whole run, in `unit`.")
-      .def_readonly("bound", &LedgerEntry::bound, "What it must not exceed.")
-      .def_readonly("unit", &LedgerEntry::unit, "'1' where the value is relative to a scale, see `note`.")
-      .def_readonly("note", &LedgerEntry::note, "What is compared, over which phases.")
-      .def_readonly("applies", &LedgerEntry::applies, "False: there is nothing of the kind in this run.")
-      .def_readonly("not_checked", &LedgerEntry::not_checked, "Why nobody looked; '' where it was checked.")
+      .def_readonly("value", &LedgerEntry::value, "Maximum deviation in the whole run, in `unit`.")
+      .def_readonly("bound", &LedgerEntry::bound, "Maximum permissible value.")
+      .def_readonly("unit", &LedgerEntry::unit, "'1' if the value is relative to a scale, see `note`.")
+      .def_readonly("note", &LedgerEntry::note, "The compared quantities and the phases.")
+      .def_readonly("applies", &LedgerEntry::applies, "False: the check does not apply to this run.")
+      .def_readonly("not_checked", &LedgerEntry::not_checked, "Reason why the check was not evaluated; '' if it was.")
       .def_readonly("advice", &LedgerEntry::advice,
-                    "Of a conservation check that fails: what mends it, or why nothing does; else ''.")
-      .def_property_readonly("passed", &LedgerEntry::pass, "Whether the value keeps its bound.")
+                    "For a failed conservation check: the remedy, or why there is none; else ''.")
+      .def_property_readonly("passed", &LedgerEntry::pass, "Whether the value is within its bound.")
       .def_property_readonly(
           "kind",
           [](const LedgerEntry& e) {
             return e.kind == LedgerEntry::Kind::conservation ? "conservation" : "feasibility";
           },
-          "'conservation': a failure means that the computation cannot be trusted. 'feasibility': a robot could not do "
-          "this.")
+          "'conservation': a failure means that the result is not valid. 'feasibility': a failure means that a robot "
+          "cannot perform this motion.")
       .def("__repr__", [](const LedgerEntry& e) {
         return py::str("<Check {}: {:.3g} of at most {:.3g} {}, {}>")
             .format(e.name, e.value, e.bound, e.unit, e.pass() ? "passed" : "FAILED");

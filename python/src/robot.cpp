@@ -50,7 +50,7 @@ std::vector<std::string> frame_names(const Robot& robot) {
   return names;
 }
 
-// Names of coordinates and velocities, in their order.
+// Names of coordinates or velocities, in their order.
 void name_free(const std::string& body, bool velocities, std::vector<std::string>& names) {
   if (velocities) {
     for (const char* part : {"wx", "wy", "wz", "vx", "vy", "vz"}) names.push_back(body + "/" + part);
@@ -59,7 +59,7 @@ void name_free(const std::string& body, bool velocities, std::vector<std::string
   }
 }
 std::vector<std::string> component_names(const Robot& robot, bool velocities) {
-  // Bodies are sorted parents first, and so are their joints' numbers.
+  // Parents come before children, for bodies as well as for the coordinates of their joints.
   std::vector<std::string> names;
   for (const Body& body : robot.model().bodies()) {
     const BodyDescription& description = body.description;
@@ -109,10 +109,9 @@ Robot::Robot(const Robot& free, CaptureSystem joined)
 
 std::shared_ptr<Robot> Robot::holding(const py::object& q_given) const {
   if (!has_problem_ || system_.target_frames.size() != problem_->targets.size() || !system_.grasps.empty())
-    throw py::value_error(
-        "this robot has no free targets that it could hold; expected is Robot(problem, targets=True)");
+    throw py::value_error("this robot has no free targets to hold; expected Robot(problem, targets=True)");
   const Rows q = coordinates(q_given);
-  if (q.is_batch()) throw py::value_error("q has shape " + q.shape() + ", expected is one state's q");
+  if (q.is_batch()) throw py::value_error("q has shape " + q.shape() + ", expected q of one state");
   State state = zero_state(model());
   put_coordinates(q, 0, state.q.data());
   const Kinematics kinematics = forward_kinematics(model(), state);
@@ -131,26 +130,26 @@ Robot::Place Robot::place(const std::string& name) const {
     if (model().bodies()[i].description.name == name) return {static_cast<int>(i), Posed::identity()};
   std::vector<std::string> names = frame_names(*this);
   for (std::string& body : body_names(*this)) names.push_back(std::move(body));
-  throw py::value_error("no frame or body is called " + in_quotes(name) + suggestion(name, names, "frames and bodies"));
+  throw py::value_error("no frame or body is named " + in_quotes(name) + suggestion(name, names, "frames and bodies"));
 }
 
 int Robot::body(const std::string& name) const {
   const std::vector<std::string> names = body_names(*this);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
-    throw py::value_error("no body is called " + in_quotes(name) + suggestion(name, names, "bodies"));
+    throw py::value_error("no body is named " + in_quotes(name) + suggestion(name, names, "bodies"));
   return static_cast<int>(found - names.begin());
 }
 
 Rows Robot::coordinates(const py::handle& q) const {
   Rows rows(q, "q", model().coordinates(),
-            "per free body position and quaternion_wxyz, per joint its angle or travel (see Robot.q_names)");
+            "position and quaternion_wxyz per free body, angle or travel per joint (see Robot.q_names)");
   check_quaternions(rows);
   return rows;
 }
 Rows Robot::velocities(const py::handle& v, const char* name) const {
   return Rows(v, name, model().velocities(),
-              "per free body [angular; linear] in its own axes, per joint its rate (see Robot.v_names)");
+              "[angular; linear] in its own axes per free body, rate per joint (see Robot.v_names)");
 }
 
 Rows Robot::forces(const py::object& tau) const {
@@ -182,7 +181,7 @@ void Robot::check_quaternions(const Rows& q) const {
       if (std::abs(size - 1) <= kSlack) continue;
       const std::string row = q.is_batch() ? std::to_string(i) + ", " : "";
       throw py::value_error(q.name() + "[" + row + std::to_string(at) + ":" + std::to_string(at + 4) +
-                            "] is a quaternion of norm " + std::string(py::str(py::float_(size))) + "; expected is 1");
+                            "] is a quaternion of norm " + std::string(py::str(py::float_(size))) + "; expected 1");
     }
   }
 }
@@ -192,7 +191,7 @@ void Robot::put_coordinates(const Rows& q, std::int64_t i, double* to) const {
   for (const int at : model().quaternions()) {
     double* x = to + at;
     const double size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
-    if (std::abs(size - 1) <= 1e-12) continue;  // unit but for rounding: the bits stay
+    if (std::abs(size - 1) <= 1e-12) continue;  // unit norm within rounding error: keep the bits
     for (int k = 0; k < 4; ++k) x[k] /= size;
   }
 }
@@ -202,7 +201,7 @@ void Robot::put_coordinates(const Rows& q, std::int64_t i, double* to) const {
 void for_blocks(const Robot& robot, const Cases& cases,
                 const std::function<void(Scratch&, std::int64_t, std::int64_t)>& block) {
   constexpr std::int64_t kWorthThreads = 64;
-  // Whole packs; the more at once, the less it costs that lanes make the model theirs first.
+  // Multiples of the lane width. Larger blocks amortize the conversion of the model to lanes.
   constexpr std::int64_t kLeast = 16, kMost = 256, kPacks = 8;
   if (cases.count < kWorthThreads) {
     const Unlocked unlocked;
@@ -236,13 +235,13 @@ std::size_t product(const std::vector<py::ssize_t>& shape) {
   return size;
 }
 
-// An argument's rows from case `begin` on, as lanes read them; absent: zeros.
+// An argument's rows from case `begin` on, in the form of lanes; absent: zeros.
 lanes::StateRows rows_from(const Rows* rows, std::int64_t begin) {
   if (rows == nullptr) return {};
   return {rows->row(begin), rows->is_batch() ? rows->width() : 0};
 }
 
-// States of the cases from `begin` to `end`; nothing is wanted of them yet.
+// States of the cases from `begin` to `end`, without requested outputs.
 lanes::StateCases state_cases(const Robot& robot, const Rows& q, const Rows* v, std::int64_t begin, std::int64_t end,
                               Scratch& scratch) {
   const std::size_t width = static_cast<std::size_t>(robot.model().coordinates());
@@ -256,7 +255,7 @@ lanes::StateCases state_cases(const Robot& robot, const Rows& q, const Rows* v, 
   return cases;
 }
 
-// What lanes compute as it is wanted: ask(cases, scratch, begin, end, out) says what goes to `out`. `third`: a further
+// An array that lanes compute: ask(cases, scratch, begin, end, out) requests the outputs to `out`. `third`: a further
 // argument with rows.
 template <class Ask>
 py::array_t<double> by_lanes(const Robot& robot, const Rows& q, const Rows* v, const Rows* third,
@@ -275,7 +274,7 @@ py::array_t<double> by_lanes(const Robot& robot, const Rows& q, const Rows* v, c
   return array;
 }
 
-// Kinematics, and where `masses` says so the mass matrix, of the block's cases.
+// Kinematics, and with `masses` the mass matrix, of the cases of the block.
 void compute_block(const Robot& robot, lanes::StateCases& of, bool masses, Scratch& scratch) {
   const std::size_t count = static_cast<std::size_t>(of.count);
   const std::size_t n = static_cast<std::size_t>(robot.model().velocities());
@@ -294,7 +293,7 @@ Vector3d next_vector(const double*& in) {
   return v;
 }
 
-// The k-th of the block becomes the case that is looked at.
+// Copies the k-th case of the block to `scratch`.
 void take_case(const Robot& robot, const lanes::StateCases& of, std::int64_t k, Scratch& scratch) {
   const Model& model = robot.model();
   std::copy_n(of.q.data + k * of.q.stride, scratch.state.q.size(), scratch.state.q.begin());
@@ -317,8 +316,8 @@ void take_case(const Robot& robot, const lanes::StateCases& of, std::int64_t k, 
   scratch.mass_matrix = Eigen::Map<const Eigen::MatrixXd>(of.mass_matrix + k * n * n, n, n);  // symmetric
 }
 
-// Calls one(scratch, i, out) for every case with its part of the results: state and kinematics are there, and where
-// `masses` says so the mass matrix. `others`: further arguments with rows.
+// Calls one(scratch, i, out) for every case with its part of the results. `scratch` has state and kinematics, and with
+// `masses` the mass matrix. `others`: further arguments with rows.
 template <class One>
 py::array_t<double> by_kinematics(const Robot& robot, const Rows& q, const Rows* v, std::vector<py::ssize_t> shape,
                                   One one, bool masses = false, std::vector<const Rows*> others = {}) {
@@ -392,7 +391,8 @@ py::array_t<double> generalized_jacobians(const Robot& robot, const std::string&
   const Robot::Place at = robot.place(frame);
   const Rows q = robot.coordinates(q_given);
   if (robot.model().bodies()[static_cast<std::size_t>(at.body)].root != robot.root())
-    throw py::value_error(in_quotes(frame) + " is not on the robot; its generalized Jacobian is that of a frame on it");
+    throw py::value_error(in_quotes(frame) +
+                          " is not on the robot; the generalized Jacobian requires a frame on the robot");
   const auto one = [&](Scratch& scratch, std::int64_t, double* out) {
     const Posed& X_WB = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)];
     put(out, generalized_jacobian(robot.model(), scratch.kinematics,
@@ -410,7 +410,7 @@ py::array_t<double> mass_matrices(const Robot& robot, const py::object& q_given)
       [](lanes::StateCases& of, Scratch&, std::int64_t, std::int64_t, double* out) { of.mass_matrix = out; });
 }
 
-// A matrix that follows from the blocks of the mass matrix.
+// A matrix computed from the blocks of the mass matrix.
 template <class Function>
 py::array_t<double> of_blocks(const Robot& robot, const py::object& q_given, int rows, int columns, Function function) {
   const Rows q = robot.coordinates(q_given);
@@ -493,7 +493,7 @@ py::tuple as_arrays(const State& state) {
 
 py::tuple initial_state(const Robot& robot) {
   if (!robot.system().grasps.empty())
-    throw py::value_error("the problem's run does not begin with what this robot holds; say where things are");
+    throw py::value_error("the problem's run does not begin with the targets that this robot holds; specify q and v");
   if (!robot.has_problem()) return as_arrays(zero_state(robot.model()));
   State state;
   run_interruptibly([&](const std::stop_token& stop) {

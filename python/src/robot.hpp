@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A robot's model in Python's hands, alone or with the free targets of a problem.
+/// The model of a robot for the Python package, alone or with the free targets of a problem.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -19,12 +19,12 @@ namespace grapnel::python {
 /// Immutable.
 class Robot {
  public:
-  /// Of a robot file. @throws InputError
+  /// From a robot file. @throws InputError
   explicit Robot(const std::filesystem::path& file);
-  /// Of a problem. @throws InputError
+  /// From a problem. @throws InputError
   Robot(const Scenario& scenario, bool targets);
-  /// The problem's robot with all its grasps closed as they are in coordinates of this one, which has the targets:
-  /// they hang on the arms that grasp them. @throws py::value_error if nothing is to be held, or there are no targets.
+  /// For a robot with targets: the robot with all grasps of the problem closed in the configuration q. Targets are
+  /// attached to the arms that grasp them. @throws py::value_error without grasps that hold, or without targets.
   std::shared_ptr<Robot> holding(const py::object& q) const;
 
   const Model& model() const { return system_.model; }
@@ -34,7 +34,7 @@ class Robot {
   int root() const { return system_.base; }
   std::string name() const { return problem_->robot.name; }
 
-  /// A frame or a body: where its frame is fixed. @throws py::value_error naming what there is.
+  /// The body of a frame or body, and the pose of the frame on it. @throws py::value_error naming the available ones.
   struct Place {
     int body;
     Posed X_BE;
@@ -43,17 +43,17 @@ class Robot {
   /// Index of a body. @throws py::value_error
   int body(const std::string& name) const;
 
-  /// One argument that is a row of coordinates (of velocities), for all robots alike. @throws py::value_error, also for
-  /// quaternions that are not of unit norm
+  /// An argument with rows of coordinates or velocities. @throws py::value_error, also for quaternions without unit
+  /// norm
   Rows coordinates(const py::handle& q) const;
   Rows velocities(const py::handle& v, const char* name = "v") const;
-  /// Joint efforts, or generalized forces on all velocities; none: zero.
+  /// Joint efforts, or generalized forces on all velocities; None: zero.
   Rows forces(const py::object& tau) const;
-  /// Puts forces() of case i on all velocities.
+  /// Expands forces() of case i to all velocities.
   void spread(const Rows& forces, std::int64_t i, double* generalized) const;
   /// @throws py::value_error naming a quaternion whose norm is not 1
   void check_quaternions(const Rows& q) const;
-  /// Copies case i's coordinates, its quaternions rid of what rounding has done to their norms.
+  /// Copies the coordinates of case i and normalizes quaternions with rounding errors.
   void put_coordinates(const Rows& q, std::int64_t i, double* to) const;
   /// Kinematics and dynamics in lanes.
   const lanes::States& states() const { return states_; }
@@ -67,14 +67,14 @@ class Robot {
   lanes::States states_;
 };
 
-/// What the cases of one worker need.
+/// Scratch memory for the cases of one worker.
 struct Scratch {
   State state;
   Workspace workspace;
   Kinematics kinematics;
   Eigen::MatrixXd mass_matrix;
   std::vector<double> generalized, rates;
-  // Of a block of cases, which lanes work on together: coordinates, forces, motion of links, mass matrices.
+  // For a block of cases in lanes: coordinates, forces, motion of links, mass matrices.
   std::vector<double> block_q, block_forces, block_motion, block_masses;
   explicit Scratch(const Model& model)
       : state(zero_state(model)),
@@ -83,11 +83,11 @@ struct Scratch {
         generalized(static_cast<std::size_t>(model.velocities())) {}
 };
 
-/// Calls block(scratch, begin, end) for all cases, some packs of lanes at a time, on all processors where there are
-/// many, without the interpreter's lock.
+/// Calls block(scratch, begin, end) for all cases, several batches of lanes at a time, on all processors if there are
+/// many cases, without the interpreter's lock.
 void for_blocks(const Robot& robot, const Cases& cases,
                 const std::function<void(Scratch&, std::int64_t begin, std::int64_t end)>& block);
-/// Calls one(scratch, i) for every case likewise.
+/// Calls one(scratch, i) for every case in the same way.
 void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one);
 
 void bind_constraints(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_& module);

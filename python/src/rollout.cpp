@@ -1,4 +1,4 @@
-// Many motions of one model at once under given joint efforts.
+// Simultaneous motions of one model under given joint efforts.
 #include "grapnel/lanes/rollout.hpp"
 
 #include <pybind11/stl.h>
@@ -31,7 +31,7 @@ class RolloutOfRobot {
     const py::ssize_t state = rollout_.state_size(), controls = rollout_.control_size();
     const auto initial = doubles(initial_given, "initial_state");
     if (initial.ndim() != 2 || initial.shape(1) != state)
-      throw py::value_error("initial_state has shape " + shape_text(shape_of(initial)) + ", expected is (n, " +
+      throw py::value_error("initial_state has shape " + shape_text(shape_of(initial)) + ", expected (n, " +
                             std::to_string(state) + "): q and v of n cases");
     check_finite(initial, "initial_state");
     check_quaternions(initial);
@@ -40,13 +40,13 @@ class RolloutOfRobot {
     if (!control_given.is_none()) {
       control = doubles(control_given, "control");
       if (control.ndim() != 3 || control.shape(0) != cases || control.shape(2) != controls)
-        throw py::value_error("control has shape " + shape_text(shape_of(control)) + ", expected is (" +
+        throw py::value_error("control has shape " + shape_text(shape_of(control)) + ", expected (" +
                               std::to_string(cases) + ", steps, " + std::to_string(controls) +
                               "): an effort per case, step and joint");
       check_finite(control, "control");
       steps = control.shape(1);
     }
-    if (steps < 1) throw py::value_error("there are " + std::to_string(steps) + " steps; expected is at least one");
+    if (steps < 1) throw py::value_error("there are " + std::to_string(steps) + " steps; expected at least one");
     py::array_t<double> result(only_last ? std::vector<py::ssize_t>{cases, state}
                                          : std::vector<py::ssize_t>{cases, steps, state});
     const std::span<double> out(result.mutable_data(), static_cast<std::size_t>(result.size()));
@@ -70,7 +70,7 @@ class RolloutOfRobot {
     return setup;
   }
   void check_quaternions(const py::array_t<double>& initial) const {
-    // The rows' first numbers are coordinates.
+    // The first numbers of a row are coordinates.
     const auto q = initial.attr("__getitem__")(
         py::make_tuple(py::slice(py::none(), py::none(), py::none()), py::slice(0, robot_->model().coordinates(), 1)));
     robot_->check_quaternions(Rows(q, "initial_state", robot_->model().coordinates(), "coordinates"));
@@ -96,8 +96,8 @@ void bind_rollout(py::module_& module) {
         const auto set = lanes::best_instruction_set();
         return std::string(lanes::name(set.value_or(lanes::InstructionSet::one_lane)));
       },
-      "The SIMD instruction set of rollouts and of robots' functions: 'avx512' (8 lanes), 'avx2' (4), 'sse2' (2) or "
-      "'one_lane'. GRAPNEL_LANES in the environment names another one.");
+      "The SIMD instruction set of rollouts and of functions of robots: 'avx512' (8 lanes), 'avx2' (4), 'sse2' (2) or "
+      "'one_lane'. The environment variable GRAPNEL_LANES selects another one.");
 }
 
 }  // namespace grapnel::python

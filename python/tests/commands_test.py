@@ -1,4 +1,4 @@
-"""Campaigns, sweeps and searches: the program's folders, byte for byte, and their tables."""
+"""Campaigns, sweeps and optimizations: folders with the bytes of the program, and their tables."""
 
 import filecmp
 import subprocess
@@ -31,7 +31,7 @@ def quietly(function, *arguments, **settings):
         return function(*arguments, **settings)
 
 
-def test_a_campaign_is_the_programs(campaign_file, program, tmp_path):
+def test_a_campaign_has_the_bytes_of_the_program(campaign_file, program, tmp_path):
     folder = quietly(grapnel.campaign, campaign_file, out=tmp_path / "python", threads=2, report=False)
     subprocess.run([program, "campaign", campaign_file, "-o", tmp_path / "program", "--quiet", "--no-report", "-j", "1"],
                    check=False, capture_output=True)
@@ -45,7 +45,7 @@ def test_tables(campaign_file, tmp_path):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         folder = grapnel.campaign(campaign_file, out=tmp_path / "out", report=False)
-    assert said and all(one.filename == __file__ for one in said)  # they point to who called
+    assert said and all(one.filename == __file__ for one in said)  # they point to the caller
     table = grapnel.read_table(folder)
     assert isinstance(table, pandas.DataFrame) and len(table) == 60 and list(table.index) == list(range(60))
     assert set(table["status"]) <= {"ok", "failed"} and table["success"].dtype == bool
@@ -59,7 +59,7 @@ def test_tables(campaign_file, tmp_path):
     assert "kg" in units.values() and table.attrs["units"] == units
 
 
-def test_a_campaign_goes_on(campaign_file, tmp_path):
+def test_a_campaign_is_extended(campaign_file, tmp_path):
     folder = quietly(grapnel.campaign, campaign_file, out=tmp_path / "out", report=False)
     before = grapnel.read_columns(folder)[0]
     quietly(grapnel.campaign, campaign_file, out=folder, report=False, extend=20)
@@ -76,9 +76,9 @@ def test_a_foreign_folder_is_refused(campaign_file, tmp_path):
                              encoding="utf-8")
     other = campaign_file.read_text(encoding="utf-8").replace("seed:", "seed: 9 #")
     campaign_file.write_text(other, encoding="utf-8")
-    with pytest.raises(grapnel.CommandError) as caught:
+    with pytest.raises(grapnel.CommandError) as raised:
         grapnel.campaign(campaign_file, out=tmp_path / "out", report=False)
-    assert caught.value.code == 2 and "out" in str(caught.value)
+    assert raised.value.code == 2 and "out" in str(raised.value)
 
 
 def test_a_sweep_and_its_figure(tmp_path):
@@ -125,7 +125,7 @@ def test_wrong_threads(campaign_file, threads):
         grapnel.campaign(campaign_file, threads=threads)
 
 
-def test_campaigns_and_studies_are_made_in_python(thesis, tmp_path):
+def test_campaigns_and_studies_from_dictionaries(thesis, tmp_path):
     pandas = pytest.importorskip("pandas")
     thesis.post_impact.duration = 1
     what = {"name": "masses", "scenario": thesis, "simulate": "impact", "cases": 12, "seed": np.int64(3),
@@ -133,8 +133,8 @@ def test_campaigns_and_studies_are_made_in_python(thesis, tmp_path):
     folder = quietly(grapnel.campaign, what, out=tmp_path / "made", report=False)
     table = grapnel.read_table(folder)
     assert isinstance(table, pandas.DataFrame) and len(table) == 12 and (table["status"] == "ok").all()
-    assert what["scenario"] is thesis  # it has not been changed
-    # What stands in the folder is a campaign of the program's, and goes on.
+    assert what["scenario"] is thesis  # unchanged
+    # The folder is a campaign that the program can resume.
     assert grapnel.load(folder / "scenario.yaml")["post_impact.duration"] == 1
     quietly(grapnel.campaign, what, out=folder, report=False, extend=3)
     assert len(grapnel.read_table(folder)) == 15
@@ -151,12 +151,12 @@ def test_campaigns_and_studies_are_made_in_python(thesis, tmp_path):
 @pytest.mark.parametrize("call, error, message", [
     (lambda c, t: grapnel.campaign(c, out=t, extend=-1), ValueError, "extend is -1"),
     (lambda c, t: grapnel.campaign(c, out=t, extend=1.5), TypeError, "extend is 1.5"),
-    (lambda c, t: grapnel.campaign(None, out=t), TypeError, "expected is a path"),
-    (lambda c, t: grapnel.campaign(c, out=3), TypeError, "expected is a path"),
+    (lambda c, t: grapnel.campaign(None, out=t), TypeError, "expected a path"),
+    (lambda c, t: grapnel.campaign(c, out=3), TypeError, "expected a path"),
     (lambda c, t: grapnel.figure(t, None, t / "x.svg"), TypeError, "a figure's name"),
     (lambda c, t: grapnel.figure(t, "joints", t / "x.svg", width=float("nan")), ValueError, "width is nan"),
-    (lambda c, t: grapnel.read_table(t), FileNotFoundError, "is no folder of a campaign"),
-    (lambda c, t: grapnel.read_columns(None), TypeError, "expected is a path"),
+    (lambda c, t: grapnel.read_table(t), FileNotFoundError, "is not a folder of a campaign"),
+    (lambda c, t: grapnel.read_columns(None), TypeError, "expected a path"),
 ])
 def test_wrong_arguments_are_named(campaign_file, tmp_path, call, error, message):
     with pytest.raises(error, match=message):

@@ -1,4 +1,4 @@
-"""What the tests share: where things are, and a problem that is quick to simulate."""
+"""Shared by the tests: locations of files, and a problem that simulates quickly."""
 
 import copy
 import os
@@ -17,12 +17,12 @@ HERE = pathlib.Path(__file__).parent
 
 
 def environment(folder):
-    """The environment of a process that finds the packages of a folder beside this file before all others."""
+    """The environment of a process in which the packages of a folder beside this file take precedence."""
     path = os.pathsep.join(part for part in (str(HERE / folder), os.environ.get("PYTHONPATH", "")) if part)
     return {**os.environ, "PYTHONPATH": path}
 
 
-# The thesis's first case as a dictionary, shorter afterwards.
+# The thesis's first case as a dictionary, with a shorter motion after the impact.
 VALUES = {
     "schema": "grapnel-scenario/1",
     "name": "made in Python",

@@ -1,4 +1,4 @@
-"""Controllers that are objects of Python."""
+"""Controllers in Python."""
 
 import os
 import pathlib
@@ -42,7 +42,7 @@ def controller_with(update):
     return type("Custom", (), {"update": update})()
 
 
-def test_the_bits_are_those_of_the_same_law_in_c():
+def test_results_have_the_bits_of_the_same_controller_in_c():
     plugins = sorted(pathlib.Path(os.environ["GRAPNEL_BUILD_DIR"]).glob("examples/controllers/libown_pd.*"))
     if not plugins:
         pytest.skip("the examples are not built")
@@ -54,7 +54,7 @@ def test_the_bits_are_those_of_the_same_law_in_c():
     for name in in_c:
         assert numpy.array_equal(in_c[name], in_python[name], equal_nan=True), name
     assert numpy.abs(in_c["joints/effort"]).max() > 1
-    # It saw what it should have seen, and is named with a digest of its source.
+    # It received the expected input, and the result has its name and a digest of its source.
     assert pd.begin == pytest.approx(20) and pd.calls == 300 and pd.last.joints == 6
     assert pd.last.time == pytest.approx(22.99) and pd.setup.period == 0.01 and pd.setup.base_torque
     assert [joint["name"] for joint in pd.setup.model["joints"]] == in_python.components["joints/position"]
@@ -62,7 +62,7 @@ def test_the_bits_are_those_of_the_same_law_in_c():
     assert report["plugin"] == "OwnPd" and len(report["plugin_sha256"]) == 64
 
 
-def test_it_may_ask_the_true_model():
+def test_it_can_query_the_true_model():
     asked = {}
 
     def update(self, input, access, output):
@@ -78,7 +78,7 @@ def test_it_may_ask_the_true_model():
     n = asked["n"]
     assert asked["H"].shape == (n, n) and asked["C"].shape == (n,) and asked["J"].shape == (6, n - 6)
     assert numpy.abs(asked["H"] - asked["H"].T).max() < 1e-9 and numpy.linalg.eigvalsh(asked["H"]).min() > 0
-    # The momentum of the run, which the impact passed on from the target.
+    # The momentum of the run, which the impact transferred from the target.
     assert numpy.linalg.norm(asked["p"]) > 1e-3
     with pytest.raises(RuntimeError, match="during update"):
         asked["access"].mass_matrix()
@@ -87,19 +87,19 @@ def test_it_may_ask_the_true_model():
 @pytest.mark.parametrize(("update", "text"), [
     (lambda self, input, access, output: 1 // 0, "ZeroDivisionError: integer division or modulo by zero (controller_test.py, line "),
     (lambda self, input, access, output: setattr(output, "effort", [1, 2, 3]),
-     "output.effort has shape (3,), expected is (6,)"),
+     "output.effort has shape (3,), expected (6,)"),
     (lambda self, input, access, output: setattr(output, "base_torque", 1.0), "output.base_torque has shape ()"),
     (lambda self, input, access, output: setattr(output, "effort", input.rate * numpy.nan), "says an effort of nan at joint 'arm-1-joint-1'"),
-    (lambda self, input, access, output: [1, 2, 3], "update() returned <class 'list'>; expected is None"),
+    (lambda self, input, access, output: [1, 2, 3], "update() returned <class 'list'>; expected None"),
 ])
-def test_what_is_wrong_ends_the_run_with_a_sentence(update, text):
+def test_an_error_ends_the_run_with_a_message(update, text):
     result = own().simulate(controller=controller_with(update))
     assert result.status == "failed" and text in result.failure, result.failure
     assert "at t = 20 s" in result.failure and "the Python controller 'Custom'" in result.failure
-    assert result.time[-1] == pytest.approx(20) and result.summary["impact"] is not None  # what was before is kept
+    assert result.time[-1] == pytest.approx(20) and result.summary["impact"] is not None  # earlier results are kept
 
 
-def test_create_and_reset_may_refuse():
+def test_create_and_reset_may_fail():
     class NoCreate(OwnPd):
         def create(self, setup):
             raise ValueError("not with six joints")
@@ -108,7 +108,7 @@ def test_create_and_reset_may_refuse():
         def reset(self, time):
             raise ValueError("not now")
 
-    assert "made no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
+    assert "created no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
     assert "reset() of the Python controller" in own().simulate(controller=NoReset).failure
     with pytest.raises(grapnel.SimulationError, match="not now"):
         own().simulate(controller=NoReset, strict=True)
@@ -117,17 +117,17 @@ def test_create_and_reset_may_refuse():
 def test_what_does_not_fit_is_refused():
     with pytest.raises(TypeError, match="has no update"):
         own().simulate(controller=3)
-    with pytest.raises(ValueError, match="asks for no controller of Python's"):
+    with pytest.raises(ValueError, match="requests no Python controller"):
         grapnel.load(SCENARIO, set={"control": {"period": 0.01}, "post_impact.joints": "free"}).simulate(controller=OwnPd)
-    with pytest.raises(grapnel.InputError, match="the program that simulates gives the controller"):
+    with pytest.raises(grapnel.InputError, match="the calling program must provide the controller"):
         own().simulate()
-    with pytest.raises(TypeError, match="expected is its class"):
+    with pytest.raises(TypeError, match="expected its class"):
         grapnel.simulate_many([own()], controller=OwnPd())
     faults = grapnel.check(SCENARIO, set={"control": {"period": 0.01, "parameters": {"a": 1}}, "post_impact.joints": "free"})
-    assert "control.parameters are a controller's" in faults[0].message
+    assert "control.parameters needs a controller" in faults[0].message
 
 
-def test_many_runs_have_an_instance_each():
+def test_each_run_has_an_instance():
     made = []
 
     class Counted(OwnPd):
@@ -143,7 +143,7 @@ def test_many_runs_have_an_instance_each():
 
 @pytest.mark.parametrize("body", ["pass", "time.sleep(0.001)", "\n            while True: pass"])
 def test_a_signal_ends_it(body):
-    """Between calls of the controller, in them, and in one that does not come back."""
+    """Between calls of the controller, in a call, and in a call that does not return."""
     code = f"""
 import time, grapnel
 class Slow:

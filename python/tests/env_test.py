@@ -1,4 +1,4 @@
-"""Environments: shapes, rewards, ends, that one and many are the same."""
+"""Environments: shapes, rewards, terminations, and equality of one case and many."""
 
 import subprocess
 import sys
@@ -27,7 +27,7 @@ def test_spaces_and_one_step(problem):
     env.close()
 
 
-def test_observations_are_what_they_say(problem):
+def test_observations_match_the_state(problem):
     env = VectorCaptureEnv(problem, 3, effort_scale=5.0)
     env.reset()
     observation, *_ = env.step(np.random.default_rng(0).uniform(-1, 1, (3, 6)))
@@ -64,7 +64,7 @@ def test_one_is_a_case_of_many(problem):
 
 
 def test_rewards_add_up_and_captures_end(problem):
-    # With tolerances that the start already keeps the first step is a capture.
+    # With tolerances that the initial state satisfies, the first step is a capture.
     env = VectorCaptureEnv(problem, 2, effort_scale=5.0, position=100, velocity=100)
     env.reset()
     before = env._potential.copy()
@@ -79,7 +79,7 @@ def test_rewards_add_up_and_captures_end(problem):
     assert np.array_equal(env.state[1], state[1]) and not np.array_equal(env.state[0], state[0])
 
 
-def test_time_runs_out(problem):
+def test_episodes_are_truncated_at_their_duration(problem):
     env = VectorCaptureEnv(problem, 2, effort_scale=5.0, duration=0.3, period=0.1)
     env.reset()
     ends = [env.step(np.zeros((2, 6)))[3] for _ in range(3)]
@@ -87,7 +87,7 @@ def test_time_runs_out(problem):
 
 
 @pytest.mark.parametrize("scale", [1e4, 1e6, 1e9, 1e150])
-def test_diverged_cases_end_and_leave_the_others_alone(problem, scale):
+def test_diverged_cases_end_without_affecting_others(problem, scale):
     env = VectorCaptureEnv(problem, 12, effort_scale=scale, duration=10)
     quiet = VectorCaptureEnv(problem, 1, effort_scale=scale, duration=10)
     env.reset(), quiet.reset()
@@ -126,10 +126,10 @@ impact: {{}}
     assert env.robot.joints == ["shoulder", "wheel:spin"] and env.single_action_space.shape == (2,)
     env.reset()
     observation, *_ = env.step(np.array([[0.0, 1.0]]))
-    assert observation[0, 6] < 0  # the base turns against the wheel, about z
+    assert observation[0, 6] < 0  # the base rotates against the wheel, about z
 
 
-def test_perturbed_starts_are_repeatable(problem):
+def test_perturbed_initial_states_are_reproducible(problem):
     def perturb(random, q, v):
         q[:, 7:13] += random.uniform(-0.1, 0.1, (len(q), 6))
         return q, v
@@ -142,7 +142,7 @@ def test_perturbed_starts_are_repeatable(problem):
 
 @pytest.mark.parametrize("folder", ["with_gymnasium", "without"])
 def test_with_gymnasium_and_without(folder):
-    """Everything else of this file once more, and what gymnasium's own checks look for."""
+    """All other tests of this file, and the requirements of gymnasium's checks."""
     settings = environment(folder)
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", HERE / "env_test.py", "-k",
                            "not with_gymnasium_and_without"], capture_output=True, text=True, env=settings, check=False)
@@ -162,7 +162,7 @@ if {folder == "with_gymnasium"}:
         assert type(space) is gymnasium.spaces.Box and space.dtype == numpy.float64
     with env as inside:
         inside.reset(seed=3)
-        assert env._np_random_seed == 3  # what check_env looks for
+        assert env._np_random_seed == 3  # required by check_env
         env.reset(seed=3, options={{}})
 observation, info = env.reset(seed=1)
 env.action_space.seed(1)
@@ -175,7 +175,7 @@ print("all of it")
     assert done.returncode == 0 and done.stdout == "all of it\n", done.stderr
 
 
-def test_there_is_nothing_to_go_on_from_before_the_first_reset(problem):
+def test_a_step_before_the_first_reset_is_an_error(problem):
     with pytest.raises(RuntimeError, match="before the first reset"):
         VectorCaptureEnv(problem, 2, effort_scale=5.0).step(np.zeros((2, 6)))
 
@@ -195,7 +195,7 @@ def test_wrong_settings(problem, settings, message):
 def test_wrong_actions(problem):
     env = CaptureEnv(problem, effort_scale=5.0)
     env.reset()
-    with pytest.raises(ValueError, match="expected is"):
+    with pytest.raises(ValueError, match=r"expected \(6,\)"):
         env.step(np.zeros(3))
     with pytest.raises(ValueError, match="nan"):
         env.step(np.full(6, np.nan))

@@ -1,4 +1,4 @@
-"""Every script of examples/python runs as it stands, with and without what is optional."""
+"""Every script of examples/python runs unchanged, with and without optional packages."""
 
 import os
 import subprocess
@@ -45,8 +45,8 @@ def test_there_are_examples():
     assert len(EXAMPLES) >= 6 and len(PLOTS) >= 2 and set(FILES) <= {script.name for script in EXAMPLES}
 
 
-def test_the_readme_shows_what_runs(tmp_path):
-    """The README's lines of Python are a program."""
+def test_the_code_of_the_readme_runs(tmp_path):
+    """The Python code of the README is a program."""
     text = (SOURCE / "README.md").read_text(encoding="utf-8")
     begin = text.index("import grapnel\n")
     code = text[begin:text.index("```", begin)]

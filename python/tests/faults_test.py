@@ -1,4 +1,4 @@
-"""Faults as objects, and inputs that are damaged in every way: always an exception, never an end of the interpreter."""
+"""Errors as objects, and damaged input: always an exception, never a crash of the interpreter."""
 
 import math
 
@@ -9,7 +9,7 @@ from conftest import SOURCE, THESIS
 import grapnel
 
 
-def test_faults_have_places(tmp_path):
+def test_errors_have_locations(tmp_path):
     text = THESIS.read_text(encoding="utf-8").replace("../../robots", str(SOURCE / "robots"))
     file = tmp_path / "faulty.yaml"
     file.write_text(text.replace("mass: 10", "maas: 10", 1).replace("duration: 20", "duration: -20"), encoding="utf-8")
@@ -20,21 +20,21 @@ def test_faults_have_places(tmp_path):
     assert (misspelt.file, misspelt.line, misspelt.column) == (str(file), line, 5)
     assert "did you mean 'mass'" in misspelt.message
     assert str(misspelt) == f"{file}:{line}:5: error: {misspelt.message}"
-    with pytest.raises(grapnel.InputError) as caught:
+    with pytest.raises(grapnel.InputError) as raised:
         grapnel.load(file)
-    assert caught.value.faults == faults and isinstance(caught.value, ValueError)
-    assert str(caught.value) == "\n".join(map(str, faults))
+    assert raised.value.faults == faults and isinstance(raised.value, ValueError)
+    assert str(raised.value) == "\n".join(map(str, faults))
 
 
-def test_a_sound_scenario_has_no_faults_and_doubts_are_warnings(values):
+def test_implausible_values_of_a_valid_scenario_are_warnings(values):
     assert grapnel.check(THESIS) == [fault for fault in grapnel.check(THESIS) if fault.is_warning]
     values["targets"][0]["state"]["angular_velocity"] = [0, 0, 90]
-    doubts = grapnel.check(values)
-    assert doubts and all(fault.is_warning for fault in doubts)
-    assert grapnel.Scenario(values).warnings == doubts
+    warnings = grapnel.check(values)
+    assert warnings and all(fault.is_warning for fault in warnings)
+    assert grapnel.Scenario(values).warnings == warnings
 
 
-def test_faults_of_dictionaries_name_the_value(values):
+def test_errors_in_dictionaries_name_the_value(values):
     values["targets"][0]["mass"] = -3
     values["approach"]["profil"] = "quintic"
     faults = grapnel.check(values)
@@ -42,7 +42,7 @@ def test_faults_of_dictionaries_name_the_value(values):
     assert all(fault.line == 0 for fault in faults)
 
 
-def test_faults_of_settings_name_the_path():
+def test_errors_in_settings_name_the_path():
     faults = grapnel.check(THESIS, set={"targets[0].mass": -3})
     assert len(faults) == 1 and faults[0].file == "targets[0].mass"
 
@@ -57,7 +57,7 @@ NAN, INF = float("nan"), float("inf")
                                    {"a": NAN}, b"bytes", object(), 1j, np.array([1 + 2j]), np.zeros((2, 2, 2)), {1: 2},
                                    lambda: 0, "\x00", "\ud800", "a\nb: c", 10**400],
                          ids=lambda value: f"{type(value).__name__}-{value!r}"[:40].replace("\x00", "0"))
-def test_any_value_is_taken_or_refused(thesis, path, value):
+def test_any_value_is_accepted_or_rejected(thesis, path, value):
     before = thesis.sha256
     try:
         thesis[path] = value
@@ -68,7 +68,7 @@ def test_any_value_is_taken_or_refused(thesis, path, value):
 
 
 @pytest.mark.parametrize("damage", range(40))
-def test_damaged_dictionaries_are_refused(values, damage):
+def test_damaged_dictionaries_are_rejected(values, damage):
     generator = np.random.default_rng(damage)
     wrong = [NAN, INF, -1, None, "x", [], {}, [1, 2], {"x": 1}, True, object()]
 
@@ -92,7 +92,7 @@ def test_damaged_dictionaries_are_refused(values, damage):
     assert math.isfinite(problem["robot.base.mass"])
 
 
-def test_no_depth_is_too_deep(values):
+def test_deep_and_recursive_values_are_rejected(values):
     values["targets"][0]["self"] = values["targets"]
     with pytest.raises((grapnel.InputError, ValueError)):
         grapnel.Scenario(values)
@@ -108,14 +108,14 @@ def test_no_depth_is_too_deep(values):
 
 
 @pytest.mark.parametrize("file", ["", "nothing.yaml", ".", "/dev/null", THESIS.parent, "a\x00b"])
-def test_files_that_are_none(file):
+def test_files_that_cannot_be_read(file):
     with pytest.raises((grapnel.InputError, ValueError, TypeError, OSError)):
         grapnel.load(file)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"a: [", b"schema: grapnel-robot/1", b"\x00" * 100, b"- " * 5000,
                                      b"&a [*a]", b"x: &a 1\ny: *b"])
-def test_files_that_are_damaged(tmp_path, content):
+def test_damaged_files(tmp_path, content):
     file = tmp_path / "x.yaml"
     file.write_bytes(content)
     assert grapnel.check(file)
@@ -139,21 +139,21 @@ def test_wrong_arguments(argument):
         grapnel.rollout(argument, np.zeros((1, 3)), step=0.1, steps=1)
 
 
-def test_a_simulation_that_cannot_go_on_keeps_what_there_is(values):
+def test_a_failed_simulation_keeps_its_results(values):
     values["approach"] = {"duration": 20, "plan": {}}
-    values["targets"][0]["state"]["position"] = [30, 0, 0]  # nobody reaches that far
+    values["targets"][0]["state"]["position"] = [30, 0, 0]  # out of reach
     result = grapnel.Scenario(values).simulate()
     assert result.status == "failed" and "planning" in result.failure and result.captured == "no"
     assert result.summary["status"] == "failed"
     assert len(result.time) == len(result["base/position"]) if len(result) else True
-    with pytest.raises(grapnel.SimulationError, match="planning") as caught:
+    with pytest.raises(grapnel.SimulationError, match="planning") as raised:
         result.raise_if_failed()
-    assert caught.value.result is result
+    assert raised.value.result is result
     with pytest.raises(grapnel.SimulationError):
         grapnel.Scenario(values).simulate(strict=True)
 
 
-def test_one_problem_is_not_several(thesis):
+def test_one_problem_instead_of_a_list_is_rejected(thesis):
     with pytest.raises(TypeError, match="one grapnel.Problem"):
         grapnel.simulate_many(thesis)
     for threads in (-1, 4097, True):
@@ -162,8 +162,8 @@ def test_one_problem_is_not_several(thesis):
     assert len(grapnel.simulate_many([thesis], threads=np.int64(1))) == 1 and grapnel.simulate_many([]) == []
 
 
-def test_the_words_on_arguments_of_another_kind_are_ours():
+def test_messages_for_arguments_of_a_wrong_type():
     for wrong in (None, 3, []):
         for call in (grapnel.load, grapnel.check, grapnel.Robot):
-            with pytest.raises(TypeError, match="expected is a path"):
+            with pytest.raises(TypeError, match="expected a path"):
                 call(wrong)

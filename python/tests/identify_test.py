@@ -1,4 +1,4 @@
-"""Identification of a held body: exact where the motion shows everything, silent where it does not."""
+"""Identification of a held body: exact if the motion determines all parameters, otherwise without values."""
 
 import pickle
 
@@ -30,36 +30,36 @@ def frame(problem):
 
 
 def motion(robot, n, seed=3):
-    """Samples with zero momentum: joints anywhere, moving anyhow, and the base as that takes it."""
+    """Samples with zero momentum: random joint values and rates, and the resulting motion of the base."""
     random = np.random.default_rng(seed)
     q, v = (np.tile(x, (n, 1)) for x in robot.zero_state())
     q[:, robot.joint_q] = random.uniform(-1, 1, (n, robot.nu))
     rates = random.uniform(-0.1, 0.1, (n, robot.nu))
     v[:, robot.joint_v] = rates
-    v[:, robot.body_v(robot.base)] = robot.base_twist(q, rates)  # unturned: W's axes are the base's
+    v[:, robot.body_v(robot.base)] = robot.base_twist(q, rates)  # unrotated: W's axes are the base's
     return q, v
 
 
 def truth(problem):
-    """The scenario's own numbers."""
+    """The values of the scenario."""
     target = problem.targets[0]
     inertia = dict(target.inertia)
     return np.array([target.mass, *target.com, *(inertia.get(key, 0) for key in ("xx", "yy", "zz", "xy", "xz", "yz"))], dtype=float)
 
 
-def test_the_target_hangs_on_the_arm(problem, held, frame):
+def test_the_target_is_attached_to_the_arm(problem, held, frame):
     free = grapnel.Robot(problem, targets=True)
     q, _ = free.initial_state()
     assert held.nq == free.nq - 7 and held.nu == free.nu
     assert held.mass == pytest.approx(free.mass, rel=1e-14)
-    # Where it was when the grasp closed.
+    # In the pose at which the grasp closed.
     own = np.concatenate([q[free.body_q(free.base)], q[free.joint_q]])
     np.testing.assert_allclose(held.frame_pose(frame, own), free.frame_pose(frame, q), atol=1e-12)
     again = pickle.loads(pickle.dumps(held))
     np.testing.assert_array_equal(again.frame_pose(frame, own), held.frame_pose(frame, own))
-    with pytest.raises(ValueError, match="does not begin with what this robot holds"):
+    with pytest.raises(ValueError, match="does not begin with the targets that this robot holds"):
         held.initial_state()
-    with pytest.raises(ValueError, match=r"expected is Robot\(problem, targets=True\)"):
+    with pytest.raises(ValueError, match=r"expected Robot\(problem, targets=True\)"):
         held.holding(own)
     with pytest.raises(ValueError, match="no free targets"):
         grapnel.Robot(problem).holding(own)
@@ -67,7 +67,7 @@ def test_the_target_hangs_on_the_arm(problem, held, frame):
 
 @pytest.mark.parametrize("base", ["twist", "rotation"])
 @pytest.mark.parametrize("known", [True, False])
-def test_everything_is_found_from_exact_rates(problem, held, frame, base, known):
+def test_exact_rates_determine_all_parameters(problem, held, frame, base, known):
     q, v = motion(held, 30)
     assert np.abs(held.momentum(q, v)).max() < 1e-9 < np.abs(v).max()
     found = grapnel.identify(held, frame, q, v, base=base, momentum=np.zeros(6) if known else None)
@@ -79,11 +79,11 @@ def test_everything_is_found_from_exact_rates(problem, held, frame, base, known)
     assert error.max() < 1e-10  # measured 3e-15 to 3e-14
     assert np.isnan(found.deviation).all()
     assert found["mass"] == found.value[0]
-    with pytest.raises(KeyError, match="'density' is no parameter"):
+    with pytest.raises(KeyError, match="'density' is not a parameter"):
         found["density"]
 
 
-def test_noise_gives_deviations_that_errors_keep(problem, held, frame):
+def test_errors_are_within_the_deviations_of_the_noise(problem, held, frame):
     q, v = motion(held, 60)
     noise = np.random.default_rng(5).standard_normal(v.shape) * 1e-6
     found = grapnel.identify(held, frame, q, v + noise, angular_velocity=1e-6, velocity=1e-6, joint_rate=1e-6,
@@ -97,7 +97,7 @@ def test_noise_gives_deviations_that_errors_keep(problem, held, frame):
     assert sloppy.deviation[0] > 5 * found.deviation[0]
 
 
-def test_what_is_not_shown_has_no_value(held, frame):
+def test_undetermined_parameters_have_no_value(held, frame):
     q, v = motion(held, 5)
     nothing = grapnel.identify(held, frame, q, np.zeros_like(v))
     assert nothing.rank == 0 and np.isnan(nothing.value).all() and nothing.mass == "not_determined"
@@ -107,9 +107,9 @@ def test_what_is_not_shown_has_no_value(held, frame):
     assert all(isinstance(text, str) and "+ 1" in text for text in one.unseen)
 
 
-def test_an_impulse_from_outside_counts(problem, held, frame):
+def test_an_external_impulse_is_taken_into_account(problem, held, frame):
     q, v = motion(held, 30)
-    # The whole is pushed: all samples but the first have gained a velocity.
+    # An impulse on the whole system: all samples except the first have an additional velocity.
     push = np.array([0.01, -0.02, 0.005])
     v = v.copy()
     v[1:, held.body_v(held.base)] += np.concatenate([np.zeros(3), push])
@@ -125,8 +125,8 @@ def test_an_impulse_from_outside_counts(problem, held, frame):
 
 def test_messages(held, frame):
     q, v = motion(held, 3)
-    with pytest.raises(ValueError, match="frame is 'target:nobody'.*one of the robot's frames"):
-        grapnel.identify(held, "target:nobody", q, v)
+    with pytest.raises(ValueError, match="frame is 'target:unknown'.*one of the robot's frames"):
+        grapnel.identify(held, "target:unknown", q, v)
     with pytest.raises(ValueError, match="base is 'rotaton'; did you mean 'rotation'"):
         grapnel.identify(held, frame, q, v, base="rotaton")
     with pytest.raises(ValueError, match="impulse has shape"):

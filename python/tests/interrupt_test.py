@@ -1,4 +1,4 @@
-"""Ctrl-C: a signal ends what is being computed with KeyboardInterrupt, in a process of its own."""
+"""Ctrl-C: a signal ends a computation with KeyboardInterrupt, tested in a separate process."""
 
 import os
 import signal
@@ -20,13 +20,13 @@ try:
 TAIL = """
 except KeyboardInterrupt:
     print("interrupted", flush=True)
-    # The interpreter and the library are as they were.
+    # The interpreter and the library still work.
     assert grapnel.load(THESIS, set={"post_impact.duration": 1}).simulate().status == "completed"
-    print("goes on", flush=True)
+    print("continues", flush=True)
 else:
-    print("came to its end", flush=True)
+    print("completed", flush=True)
 """
-# Each would take minutes.
+# Each takes minutes without an interrupt.
 WORK = {
     "simulate": """
     problem = grapnel.load(THESIS, set={"post_impact.duration": 1e6, "output.interval": 10, "approach.tracking.mode": "pd"})
@@ -60,7 +60,7 @@ WORK = {
 
 
 @pytest.mark.parametrize("what", WORK)
-def test_a_signal_ends_it(what):
+def test_a_signal_ends_the_computation(what):
     names = f"THESIS, SPATIAL, SOURCE = {str(THESIS)!r}, {str(SPATIAL)!r}, {str(SOURCE)!r}\n"
     child = subprocess.Popen([sys.executable, "-c", names + HEAD + WORK[what] + TAIL], stdout=subprocess.PIPE, text=True,
                              env=os.environ)
@@ -73,12 +73,12 @@ def test_a_signal_ends_it(what):
     finally:
         child.kill()
         child.wait()
-    assert output.split("\n")[:2] == ["interrupted", "goes on"] and child.returncode == 0
+    assert output.split("\n")[:2] == ["interrupted", "continues"] and child.returncode == 0
 
 
 @pytest.mark.parametrize("what", ["simulate", "rollout", "batch"])
-def test_the_interpreter_may_end_under_a_daemon_thread(what):
-    """As notebooks do: the thread is given up, and the process ends as if it had not been there."""
+def test_the_interpreter_may_end_during_a_daemon_thread(what):
+    """As in notebooks: the thread is abandoned, and the process ends normally."""
     work = "\n".join(line for line in WORK[what].splitlines() if "begun()" not in line)
     code = f"""
 import numpy, threading, time
@@ -93,7 +93,7 @@ print("ends", flush=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "ends\n", "")
 
 
-def test_a_second_campaign_that_waits_can_be_stopped(tmp_path):
+def test_a_waiting_second_campaign_can_be_stopped(tmp_path):
     code = f"""
 import signal, threading, time, warnings
 import grapnel

@@ -1,4 +1,4 @@
-"""Scenarios: values by path and attribute, from files and dictionaries, as the program reads them."""
+"""Scenarios: values by path and attribute, from files and dictionaries, consistent with the program."""
 
 import concurrent.futures
 import multiprocessing
@@ -38,33 +38,33 @@ def test_attributes_and_paths_are_the_same_values(thesis):
     assert thesis.gravity == (0, 0, -1)
 
 
-def test_a_change_is_what_the_program_sets(thesis, program, tmp_path):
+def test_a_change_equals_set_of_the_program(thesis, program, tmp_path):
     problem = grapnel.load(THESIS, set={"targets[0].mass": 12.5, "post_impact.joints": "braked"})
     said = subprocess.run([program, "check", THESIS, "--set", "targets[0].mass=12.5", "--set", "post_impact.joints=braked"],
                           capture_output=True, text=True, check=True).stdout
     assert problem.sha256[:12] in said
     assert problem.settings == ["targets[0].mass=12.5", "post_impact.joints=braked"]
-    # The last value of a path counts, as if the others had not been.
+    # Only the last value of a path is effective.
     problem["targets[0].mass"] = 1
     problem["targets[0].mass"] = 12.5
     other = grapnel.load(THESIS, set={"post_impact.joints": "braked", "targets[0].mass": 12.5})
     assert problem.sha256 == other.sha256
 
 
-def test_a_faulty_change_leaves_the_problem_as_it_was(thesis):
+def test_an_invalid_change_leaves_the_problem_unchanged(thesis):
     digest = thesis.sha256
-    with pytest.raises(grapnel.InputError) as caught:
+    with pytest.raises(grapnel.InputError) as raised:
         thesis.targets[0].mass = -1
-    assert "targets[0].mass" in str(caught.value)
+    assert "targets[0].mass" in str(raised.value)
     assert thesis["targets[0].mass"] == 10 and thesis.sha256 == digest
-    # What is possible only together is set together.
+    # Changes that are valid only together are set together.
     with pytest.raises(grapnel.InputError):
         thesis["grasps"] = [{"end_effector": "tip-1", "target": "ball", "point": "grip"}]
     thesis.set({"targets[0].name": "ball", "grasps[0].target": "ball"})
     assert thesis.grasps[0].target == "ball"
 
 
-def test_misspelt_values_name_what_was_meant(thesis):
+def test_misspelt_paths_give_a_suggestion(thesis):
     with pytest.raises(grapnel.InputError, match="did you mean 'mass'"):
         thesis.targets[0].maas = 3
     with pytest.raises(KeyError, match="no item 'target-9'"):
@@ -75,24 +75,24 @@ def test_misspelt_values_name_what_was_meant(thesis):
     with pytest.raises(AttributeError, match="did you mean 'impact'"):
         thesis.impct
     with pytest.raises(KeyError, match="keys there are duration"):
-        thesis["approach.nothing_of_the_kind_there_is"]
+        thesis["approach.nonexistent"]
     with pytest.raises(AttributeError):
         thesis.approach.nothing
     with pytest.raises(AttributeError):
-        thesis.nothing_of_the_kind
+        thesis.no_such_key
     with pytest.raises(IndexError):
         thesis.targets[2]
     with pytest.raises(AttributeError):
         thesis.sha256 = "0"
 
 
-def test_copies_are_apart(thesis):
+def test_copies_are_independent(thesis):
     other = thesis.copy()
     other.targets[0].mass = 20
     assert (thesis["targets[0].mass"], other["targets[0].mass"]) == (10, 20)
 
 
-def test_a_dictionary_is_the_file_it_is_written_to(values, tmp_path, program):
+def test_a_dictionary_equals_the_file_that_it_writes(values, tmp_path, program):
     problem = grapnel.Scenario(values)
     file = tmp_path / "made.yaml"
     problem.write(file)
@@ -103,7 +103,7 @@ def test_a_dictionary_is_the_file_it_is_written_to(values, tmp_path, program):
     subprocess.run([program, "check", file], check=True, capture_output=True)
 
 
-def test_changes_are_in_what_is_written(thesis, tmp_path):
+def test_written_files_contain_the_changes(thesis, tmp_path):
     thesis.targets[0].mass = 12
     thesis["robot.base.mass"] = 600
     thesis.write(tmp_path / "changed.yaml")
@@ -112,7 +112,7 @@ def test_changes_are_in_what_is_written(thesis, tmp_path):
     assert np.array_equal(again.simulate()["base/position"], thesis.simulate()["base/position"])
 
 
-def test_dictionaries_take_numpy_and_paths(values):
+def test_dictionaries_accept_numpy_and_paths(values):
     values["robot"] = SOURCE / "robots" / "planar-dual-arm.yaml"
     values["initial"]["joints"] = np.array(values["initial"]["joints"])
     values["targets"][0]["mass"] = np.float64(10)
@@ -122,7 +122,7 @@ def test_dictionaries_take_numpy_and_paths(values):
     assert problem.targets[0] == {**problem.targets[0].value}
 
 
-def test_files_are_found_from_the_folder(values):
+def test_file_names_are_relative_to_the_folder(values):
     values["robot"] = "planar-dual-arm.yaml"
     with pytest.raises(grapnel.InputError, match="planar-dual-arm.yaml"):
         grapnel.Scenario(values)
@@ -142,7 +142,7 @@ def test_files_are_read_once(tmp_path):
     file = tmp_path / "scenario.yaml"
     file.write_text(text, encoding="utf-8")
     problem = grapnel.load(file)
-    file.write_text("no scenario any more", encoding="utf-8")
+    file.write_text("not a scenario", encoding="utf-8")
     problem.targets[0].mass = 11
     assert problem["targets[0].mass"] == 11
 
@@ -157,14 +157,14 @@ def test_numbers_with_units_are_read_in_si(tmp_path, values):
     problem = grapnel.Scenario(values)
     assert problem.targets[0].mass == 12 and problem.approach.duration == 30
     assert problem["initial.joints"] == (pytest.approx(np.pi / 6), 0, 0, 0, 0, pytest.approx(-np.pi / 4))
-    assert problem["robot.links[0].joint.limits.rate"] == pytest.approx(np.radians(5))  # the ready-made robot's file says 5 deg/s
+    assert problem["robot.links[0].joint.limits.rate"] == pytest.approx(np.radians(5))  # 5 deg/s in the file of the ready-made robot
     problem.targets[0].mass = 2 * problem.targets[0].mass
     assert problem["targets[0].mass"] == 24
     with pytest.raises(grapnel.InputError, match="a length"):
         problem.targets[0].mass = "3 m"
 
 
-def test_what_there_is_can_be_asked(thesis):
+def test_keys_and_contains(thesis):
     assert {"name", "robot", "targets", "approach"} <= set(thesis) and "name" in dir(thesis)
     assert "targets[0].mass" in thesis and "targets[7].mass" not in thesis and 3 not in thesis
     assert dir(thesis).count("name") == 1
@@ -176,7 +176,7 @@ def test_what_there_is_can_be_asked(thesis):
         thesis.targets[0:1]
 
 
-def test_problems_go_to_other_processes(thesis, values, tmp_path):
+def test_problems_can_be_sent_to_other_processes(thesis, values, tmp_path):
     thesis.targets[0].mass = 12.5
     thesis["approach.final_joints"] = np.linspace(-1, 1, 6)
     for problem in (thesis, grapnel.Scenario(values, set={"targets[0].name": "010", "grasps[0].target": "010"})):
@@ -186,10 +186,10 @@ def test_problems_go_to_other_processes(thesis, values, tmp_path):
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         there = pool.submit(last_position, thesis).result(timeout=120)
         refused = pool.submit(set_mass, thesis, -1)
-        with pytest.raises(grapnel.InputError) as caught:
+        with pytest.raises(grapnel.InputError) as raised:
             refused.result(timeout=120)
     assert np.array_equal(there, last_position(thesis))
-    assert caught.value.faults[0].file == "targets[0].mass" and len(set(caught.value.faults)) == 1
+    assert raised.value.faults[0].file == "targets[0].mass" and len(set(raised.value.faults)) == 1
 
 
 def last_position(problem):
@@ -200,11 +200,11 @@ def set_mass(problem, mass):
     problem.targets[0].mass = mass
 
 
-def test_a_pickled_problem_whose_files_have_changed_is_refused(tmp_path):
+def test_a_pickled_problem_with_changed_files_is_rejected(tmp_path):
     text = pathlib.Path(THESIS).read_text(encoding="utf-8").replace("../../robots", str(SOURCE / "robots"))
     file = tmp_path / "scenario.yaml"
     file.write_text(text, encoding="utf-8")
     pickled = pickle.dumps(grapnel.load(file))
     file.write_text(text.replace("mass: 10", "mass: 11"), encoding="utf-8")
-    with pytest.raises(ValueError, match="is not any more what the pickled problem was read from"):
+    with pytest.raises(ValueError, match="has changed since the problem was pickled"):
         pickle.loads(pickled)

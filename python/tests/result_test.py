@@ -1,4 +1,4 @@
-"""Results: bit for bit the program's, arrays that are views, names and units, the ledger, files."""
+"""Results: equality with the program, arrays as views, names and units, the ledger, files."""
 
 import copy
 import filecmp
@@ -24,7 +24,7 @@ SCENARIOS = {
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_it_is_the_programs_result_bit_for_bit(name, program, tmp_path):
+def test_results_have_the_bits_of_the_program(name, program, tmp_path):
     file, changes = SCENARIOS[name]
     arguments = [part for path, value in changes.items() for part in ("--set", f"{path}={value}")]
     subprocess.run([program, "run", file, "-o", tmp_path / "program", "--quiet", "--no-report", *arguments], check=False,
@@ -46,7 +46,7 @@ def test_it_is_the_programs_result_bit_for_bit(name, program, tmp_path):
             assert list(result.components[path]) == list(series[path].attrs["components"])
 
 
-def test_many_are_the_same_bits_as_one_by_one(thesis):
+def test_parallel_runs_have_the_bits_of_single_runs(thesis):
     problems = []
     for mass in (5, 10, 20, 40):
         problem = thesis.copy()
@@ -100,7 +100,7 @@ def test_the_ledger_has_the_values_of_the_summary(thesis):
     assert "passed" in repr(drift) and "linear_momentum_drift" in repr(result.ledger)
 
 
-def test_a_ledger_that_fails_is_an_error_where_that_is_asked_for():
+def test_a_failed_ledger_is_an_error_in_strict_mode():
     problem = grapnel.load(THESIS, set={"integration.relative_tolerance": 1e-3, "integration.absolute_tolerance": 1e-3})
     result = problem.simulate()
     assert result.status == "completed" and not result.ledger.passed
@@ -131,9 +131,9 @@ def test_reports(thesis, tmp_path):
         result.report(tmp_path / "no folder" / "x.html")
 
 
-def test_results_say_how_they_travel(thesis):
+def test_results_refuse_pickling_with_a_remedy(thesis):
     result = thesis.simulate()
-    with pytest.raises(TypeError, match="take what is wanted of it"):
+    with pytest.raises(TypeError, match="pickle parts of it"):
         pickle.dumps(result)
     assert copy.copy(result) is result and copy.deepcopy(result) is result
     arrays = pickle.loads(pickle.dumps(dict(result)))
@@ -145,26 +145,26 @@ def test_results_say_how_they_travel(thesis):
 
 
 @pytest.mark.parametrize("name, message", [("base/angular_velocty", "did you mean 'base/angular_velocity'"), ("time", "result.time"),
-                                           ("position", "base/position"), ("nothing of it", "there are base/position")])
-def test_misspelt_series_are_answered(thesis, name, message):
+                                           ("position", "base/position"), ("nothing of it", "available: base/position")])
+def test_misspelt_series_give_a_suggestion(thesis, name, message):
     with pytest.raises(KeyError, match=message):
         thesis.simulate()[name]
 
 
-def test_misspelt_checks_are_answered(thesis):
+def test_misspelt_checks_give_a_suggestion(thesis):
     with pytest.raises(KeyError, match="did you mean 'linear_momentum_drift'"):
         thesis.simulate().ledger["linear_momentum_drif"]
 
 
-def test_where_nothing_can_be_written(thesis, tmp_path):
+def test_folders_that_cannot_be_written(thesis, tmp_path):
     result = thesis.simulate()
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError):
         result.save(tmp_path / "file" / "folder")
     for wrong in (None, 3):
-        with pytest.raises(TypeError, match="expected is a path"):
+        with pytest.raises(TypeError, match="expected a path"):
             result.save(wrong)
-        with pytest.raises(TypeError, match="expected is a path"):
+        with pytest.raises(TypeError, match="expected a path"):
             result.report(wrong)
 
 

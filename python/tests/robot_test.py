@@ -1,4 +1,4 @@
-"""Functions on robots against independent routes: differences, identities, each other; shapes and messages."""
+"""Functions on robots, compared with finite differences, identities and each other; shapes and messages."""
 
 import pickle
 import threading
@@ -22,7 +22,7 @@ def system():
 
 
 def states(robot, n, seed=1):
-    """Random states: bodies anywhere, turned anyhow, everything moving."""
+    """Random states: poses, joint values and velocities."""
     random = np.random.default_rng(seed)
     q, v = random.uniform(-1, 1, (n, robot.nq)), random.uniform(-1, 1, (n, robot.nv))
     for body in robot.bodies:
@@ -66,7 +66,7 @@ def test_names_of_a_problem_with_targets(system):
     assert system.nq == 7 + 6 + 2 * 7 and system.nu == 6
     q, v = system.initial_state()
     assert np.allclose(q[system.joint_q], [0.698, -1.571, 1.047, 2.444, 1.571, -1.047])
-    # Targets turn freely towards where the file says they are at the capture.
+    # Targets rotate freely to the state that the file specifies at the capture.
     assert np.allclose(v[system.body_v("target:target-1")], [0, 0, 0.2, 0, 0, 0], atol=1e-15)
     assert np.allclose(q[system.body_q("target:target-2")][:3], [-2, 2, 0], atol=1e-12)
 
@@ -98,7 +98,7 @@ def test_mass_matrix_bias_and_dynamics_agree(robot):
     assert np.allclose(robot.inverse_dynamics(q, v, 0 * v, gravity=gravity), c, atol=1e-12)
     assert np.allclose(M, np.swapaxes(M, 1, 2)) and np.all(np.linalg.eigvalsh(M) > 0)
     assert np.allclose(robot.kinetic_energy(q, v), 0.5 * np.einsum("ni,nij,nj->n", v, M, v), rtol=1e-12)
-    # An effort per joint is the same as generalized forces with nothing on the base.
+    # An effort per joint equals generalized forces with zero force on the base.
     joints = np.zeros_like(tau)
     joints[:, robot.joint_v] = tau[:, robot.joint_v]
     assert np.array_equal(robot.forward_dynamics(q, v, tau[:, robot.joint_v]), robot.forward_dynamics(q, v, joints))
@@ -117,7 +117,7 @@ def test_momentum_and_the_free_floating_quantities(robot):
     in_base = np.concatenate([np.einsum("nji,nj->ni", X[:, :3, :3], about_base[:, k:k + 3]) for k in (0, 3)], axis=1)
     assert np.allclose(in_base, np.einsum("nij,nj->ni", M[:, :6], v), atol=1e-9)
     assert np.linalg.norm(in_base) > 1
-    # The base's answer to joint rates without momentum, and the tip's motion then.
+    # Motion of the base at zero momentum for given joint rates, and the resulting motion of the tip.
     rates = v[:, 6:]
     twist = robot.base_twist(q, rates)
     still = np.concatenate([np.einsum("nji,nj->ni", X[:, :3, :3], twist[:, k:k + 3]) for k in (0, 3)] + [rates], axis=1)
@@ -149,12 +149,12 @@ def test_batches_are_their_rows(robot, n):
         batch = np.asarray(function(q, v, tau))
         for i in {0, n // 2, n - 1}:
             assert np.array_equal(batch[i], function(q[i], v[i], tau[i])), name
-    # Single arguments go with every row.
+    # Single arguments apply to every row.
     assert np.array_equal(robot.frame_twist(frame, q[0], v)[n - 1], robot.frame_twist(frame, q[0], v[n - 1]))
     assert robot.mass_matrix(q[:0]).shape == (0, robot.nv, robot.nv)
 
 
-def test_forward_kinematics_has_everything(robot):
+def test_forward_kinematics_has_all_bodies_and_frames(robot):
     q, _ = states(robot, 2)
     poses = robot.forward_kinematics(q)
     assert {*robot.bodies, *robot.frames} == set(poses) and poses[robot.base].shape == (2, 4, 4)
@@ -162,22 +162,22 @@ def test_forward_kinematics_has_everything(robot):
 
 
 @pytest.mark.parametrize("call, message", [
-    (lambda r, q, v: r.mass_matrix(q[:-1]), r"q has shape \(20,\), expected is \(21,\)"),
+    (lambda r, q, v: r.mass_matrix(q[:-1]), r"q has shape \(20,\), expected \(21,\)"),
     (lambda r, q, v: r.mass_matrix(np.zeros((2, 3, 21))), r"q has shape \(2, 3, 21\)"),
-    (lambda r, q, v: r.bias(q, v[None, :3]), r"v has shape \(1, 3\), expected is \(20,\), or \(n, 20\)"),
+    (lambda r, q, v: r.bias(q, v[None, :3]), r"v has shape \(1, 3\), expected \(20,\), or \(n, 20\)"),
     (lambda r, q, v: r.bias(np.tile(q, (2, 1)), np.tile(v, (3, 1))), r"q has shape \(2, 21\) and v has shape \(3, 20\)"),
     (lambda r, q, v: r.forward_dynamics(q, v, np.zeros(3)), r"tau has shape \(3,\)"),
     (lambda r, q, v: r.momentum(q, v, about=[1, 2]), r"about has shape \(2,\)"),
-    (lambda r, q, v: r.bias(q, v, gravity=[0, 1]), r"gravity has shape \(2,\), expected is \(3,\)"),
+    (lambda r, q, v: r.bias(q, v, gravity=[0, 1]), r"gravity has shape \(2,\), expected \(3,\)"),
     (lambda r, q, v: r.bias(q, v * np.nan), r"v\[0\] is nan"),
     (lambda r, q, v: r.mass_matrix(np.where(np.arange(21) == 9, np.inf, q)), r"q\[9\] is inf"),
     (lambda r, q, v: r.mass_matrix(2 * q), r"q\[3:7\] is a quaternion of norm 2"),
     (lambda r, q, v: r.mass_matrix(np.stack([q, 0 * q])), r"q\[1, 3:7\] is a quaternion of norm 0"),
-    (lambda r, q, v: r.jacobian("tipp-1", q), r"no frame or body is called 'tipp-1'"),
+    (lambda r, q, v: r.jacobian("tipp-1", q), r"no frame or body is named 'tipp-1'"),
     (lambda r, q, v: r.mass_matrix([[1, 2], [3]]), "q"),
-    (lambda r, q, v: r.body_q("nothing"), "no body is called 'nothing'"),
+    (lambda r, q, v: r.body_q("nothing"), "no body is named 'nothing'"),
     (lambda r, q, v: r.impact(q, v, []), "there are no grasps"),
-    (lambda r, q, v: r.impact(q, v, ["tip-1"]), "is no pair"),
+    (lambda r, q, v: r.impact(q, v, ["tip-1"]), "is not a pair"),
     (lambda r, q, v: r.impact(q, v, [(r.frames[0], r.base, "glue")]), "kind is 'glue'"),
     (lambda r, q, v: r.loops([]), "there are no closures"),
 ])
@@ -188,7 +188,7 @@ def test_wrong_arguments_are_named(robot, call, message):
 
 
 @pytest.mark.parametrize("wrong", ["text", None, {"a": 1}, object(), np.array(["a"]), 1j * np.ones(21)])
-def test_what_is_no_numbers_is_refused(robot, wrong):
+def test_arguments_that_are_not_numbers_are_rejected(robot, wrong):
     with pytest.raises((TypeError, ValueError)):
         robot.mass_matrix(wrong)
 
@@ -201,16 +201,16 @@ def test_closed_loops(robot):
     assert np.all(loops.defect(q)[:, :2] < 1e-14) and loops.defect(q, v)[0, 2] > 0.1
     closed = loops.close_velocities(q, v)
     assert np.all(loops.defect(q, closed) < 1e-12)
-    # It takes momentum neither away nor adds any, and energy only away.
+    # It conserves momentum and does not increase the energy.
     assert np.allclose(robot.momentum(q, closed), robot.momentum(q, v), atol=1e-10)
     assert robot.kinetic_energy(q, closed) < robot.kinetic_energy(q, v)
-    # Accelerations that keep it closed: the same as differences of the closing velocity along the motion.
+    # Accelerations that keep the loop closed equal differences of the closing velocity along the motion.
     tau = np.random.default_rng(1).uniform(-5, 5, robot.nu)
     vdot, multipliers = loops.forward_dynamics(q, closed, tau)
     assert multipliers.shape == (6,) and np.linalg.norm(multipliers) > 1e-3
     h = 1e-5
     ahead = loops.defect(moved(robot, q, closed + 0.5 * h * vdot, h), closed + h * vdot)
-    assert np.all(ahead[:, 2:] < 1e-8)  # without the multipliers it would be some 1e-5
+    assert np.all(ahead[:, 2:] < 1e-8)  # about 1e-5 without the multipliers
     off = q.copy()
     off[robot.joint_q[0]] += 1e-3
     assert loops.defect(off)[0, 0] > 1e-5
@@ -239,7 +239,7 @@ def test_impacts(system):
     assert np.allclose(M @ (impact.velocity - v), generalized, atol=1e-10)
     assert np.allclose(J[0] @ impact.velocity, 0, atol=1e-12)
     assert np.allclose((J[1] @ impact.velocity)[[0, 1, 3, 4, 5]], 0, atol=1e-12)
-    assert abs((J[1] @ impact.velocity)[2]) > 1e-3  # the hinge turns
+    assert abs((J[1] @ impact.velocity)[2]) > 1e-3  # the hinge rotates
     assert np.allclose(system.momentum(q, impact.velocity), system.momentum(q, v), atol=1e-10)
     assert impact.rank == 11 and impact.kinetic_energy_after < impact.kinetic_energy_before
     assert np.allclose(impact.kinetic_energy_before, system.kinetic_energy(q, v))
@@ -250,7 +250,7 @@ def test_impacts(system):
     assert batch.impulse.shape == (3, 2, 6) and np.array_equal(batch.velocity[2], impact.velocity)
 
 
-def test_other_threads_go_on_meanwhile(robot):
+def test_other_threads_run_during_a_computation(robot):
     q, v = states(robot, 20_000)
     ticks, done = [], threading.Event()
 
@@ -269,7 +269,7 @@ def test_other_threads_go_on_meanwhile(robot):
     assert after > before
 
 
-def test_models_and_ready_made_ones_are_robots():
+def test_robots_from_model_files_and_ready_made_robots():
     arm = grapnel.Robot(SOURCE / "examples/python/arm_on_satellite.urdf")
     assert {"shoulder", "elbow", "wrist_yaw"} <= set(arm.joints) and arm.mass > 0
     assert grapnel.Robot("ets-vii").nu == 6
@@ -278,16 +278,16 @@ def test_models_and_ready_made_ones_are_robots():
 
 
 @pytest.mark.parametrize("nothing", [None, 3, {}, ["a"]])
-def test_what_is_no_source_of_a_robot(nothing):
-    with pytest.raises(TypeError, match="expected is a path"):
+def test_wrong_sources_of_a_robot(nothing):
+    with pytest.raises(TypeError, match="expected a path"):
         grapnel.Robot(nothing)
 
 
-def test_robots_go_to_other_processes(robot, system):
+def test_robots_can_be_sent_to_other_processes(robot, system):
     q, v = system.initial_state()
     problem = grapnel.load(THESIS)
     mine = grapnel.Robot(problem, targets=True)
-    problem.targets[0].mass = 77  # robots never change
+    problem.targets[0].mass = 77  # robots are immutable
     again = pickle.loads(pickle.dumps(mine))
     assert again.mass == mine.mass == system.mass and np.array_equal(again.mass_matrix(q), system.mass_matrix(q))
     loops = pickle.loads(pickle.dumps(robot.loops([robot.frames[:2]], closed_at=robot.zero_state()[0])))
@@ -298,13 +298,13 @@ def test_robots_go_to_other_processes(robot, system):
 
 
 @pytest.mark.parametrize("lanes", ["sse2", "avx2", "off"])
-def test_every_instruction_set_says_the_same(robot, lanes, monkeypatch):
+def test_all_instruction_sets_agree(robot, lanes, monkeypatch):
     q, v = states(robot, 21)
     monkeypatch.setenv("GRAPNEL_LANES", lanes)
     try:
         other = grapnel.Robot(SPATIAL)
     except RuntimeError:
-        pytest.skip(f"{lanes} does not run here")
+        pytest.skip(f"{lanes} is not supported on this machine")
     assert grapnel.instruction_set() == {"off": "one_lane"}.get(lanes, lanes)
     found, expected = other.forward_dynamics(q, v), robot.forward_dynamics(q, v)
     assert np.allclose(found, expected, rtol=1e-11) and (lanes == "sse2" or np.array_equal(found, expected))
@@ -316,7 +316,7 @@ def test_every_instruction_set_says_the_same(robot, lanes, monkeypatch):
 
 
 def test_rows_are_the_bits_of_single_states(robot):
-    """Rows of a batch beside others, in batches of odd sizes, and what single arguments do."""
+    """Rows of batches, of odd sizes too, and single arguments."""
     q, v = states(robot, 67)
     tau = np.random.default_rng(9).uniform(-1, 1, (67, robot.nv))
     assert np.array_equal(robot.forward_dynamics(q, v, tau)[3:70], np.concatenate(
@@ -326,7 +326,7 @@ def test_rows_are_the_bits_of_single_states(robot):
     assert np.array_equal(robot.bias(q[0], v)[66], robot.bias(q[0], v[66]))
 
 
-def test_quaternions_lose_what_rounding_has_done(robot):
+def test_rounding_errors_of_quaternion_norms_are_removed(robot):
     q, v = (x[0] for x in states(robot, 1))
     off = q.copy()
     off[3:7] *= 1 + 1e-9
@@ -334,7 +334,7 @@ def test_quaternions_lose_what_rounding_has_done(robot):
     assert np.allclose(robot.mass_matrix(off), robot.mass_matrix(q), rtol=1e-14)
 
 
-def test_a_slide_on_a_base_that_is_bolted_down(tmp_path):
+def test_a_prismatic_joint_on_a_fixed_base(tmp_path):
     text = (SOURCE / "robots/planar-test-bed.yaml").read_text(encoding="utf-8")
     changed = text.replace("name: joint-2, type: continuous, axis: [0, 0, 1]", "name: joint-2, type: prismatic, axis: [0, 1, 0]")
     changed = changed.replace("  name: base\n", "  name: base\n  mode: fixed\n", 1)

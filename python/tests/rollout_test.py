@@ -1,4 +1,4 @@
-"""Rollouts: against an integrator of the test's own, orders of convergence, conservation, independence of batch and threads."""
+"""Rollouts: comparison with a separate integrator, convergence order, conservation, independence of batch and threads."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def control_of(robot, n, steps, seed=7):
 
 
 def reference(robot, state, control, step):
-    """The classic Runge-Kutta method on the library's forward dynamics, one state, by the definition of q and v."""
+    """The classic Runge-Kutta method with the library's forward dynamics, for one state, from the definition of q and v."""
     nq = robot.nq
 
     def derivative(x, tau):
@@ -62,7 +62,7 @@ def test_rk4_is_the_classic_method(robot):
     found = grapnel.rollout(robot, start, control, step=0.01, friction=False)
     assert found.shape == (3, 20, robot.nq + robot.nv)
     for i in range(3):
-        # Stages differ by the norm of quaternions within a step, which is of higher order.
+        # Stages differ by the norm of quaternions within a step, an effect of higher order.
         expected = reference(robot, start[i], control[i], 0.01)
         assert np.abs(found[i] - expected).max() < 1e-7  # measured 3e-9
 
@@ -75,8 +75,8 @@ def test_the_order_of_convergence(robot, method, order):
                            last_only=True)
            for k in (64, 128, 1024)]
     coarse, fine = (np.abs(x - end[2]).max() for x in end[:2])
-    assert fine > 1e-11  # not rounding
-    # Against a solution with steps an eighth of the finer ones': 2^p, or a little more.
+    assert fine > 1e-11  # above rounding error
+    # Compared with a solution with eight times smaller steps: 2^p, or slightly more.
     assert 0.8 * 2**order < coarse / fine < 1.3 * 2**order
 
 
@@ -90,28 +90,28 @@ def test_momentum_is_conserved(system):
     assert np.abs(after - before).max() < 1e-6 and np.abs(end[:, system.joint_q] - q[system.joint_q]).max() > 0.01
 
 
-def test_cases_depend_on_themselves_alone(system):
+def test_cases_are_independent(system):
     q, v = system.initial_state()
     n = 37
     start = np.tile(np.concatenate([q, v]), (n, 1)) + 0
     start[:, system.nq:] += 0.1 * np.random.default_rng(1).standard_normal((n, system.nv))
     control = control_of(system, n, 5)
-    all_at_once = grapnel.rollout(system, start, control, step=0.02, substeps=3)
+    together = grapnel.rollout(system, start, control, step=0.02, substeps=3)
     for threads in (1, 3):
-        assert np.array_equal(all_at_once, grapnel.rollout(system, start, control, step=0.02, substeps=3, threads=threads))
+        assert np.array_equal(together, grapnel.rollout(system, start, control, step=0.02, substeps=3, threads=threads))
     for i in (0, 8, 36):
-        assert np.array_equal(all_at_once[i], grapnel.rollout(system, start[i:i + 1], control[i:i + 1], step=0.02, substeps=3)[0])
-    assert np.array_equal(all_at_once[:, -1], grapnel.rollout(system, start, control, step=0.02, substeps=3, last_only=True))
-    # One control for two steps is the same control twice.
+        assert np.array_equal(together[i], grapnel.rollout(system, start[i:i + 1], control[i:i + 1], step=0.02, substeps=3)[0])
+    assert np.array_equal(together[:, -1], grapnel.rollout(system, start, control, step=0.02, substeps=3, last_only=True))
+    # One control for three steps equals three equal controls.
     twice = grapnel.rollout(system, start, np.repeat(control, 3, axis=1), step=0.02)
-    assert np.array_equal(all_at_once, twice[:, 2::3])
+    assert np.array_equal(together, twice[:, 2::3])
 
 
-def test_a_problems_rollout_is_its_free_motion():
+def test_a_rollout_of_a_problem_is_its_free_motion():
     problem = grapnel.load(THESIS, set={"post_impact.joints": "free", "post_impact.duration": 2, "approach.duration": 2})
     result = problem.simulate()
-    # Nothing drives anything after the impact: the same motion by fixed steps. Bodies that are held by grasps are not there,
-    # so what is compared is a target before it.
+    # Without drives after the impact, fixed steps give the same motion. A rollout has no grasps, so the test compares a
+    # target before the impact.
     rollout = grapnel.Rollout(problem, step=0.01, substeps=10)
     q, v = rollout.robot.initial_state()
     states_ = rollout(rollout.state(q, v)[None], steps=10)[0]
@@ -137,7 +137,7 @@ def test_friction_efforts_and_gravity(tmp_path):
     step = 1e-6
     after = grapnel.rollout(robot, start, control, step=step)[0, 0, robot.nq:]
     tau = np.zeros(robot.nu)
-    tau[0] = 2 - 3 * 0.5  # cut at the limit, less friction
+    tau[0] = 2 - 3 * 0.5  # saturated at the limit, minus friction
     assert np.allclose((after - v) / step, robot.forward_dynamics(q, v, tau), atol=1e-6)
     smooth = grapnel.rollout(robot, start, control, step=step, friction=False)[0, 0, robot.nq:]
     tau[0] = 2
@@ -155,9 +155,9 @@ def test_a_held_base_stays():
 
 
 @pytest.mark.parametrize("call, message", [
-    (lambda r, x, u: grapnel.rollout(r, x[0, 1:], u, step=0.1), r"initial_state has shape \(2, 40\), expected is \(n, 41\)"),
+    (lambda r, x, u: grapnel.rollout(r, x[0, 1:], u, step=0.1), r"initial_state has shape \(2, 40\), expected \(n, 41\)"),
     (lambda r, x, u: grapnel.rollout(r, x[:, None], u, step=0.1), r"initial_state has shape \(2, 1, 41\)"),
-    (lambda r, x, u: grapnel.rollout(r, x, u[:, 0], step=0.1), r"control has shape \(2, 14\), expected is \(2, steps, 14\)"),
+    (lambda r, x, u: grapnel.rollout(r, x, u[:, 0], step=0.1), r"control has shape \(2, 14\), expected \(2, steps, 14\)"),
     (lambda r, x, u: grapnel.rollout(r, x, u[:1], step=0.1), r"control has shape \(1, 3, 14\)"),
     (lambda r, x, u: grapnel.rollout(r, x, step=0.1), "neither control nor steps"),
     (lambda r, x, u: grapnel.rollout(r, x, u[:, :0], step=0.1), "there are 0 steps"),
@@ -181,7 +181,7 @@ def test_wrong_arguments_are_named(robot, call, message):
         call(robot, x, np.zeros((2, 3, robot.nu)))
 
 
-def test_one_state_and_one_course_of_controls(robot):
+def test_one_state_and_one_sequence_of_controls(robot):
     rollout = grapnel.Rollout(robot, 0.02)
     x, control = rollout.state(*robot.zero_state()), control_of(robot, 3, 4)
     many = rollout(x, control)
@@ -197,13 +197,13 @@ def test_one_state_and_one_course_of_controls(robot):
 
 @pytest.mark.parametrize("call", [lambda r: grapnel.Rollout(r, 0.1, method=None), lambda r: grapnel.Rollout(r, 0.1, substeps=2.5),
                                   lambda r: grapnel.Rollout(r, None), lambda r: grapnel.Rollout(r, 0.1)(np.zeros(41), steps=2.7)])
-def test_what_is_of_another_kind_is_refused_in_words(robot, call):
-    with pytest.raises(TypeError) as caught:
+def test_wrong_types_are_rejected_with_a_message(robot, call):
+    with pytest.raises(TypeError) as raised:
         call(robot)
-    assert "incompatible" not in str(caught.value)  # pybind11's own words help nobody
+    assert "incompatible" not in str(raised.value)  # not the message of pybind11
 
 
-def test_what_overflows_is_not_a_number(robot):
+def test_an_overflow_is_not_a_number(robot):
     q, v = robot.zero_state()
     start = np.tile(np.concatenate([q, v]), (2, 1))
     start[1, robot.nq:] = 1e200
@@ -211,5 +211,5 @@ def test_what_overflows_is_not_a_number(robot):
     assert np.all(np.isfinite(end[0])) and not np.all(np.isfinite(end[1]))
 
 
-def test_no_cases_are_no_states(robot):
+def test_zero_cases_give_zero_states(robot):
     assert grapnel.rollout(robot, np.zeros((0, robot.nq + robot.nv)), step=0.1, steps=4).shape == (0, 4, robot.nq + robot.nv)

@@ -1,4 +1,4 @@
-"""Stubs and documentation are complete: every function of the compiled module is in the stub, every public name has words."""
+"""Stubs and documentation are complete: the stub has all functions of the compiled module, and all public names have docstrings."""
 
 import ast
 import inspect
@@ -16,7 +16,7 @@ from grapnel import _grapnel
 FOLDER = pathlib.Path(grapnel.__file__).parent
 
 
-def test_the_stub_has_what_the_module_has():
+def test_the_stub_matches_the_module():
     tree = ast.parse((FOLDER / "_grapnel.pyi").read_text(encoding="utf-8"))
     stub = {}
     for node in tree.body:
@@ -36,10 +36,10 @@ def test_the_stub_has_what_the_module_has():
 
 
 def compiled_signature(function):
-    """Names of the arguments of a compiled function, from the first line of what pybind11 writes about it."""
+    """Names of the arguments of a compiled function, from the first line of the docstring of pybind11."""
     head = function.__doc__.splitlines()[0]
     inside = head[head.index("(") + 1:head.rindex(") ->")]
-    # Types may have commas and colons of their own, in brackets.
+    # Types may contain commas and colons in brackets.
     depth, names, name = 0, [], ""
     for letter in inside + ",":
         depth += (letter in "[(") - (letter in "])")
@@ -51,7 +51,7 @@ def compiled_signature(function):
     return [name for name in names if name]
 
 
-def test_the_stubs_arguments_are_the_modules():
+def test_the_arguments_of_the_stub_match_the_module():
     tree = ast.parse((FOLDER / "_grapnel.pyi").read_text(encoding="utf-8"))
     seen = 0
     for node in tree.body:
@@ -76,8 +76,8 @@ def is_public(name):
     return not name.startswith("_") or name in ("__init__", "__call__", "__getitem__", "__setitem__")
 
 
-def test_everything_public_says_what_it_is():
-    """Modules, classes and all their functions and properties, but for what Python itself asks for."""
+def test_public_names_have_docstrings():
+    """Modules, classes and all their functions and properties, except special methods."""
     for file in sources():
         tree = ast.parse(file.read_text(encoding="utf-8"))
         assert ast.get_docstring(tree), file.name
@@ -90,15 +90,15 @@ def test_everything_public_says_what_it_is():
                     assert ast.get_docstring(part), f"{file.name}: {node.name}.{part.name}"
     for name in grapnel.__all__:
         assert name.startswith("__") or inspect.getdoc(getattr(grapnel, name)), name
-    # Of what is compiled pybind11 writes the signature in any case.
+    # pybind11 always writes the signature of compiled functions.
     assert "SIMD" in grapnel.instruction_set.__doc__
     for name in ("Fault", "Check"):
         for key, part in vars(getattr(grapnel, name)).items():
             assert key.startswith("_") or inspect.getdoc(part), f"{name}.{key}"
 
 
-def test_everything_public_has_types():
-    """py.typed promises them: every argument and every result of what others call."""
+def test_public_functions_have_types():
+    """All arguments and results of public functions have types, as py.typed requires."""
     for file in sources():
         tree = ast.parse(file.read_text(encoding="utf-8"))
         functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
@@ -114,8 +114,8 @@ def test_everything_public_has_types():
             assert all(argument.annotation is not None or argument.arg in ("self", "cls") for argument in arguments), place
 
 
-def test_words_on_arrays_name_shapes():
-    """What takes or gives arrays says their shapes."""
+def test_docstrings_of_array_functions_have_shapes():
+    """Functions with arrays document their shapes."""
     for owner in (grapnel.Robot, grapnel.Loops):
         for name, function in inspect.getmembers(owner, inspect.isfunction):
             if name.startswith("_") or name in ("body_q", "body_v", "loops", "impact", "zero_state", "initial_state"):
@@ -125,13 +125,13 @@ def test_words_on_arrays_name_shapes():
             assert has_shape, f"{owner.__name__}.{name}: {words}"
 
 
-def test_the_version_is_the_programs(program):
+def test_the_version_is_that_of_the_program(program):
     said = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
     assert grapnel.__version__ in said
 
 
-def test_types_are_sound(tmp_path):
-    """The package by itself, strictly, and the examples as those who use it."""
+def test_types_pass_mypy(tmp_path):
+    """The package in strict mode, and the examples as its users."""
     pytest.importorskip("mypy")
     for arguments in (["--config-file", SOURCE / "python/pyproject.toml"],
                       ["--ignore-missing-imports", *sorted((SOURCE / "examples/python").glob("*.py"))]):

@@ -1,4 +1,4 @@
-"""The wheel: built without a network from the configured build, installed into a fresh environment, used there."""
+"""The wheel: built without a network from the configured build, installed into a new environment and used there."""
 
 import importlib.util
 import os
@@ -18,7 +18,7 @@ def test_a_wheel_is_built_installed_and_used(tmp_path):
     for module in ("pip", "venv", "wheel", "setuptools"):
         if importlib.util.find_spec(module) is None:
             pytest.skip(f"{module} is not installed")
-    # setuptools leaves folders beside setup.py: it gets a copy of the tree's part that it reads.
+    # setuptools creates folders beside setup.py, so it receives a copy of the files that it reads.
     tree = tmp_path / "tree"
     shutil.copytree(SOURCE / "python", tree / "python", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
     shutil.copy(SOURCE / "CMakeLists.txt", tree)

@@ -56,7 +56,7 @@ class Campaign : public test::ProgramRun {
                      "keep: {columns: [captured, grasps]}\n" +
                      more);
   }
-  // A process of its own: its number.
+  // A separate process: its number.
   pid_t start(const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
@@ -98,7 +98,7 @@ class Campaign : public test::ProgramRun {
   }
 };
 
-TEST_F(Campaign, CasesThatBreakConservationAreNoSuccess) {
+TEST_F(Campaign, ConservationFailuresAreNoSuccess) {
   const fs::path file =
       write("coarse.yaml",
             "schema: grapnel-campaign/1\nname: coarse\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
@@ -114,19 +114,18 @@ TEST_F(Campaign, CasesThatBreakConservationAreNoSuccess) {
   EXPECT_DOUBLE_EQ(json["success"]["estimate"], (6.0 - failed) / 6);
   EXPECT_THAT(json["failures"][0]["examples"][0]["reason"].get<std::string>(),
               HasSubstr("conservation check failed: energy_drift is "));
-  EXPECT_THAT(o.out, HasSubstr(std::to_string(failed) + " without a result: counted as no success"));
+  EXPECT_THAT(o.out, HasSubstr(std::to_string(failed) + " without a result: not counted as a success"));
 }
 
 TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
   study(600);
   const Outcome o = run("campaign study.yaml -o r1 -j 1");
   ASSERT_EQ(o.code, 0) << o.err;
-  EXPECT_EQ(
-      o.err,
-      "study.yaml: warning: in all successes that the grasps close is assumed: end-effectors without an 'envelope' "
-      "hold whatever they meet, and nothing was checked\n");
-  EXPECT_THAT(o.out, HasSubstr("600 cases, all assumed to hold, not judged\n"));
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, campaign study.yaml (sha256 "));
+  EXPECT_EQ(o.err,
+            "study.yaml: warning: in all successes the grasps are assumed to close: end-effectors without an "
+            "'envelope' hold without a check of position and velocity\n");
+  EXPECT_THAT(o.out, HasSubstr("600 cases, all assumed to hold without an envelope\n"));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0, campaign study.yaml (sha256 "));
   EXPECT_THAT(o.out, HasSubstr("600 cases\n"));
   EXPECT_THAT(o.out, HasSubstr("results in r1: table.h5, table.csv, campaign.json"));
   const auto report = nlohmann::json::parse(read_text(folder_ / "r1" / "campaign.json"));
@@ -136,17 +135,17 @@ TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
   EXPECT_FALSE(fs::exists(folder_ / "r1" / "lock"));
 }
 
-TEST_F(Campaign, TheSameCommandAgainFindsEverythingThere) {
+TEST_F(Campaign, RerunFindsAllResults) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r").code, 0);
   const std::string before = read_text(folder_ / "r" / "table.h5");
   const Outcome o = run("campaign study.yaml -o r");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("300 cases, 300 of them are there"));
+  EXPECT_THAT(o.out, HasSubstr("300 cases, 300 of them complete"));
   EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
-TEST_F(Campaign, PartsInOneFolderOrInSeveralAreTheWhole) {
+TEST_F(Campaign, PartsEqualWhole) {
   study(600);
   ASSERT_EQ(run("campaign study.yaml -o whole --quiet").code, 0);
   for (int i = 1; i <= 3; ++i) {
@@ -169,7 +168,7 @@ TEST_F(Campaign, PartsInOneFolderOrInSeveralAreTheWhole) {
   expect_same_results("whole", "part3");
 }
 
-TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
+TEST_F(Campaign, JobArraySelectsPart) {
   study(300);
   const std::string array = "SLURM_ARRAY_TASK_ID=12 SLURM_ARRAY_TASK_MIN=10 SLURM_ARRAY_TASK_MAX=13 ";
   const auto run_in = [&](const std::string& environment, const std::string& arguments) {
@@ -179,7 +178,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
   };
   const Outcome o = run_in(array, "campaign study.yaml -o r");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("part 3/4 as SLURM_ARRAY_TASK_ID=12 says"));
+  EXPECT_THAT(o.out, HasSubstr("part 3/4 from SLURM_ARRAY_TASK_ID=12"));
   EXPECT_EQ(shards("r"), 19u);
   const Outcome gaps = run_in(array + "SLURM_ARRAY_TASK_COUNT=3 ", "campaign study.yaml -o r");
   EXPECT_EQ(gaps.code, 2);
@@ -188,7 +187,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
   for (const char* bad : {"0/3", "4/3", "1", "x/y", "1/3x"}) {
     const Outcome b = run(std::string("campaign study.yaml --shard ") + bad);
     EXPECT_EQ(b.code, 2) << bad;
-    EXPECT_THAT(b.err, HasSubstr("is neither i/N with i from 1 to N")) << bad;
+    EXPECT_THAT(b.err, HasSubstr("must be i/N with i from 1 to N")) << bad;
   }
   // "$PART" of a variable that is not set must not be the whole campaign.
   for (const char* empty : {"--shard \"\"", "--only \"\"", "-o \"\"", "-j \"\"", "--extend \"\""})
@@ -198,7 +197,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
 }
 
 // A manifest that says another arithmetic, sealed as the program seals it.
-TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
+TEST_F(Campaign, MergeIndependentOfLocalArithmetic) {
   study(300);
   for (const std::string part : {"1", "2"})
     ASSERT_EQ(run("campaign study.yaml --quiet -o part" + part + " --shard " + part + "/2").code, 0);
@@ -218,7 +217,7 @@ TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
   const Outcome mixed = run("merge part1 part2 -o both");
   EXPECT_EQ(mixed.code, 2);
   EXPECT_THAT(mixed.err, HasSubstr("part2 and part1 hold different campaigns"));
-  EXPECT_THAT(mixed.err, HasSubstr("not 'abacus': they differ in last bits"));
+  EXPECT_THAT(mixed.err, HasSubstr("not 'abacus': they differ in the last bits"));
   EXPECT_FALSE(fs::exists(folder_ / "both" / "manifest.json"));
   relabel("part2");
   const Outcome o = run("merge part1 part2 -o both --quiet");
@@ -226,7 +225,7 @@ TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
   EXPECT_EQ(read_manifest(folder_ / "both")->arithmetic, "abacus");
 }
 
-TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
+TEST_F(Campaign, DamagedManifestRejectedWithRemedy) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   const std::string before = read_text(folder_ / "r" / "table.h5");
@@ -236,8 +235,9 @@ TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
   for (const char* command : {"campaign study.yaml -o r", "merge r -o r"}) {
     const Outcome o = run(command);
     EXPECT_EQ(o.code, 2) << command;
-    EXPECT_THAT(o.err, HasSubstr("manifest.json: damaged: it says something else than what was written")) << command;
-    EXPECT_THAT(o.err, HasSubstr("move this file away: the command that began r then makes it anew")) << command;
+    EXPECT_THAT(o.err, HasSubstr("manifest.json: damaged: its contents were changed")) << command;
+    EXPECT_THAT(o.err, HasSubstr("move this file to another folder: the command that created r then creates it again"))
+        << command;
     EXPECT_THAT(o.err, Not(HasSubstr("to go on: "))) << command;
   }
   fs::remove(folder_ / "r" / "manifest.json");
@@ -246,7 +246,7 @@ TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
   EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
-TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {
+TEST_F(Campaign, ExtensionInStepsEqualsOneRun) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o steps --quiet").code, 0);
   ASSERT_EQ(run("campaign study.yaml -o steps --quiet --extend 200").code, 0);
@@ -254,10 +254,10 @@ TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {
   ASSERT_EQ(run("campaign study.yaml -o once --quiet --extend 300").code, 0);
   expect_same_results("steps", "once");
   const Outcome o = run("campaign study.yaml -o steps");  // knows that it was extended
-  EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them are there"));
+  EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them complete"));
 }
 
-TEST_F(Campaign, OneCaseAloneIsTheCampaignsCase) {
+TEST_F(Campaign, SingleCaseEqualsCampaignCase) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   const Outcome o = run("campaign study.yaml --only 123 -o alone");
@@ -279,7 +279,7 @@ TEST_F(Campaign, OneCaseAloneIsTheCampaignsCase) {
   EXPECT_EQ(std::stod(field), impulse);  // the same bits
 }
 
-TEST_F(Campaign, AnotherCampaignsFolderIsRefused) {
+TEST_F(Campaign, RejectsFolderOfOtherCampaign) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   study(301);
@@ -293,7 +293,7 @@ TEST_F(Campaign, AnotherCampaignsFolderIsRefused) {
   EXPECT_THAT(merged.err, HasSubstr("other and r hold different campaigns"));
 }
 
-TEST_F(Campaign, BadInputIsFoundBeforeAnythingRuns) {
+TEST_F(Campaign, BadInputFoundBeforeRun) {
   EXPECT_EQ(run("campaign nowhere.yaml").code, 2);
   study(300);
   const Outcome o = run("map study.yaml -o r");
@@ -309,7 +309,7 @@ TEST_F(Campaign, BadInputIsFoundBeforeAnythingRuns) {
   }
 }
 
-TEST_F(Campaign, AFolderThatCannotBeWrittenIsNamed) {
+TEST_F(Campaign, UnwritableFolderIsNamed) {
   study(300);
   write("file", "");
   const Outcome o = run("campaign study.yaml -o file/r");
@@ -325,7 +325,7 @@ TEST_F(Campaign, AFolderThatCannotBeWrittenIsNamed) {
 
 class LongCampaign : public Campaign {};
 
-TEST_F(LongCampaign, KilledAtAnyMomentItGoesOnToTheSameBytes) {
+TEST_F(LongCampaign, ResumesToSameBytesAfterKill) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   unsigned random = 4711;
@@ -350,7 +350,7 @@ TEST_F(LongCampaign, KilledAtAnyMomentItGoesOnToTheSameBytes) {
   EXPECT_GE(kills, 60);
 }
 
-TEST_F(LongCampaign, CtrlCStopsCleanlyAndSaysHowToGoOn) {
+TEST_F(LongCampaign, CtrlCStopsAndNamesResumeCommand) {
   study(200000);
   const pid_t child = start({"campaign", "study.yaml", "-o", "r", "-j", "2"});
   await_shards("r", 3);
@@ -361,11 +361,11 @@ TEST_F(LongCampaign, CtrlCStopsCleanlyAndSaysHowToGoOn) {
   EXPECT_EQ(end_of(child), 130);
   const std::string err = read_text(folder_ / "child.err");
   EXPECT_THAT(err, HasSubstr("grapnel: stopped: "));
-  EXPECT_THAT(err, HasSubstr(" of 200000 cases are kept in r; to go on: grapnel campaign study.yaml -o r -j 2\n"));
+  EXPECT_THAT(err, HasSubstr(" of 200000 cases are kept in r; to resume: grapnel campaign study.yaml -o r -j 2\n"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "lock"));
 }
 
-TEST_F(LongCampaign, AFullDiskIsNamedAndWhatIsThereStays) {
+TEST_F(LongCampaign, FullDiskReportedAndResultsKept) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   write("limited",
@@ -381,7 +381,7 @@ TEST_F(LongCampaign, AFullDiskIsNamedAndWhatIsThereStays) {
 }
 
 // The shards fit, the table does not.
-TEST_F(LongCampaign, ATableThatDoesNotFitIsNamed) {
+TEST_F(LongCampaign, TableBeyondFileSizeLimitIsNamed) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet --no-csv --no-report").code, 0);
   const auto size = fs::file_size(folder_ / "r" / "table.h5");
@@ -400,7 +400,7 @@ TEST_F(LongCampaign, ATableThatDoesNotFitIsNamed) {
   }
 }
 
-TEST_F(LongCampaign, ASmallFileSystemThatIsFullIsNamedAndWhatIsThereStays) {
+TEST_F(LongCampaign, FullFileSystemReportedAndResultsKept) {
   study(4000);
   fs::create_directory(folder_ / "small");
   if (mount("none", (folder_ / "small").c_str(), "tmpfs", 0, "size=300k") != 0)
@@ -409,12 +409,12 @@ TEST_F(LongCampaign, ASmallFileSystemThatIsFullIsNamedAndWhatIsThereStays) {
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("cannot write small/r/shards/"));
   EXPECT_THAT(o.err, HasSubstr("No space left on device"));
-  EXPECT_THAT(o.err, HasSubstr("what is in small/r stays valid; to go on: grapnel campaign study.yaml -o small/r"));
+  EXPECT_THAT(o.err, HasSubstr("the files in small/r remain valid; to resume: grapnel campaign study.yaml -o small/r"));
   EXPECT_GT(shards("small/r"), 3u);
   EXPECT_EQ(mount("none", (folder_ / "small").c_str(), "tmpfs", MS_REMOUNT, "size=30m"), 0);
   const Outcome again = run("campaign study.yaml -o small/r");
   EXPECT_EQ(again.code, 0) << again.err;
-  EXPECT_THAT(again.out, Not(HasSubstr(", 0 of them are there")));
+  EXPECT_THAT(again.out, Not(HasSubstr(", 0 of them complete")));
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   expect_same_results("calm", "small/r");
   EXPECT_EQ(umount((folder_ / "small").c_str()), 0);
@@ -447,7 +447,7 @@ TEST_F(MpiCampaign, TheSameBytesForAnyNumberOfRanks) {
   }
 }
 
-TEST_F(MpiCampaign, WhatIsWrongEndsAllRanks) {
+TEST_F(MpiCampaign, ErrorEndsAllRanks) {
   study(500);
   EXPECT_EQ(run_ranks(3, "campaign nowhere.yaml").code, 2);
   EXPECT_EQ(run_ranks(3, "campaign study.yaml --nonsense").code, 2);

@@ -1,4 +1,4 @@
-// HDF5 files of a campaign that are damaged and yet have a valid checksum: the program says so and goes on.
+// Damaged HDF5 files of a campaign with valid checksums: the program reports them and continues.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ class DamagedTable : public test::ProgramRun {
   static void put(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
 };
 
-TEST_F(DamagedTable, ATableIsReadOrRefused) {
+TEST_F(DamagedTable, ReadsOrRejectsTable) {
   const std::string sound = read_text(folder_ / "r" / "table.h5");
   int refused = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -66,7 +66,7 @@ TEST_F(DamagedTable, ATableIsReadOrRefused) {
   EXPECT_GT(refused, 5);
 }
 
-TEST_F(DamagedTable, ADamagedShardIsComputedAgain) {
+TEST_F(DamagedTable, RecomputesDamagedShard) {
   const fs::path shard = folder_ / "r" / "shards" / "000001.h5";
   const std::string sound = read_text(shard), table = read_text(folder_ / "r" / "table.csv");
   for (unsigned seed = 0; seed < 12; ++seed) {

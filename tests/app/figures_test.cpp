@@ -31,7 +31,7 @@ class Figures : public test::ProgramRun {
   }
 };
 
-TEST_F(Figures, ACampaignHasCriteriaAndDistributions) {
+TEST_F(Figures, CampaignCriteriaAndDistributions) {
   write("c.yaml",
         "schema: grapnel-campaign/1\nname: a\nscenario: quick.yaml\nsimulate: impact\ncases: 40\nseed: 1\n"
         "success: [{name: \"soft, isn''t it\", holds: \"grasps/tip-1/impulse_magnitude <= 0.7\"}]\n"
@@ -50,7 +50,7 @@ TEST_F(Figures, ACampaignHasCriteriaAndDistributions) {
   EXPECT_THAT(run("figure r --what joints").err, HasSubstr("has no figure 'joints'; it has: "));
 }
 
-TEST_F(Figures, AMapHasItsProbabilityOverTheDesign) {
+TEST_F(Figures, MapProbabilityOverDesign) {
   write("m.yaml",
         "schema: grapnel-campaign/1\nname: map\nscenario: quick.yaml\nsimulate: impact\ncases: 5\nseed: 1\n"
         "design:\n  - {path: \"targets[0].mass\", values: [5, 10, 15]}\n"
@@ -63,7 +63,7 @@ TEST_F(Figures, AMapHasItsProbabilityOverTheDesign) {
   EXPECT_THAT(drawn("r", "success-map", "--lines 'targets[0].mass'"), HasSubstr("probability of success"));
 }
 
-TEST_F(Figures, ACaptureFitsOnOnePage) {
+TEST_F(Figures, CaptureFitsOnOnePage) {
   ASSERT_EQ(run("run " + scenario("thesis/open-loop-case-1.yaml") +
                 " --set approach.duration=2 --set post_impact.duration=1 --no-report --quiet -o r")
                 .code,

@@ -79,7 +79,7 @@ TEST_F(Manual, HasEveryCommandAndOption) {
   EXPECT_THAT(page.out, ::testing::HasSubstr("130 stopped by"));
 }
 
-TEST_F(Manual, IsReadByManWithoutWarnings) {
+TEST_F(Manual, ManReadsItWithoutWarnings) {
   if (std::system("command -v groff >/dev/null") != 0) GTEST_SKIP() << "groff is not installed";
   ASSERT_EQ(run("manual > page").code, 0);
   write("page", run("manual").out);

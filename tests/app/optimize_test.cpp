@@ -33,7 +33,7 @@ class Optimize : public test::ProgramRun {
 };
 
 // Impact only and the whole run, with ideal tracking, meet the same impact.
-TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
+TEST_F(Optimize, BestScenarioReproducesObjective) {
   for (const std::string simulate : {"impact", "run"}) {
     study(simulate, "search: {evaluations: 12, refine: 1}\n");
     const Outcome o = run("optimize study.yaml -o r -j 2");
@@ -50,13 +50,12 @@ TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
   }
 }
 
-TEST_F(Optimize, OverwritesNoScenarioOfItsUser) {
+TEST_F(Optimize, NeverOverwritesUserScenario) {
   study("impact", "search: {evaluations: 4, refine: 0}\n");
   write("best.yaml", "name: mine\n");
   const Outcome o = run("optimize study.yaml -o .");
   EXPECT_EQ(o.code, 2);
-  EXPECT_EQ(o.err,
-            "./best.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+  EXPECT_EQ(o.err, "./best.yaml: error: already exists, and grapnel did not make it; choose another folder with -o\n");
   EXPECT_EQ(read_text(folder_ / "best.yaml"), "name: mine\n");
 }
 
@@ -68,18 +67,18 @@ TEST_F(Optimize, TheSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(read_text(folder_ / "r1" / file), read_text(folder_ / "r3" / file)) << file;
 }
 
-TEST_F(Optimize, NothingAcceptableIsExitCode1AndSaysWhich) {
+TEST_F(Optimize, NoAcceptablePointIsExitCode1WithReason) {
   study("impact",
         "search: {evaluations: 4, refine: 0}\nlimits: [{column: grasps/tip-1/impulse_magnitude, at_most: 0}]\n");
   const Outcome o = run("optimize study.yaml -o r");
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr("study.yaml: error: no point holds all limits; the nearest is point "));
+  EXPECT_THAT(o.err, HasSubstr("study.yaml: error: no point meets all limits; the nearest is point "));
   EXPECT_THAT(o.err, HasSubstr("'grasps/tip-1/impulse_magnitude at most 0'"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "best.yaml"));
   EXPECT_TRUE(fs::exists(folder_ / "r" / "evaluations.csv"));
 }
 
-TEST_F(Optimize, BadInputIsFoundBeforeAnythingRuns) {
+TEST_F(Optimize, BadInputFoundBeforeRun) {
   study("impact", "serch: {}\n");
   const Outcome o = run("optimize study.yaml -o r");
   EXPECT_EQ(o.code, 2);

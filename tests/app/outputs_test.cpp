@@ -46,7 +46,7 @@ class Outputs : public test::ProgramRun {
   }
 };
 
-TEST_F(Outputs, NoResultsReplaceTheScenario) {
+TEST_F(Outputs, ResultsNeverReplaceScenario) {
   for (const std::string name : {"scenario.json", "summary.json", "scene.json", "timeseries.h5", "report.html"}) {
     quick(name);
     expect_refused("run " + name + " -o .", name, "./" + name + ": error: ");
@@ -54,17 +54,17 @@ TEST_F(Outputs, NoResultsReplaceTheScenario) {
   }
 }
 
-TEST_F(Outputs, LinksDoNotHideAnInput) {
+TEST_F(Outputs, LinksDoNotHideInput) {
   quick("mine.yaml");
   fs::create_directories(folder_ / "soft");
   fs::create_directories(folder_ / "hard");
   fs::create_symlink("../mine.yaml", folder_ / "soft" / "summary.json");
   fs::create_hard_link(folder_ / "mine.yaml", folder_ / "hard" / "scene.json");
-  expect_refused("run mine.yaml -o soft", "mine.yaml", "reads it as its input 'mine.yaml'");
-  expect_refused("run mine.yaml -o hard", "mine.yaml", "reads it as its input 'mine.yaml'");
+  expect_refused("run mine.yaml -o soft", "mine.yaml", "it is the input 'mine.yaml' of this command");
+  expect_refused("run mine.yaml -o hard", "mine.yaml", "it is the input 'mine.yaml' of this command");
 }
 
-TEST_F(Outputs, NoResultsReplaceAFileThatTheScenarioNames) {
+TEST_F(Outputs, ResultsNeverReplaceReferencedFile) {
   fs::copy_file(GRAPNEL_SOURCE_DIR "/robots/planar-dual-arm.yaml", folder_ / "scene.json");
   std::string text = read_text(quick("mine.yaml"));
   const std::size_t at = text.find("robot: ");
@@ -73,7 +73,7 @@ TEST_F(Outputs, NoResultsReplaceAFileThatTheScenarioNames) {
   expect_refused("run mine.yaml -o .", "scene.json", "./scene.json: error: ");
 }
 
-TEST_F(Outputs, NoStudyIsReplacedByItsResults) {
+TEST_F(Outputs, ResultsNeverReplaceStudy) {
   quick("mine.yaml");
   const std::string axes =
       "scenario: mine.yaml\nsimulate: impact\naxes: [{path: \"targets[0].mass\", values: [10, 20]}]\n";
@@ -93,8 +93,8 @@ TEST_F(Outputs, NoStudyIsReplacedByItsResults) {
   EXPECT_FALSE(fs::exists(folder_ / "shards"));
 }
 
-// A campaign makes its folder "series" anew.
-TEST_F(Outputs, NoScenarioIsRemovedWithOlderSeries) {
+// A campaign recreates its folder "series".
+TEST_F(Outputs, RemovalOfOldSeriesKeepsScenario) {
   fs::create_directories(folder_ / "series" / "case-1");
   std::string text = read_text(quick("mine.yaml"));
   write("series/case-1/scenario.yaml", "# Made by grapnel, once\n" + text);
@@ -107,7 +107,7 @@ TEST_F(Outputs, NoScenarioIsRemovedWithOlderSeries) {
   EXPECT_TRUE(fs::exists(folder_ / "series" / "case-1" / "scenario.yaml"));
 }
 
-TEST_F(Outputs, NoBestScenarioReplacesTheOneThatItComesFrom) {
+TEST_F(Outputs, BestScenarioNeverReplacesSource) {
   fs::create_directories(folder_ / "r");
   const std::string text = read_text(quick("mine.yaml"));
   write("r/best.yaml", "# Made by grapnel, once\n" + text);
@@ -117,7 +117,7 @@ TEST_F(Outputs, NoBestScenarioReplacesTheOneThatItComesFrom) {
   expect_refused("optimize o.yaml -o r", "r/best.yaml", "r/best.yaml: error: ");
 }
 
-TEST_F(Outputs, OneFileNeverReplacesAnInput) {
+TEST_F(Outputs, FileNeverReplacesInput) {
   const std::string modes = matrices();
   expect_refused(modes + " -o m.csv", "m.csv", "m.csv: error: ");
   fs::create_symlink("m.csv", folder_ / "link");
@@ -131,7 +131,7 @@ TEST_F(Outputs, OneFileNeverReplacesAnInput) {
   expect_refused("import arm.urdf --bus bus.yaml --prefix x- -o bus.yaml", "bus.yaml", "bus.yaml: error: ");
 }
 
-TEST_F(Outputs, NoReportAndNoFigureReplacesResults) {
+TEST_F(Outputs, ReportsAndFiguresNeverReplaceResults) {
   quick("mine.yaml");
   ASSERT_EQ(run("run mine.yaml -o r --quiet").code, 0);
   expect_refused("report r -o r/summary.json", "r/summary.json", "r/summary.json: error: ");
@@ -148,7 +148,7 @@ TEST_F(Outputs, PipesAndDevicesAreNotReplaced) {
   const Outcome o = run(modes + " -o fifo");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err,
-            "fifo: error: must not be replaced: it is a pipe, which a file would replace; choose another name with "
+            "fifo: error: must not be replaced: it is a pipe, which the output would replace; choose another name with "
             "-o\n");
   EXPECT_TRUE(fs::is_fifo(folder_ / "fifo"));
   fs::create_symlink("/dev/null", folder_ / "null");
@@ -161,7 +161,7 @@ TEST_F(Outputs, PipesAndDevicesAreNotReplaced) {
   EXPECT_TRUE(fs::is_fifo(folder_ / "r" / "summary.json"));
 }
 
-TEST_F(Outputs, ResultsOfAnotherScenarioAreReplacedOnRequestAlone) {
+TEST_F(Outputs, OtherResultsReplacedOnlyOnRequest) {
   quick("a.yaml", "one");
   quick("b.yaml", "another");
   ASSERT_EQ(run("run a.yaml -o r --quiet").code, 0);
@@ -178,7 +178,7 @@ TEST_F(Outputs, ResultsOfAnotherScenarioAreReplacedOnRequestAlone) {
   EXPECT_THAT(read_text(folder_ / "r" / "summary.json"), HasSubstr("another"));
 }
 
-TEST_F(Outputs, ARunDoesNotMixWithACampaign) {
+TEST_F(Outputs, RunDoesNotMixWithCampaign) {
   quick("mine.yaml");
   write("c.yaml",
         "schema: grapnel-campaign/1\nname: a\nscenario: mine.yaml\nsimulate: impact\ncases: 4\n"
@@ -190,7 +190,7 @@ TEST_F(Outputs, ARunDoesNotMixWithACampaign) {
 }
 
 // Cases that are kept have the same bytes wherever the results are.
-TEST_F(Outputs, KeptCasesDoNotDependOnTheFoldersDepth) {
+TEST_F(Outputs, KeptCasesIndependentOfFolderDepth) {
   quick("mine.yaml");
   write("c.yaml",
         "schema: grapnel-campaign/1\nname: a\nscenario: mine.yaml\nsimulate: impact\ncases: 2\nseed: 1\n"
@@ -205,18 +205,18 @@ TEST_F(Outputs, KeptCasesDoNotDependOnTheFoldersDepth) {
 
 // ---- Options and messages ----
 
-TEST_F(Outputs, NumbersOfOptionsAreFinite) {
+TEST_F(Outputs, OptionNumbersAreFinite) {
   const std::string modes = matrices();
   for (const std::string option :
        {"--damping nan", "--below nan", "--expect nan", "--origin 0 nan 0", "--expect 1e999"}) {
     const Outcome o = run(modes + " " + option);
     EXPECT_EQ(o.code, 2) << option;
-    EXPECT_THAT(o.err, HasSubstr("is no finite number")) << option;
+    EXPECT_THAT(o.err, HasSubstr("is not a finite number")) << option;
   }
   for (const std::string option : {"--width nan", "--height NAN", "--from nan", "--to -inf", "--times 0,nan"}) {
     const Outcome o = run("figure nowhere --what joints " + option);
     EXPECT_EQ(o.code, 2) << option;
-    EXPECT_THAT(o.err, HasSubstr("is no finite number")) << option;
+    EXPECT_THAT(o.err, HasSubstr("is not a finite number")) << option;
   }
 }
 
@@ -241,7 +241,7 @@ TEST_F(Outputs, MessagesOfTheSystemAreSentences) {
   }
 }
 
-TEST_F(Outputs, AMatrixWithoutEndIsRefused) {
+TEST_F(Outputs, RejectsEndlessMatrix) {
   fs::create_symlink("/dev/zero", folder_ / "zero.mtx");
   const Outcome o = run("modes --mass zero.mtx --stiffness zero.mtx --units m-kg-s --modes 1");
   EXPECT_EQ(o.code, 2);

@@ -53,12 +53,12 @@ class PluginEnd : public test::ProgramRun {
   const std::string run_ = "run mine.yaml --set post_impact.duration=1 --no-report --quiet -o ";
 };
 
-TEST_F(PluginEnd, WithoutAnEndItRuns) {
+TEST_F(PluginEnd, RegularPluginRuns) {
   const Outcome o = run(run_ + "r");
   EXPECT_EQ(o.code, 0) << o.err;
 }
 
-TEST_F(PluginEnd, NoEndOfTheProcessPassesForSuccess) {
+TEST_F(PluginEnd, ProcessEndIsNeverSuccess) {
   for (const std::string how : {"exit", "_exit", "quick_exit", "overflow", "crash", "kill", "throw", "thread"}) {
     for (const std::string where : {"load", "create", "update"}) {
       // Of the loader: an exception ends the process, and a thread that ends it waits for the loader.
@@ -70,7 +70,7 @@ TEST_F(PluginEnd, NoEndOfTheProcessPassesForSuccess) {
   }
 }
 
-TEST_F(PluginEnd, CheckAndCampaignSayItToo) {
+TEST_F(PluginEnd, CheckAndCampaignReportIt) {
   for (const std::string how : {"exit", "_exit", "quick_exit", "overflow"}) {
     const Outcome checked = with_end("load " + how, "check mine.yaml");
     EXPECT_EQ(checked.code, 1) << how << checked.out;
@@ -81,7 +81,7 @@ TEST_F(PluginEnd, CheckAndCampaignSayItToo) {
   }
 }
 
-TEST_F(PluginEnd, AFinishedRunIsKept) {
+TEST_F(PluginEnd, FinishedRunIsKept) {
   for (const std::string how : {"exit", "_exit", "quick_exit", "overflow", "crash", "kill", "throw"}) {
     const std::string folder = "r-" + how;
     const Outcome o = with_end("destroy " + how, run_ + folder);
@@ -92,7 +92,7 @@ TEST_F(PluginEnd, AFinishedRunIsKept) {
   }
 }
 
-TEST_F(PluginEnd, ASweepKeepsItsPoints) {
+TEST_F(PluginEnd, SweepKeepsPoints) {
   write("s.yaml",
         "name: s\nscenario: mine.yaml\nset: {post_impact.duration: 1}\n"
         "axes: [{path: \"targets[0].mass\", values: [10, 11]}]\n");

@@ -32,7 +32,7 @@ inline std::string complaints(const Outcome& o) {
   return o.err.find("warning") == std::string::npos && o.err.find("error") == std::string::npos ? "" : o.err;
 }
 
-/// A test with a folder of its own, removed afterwards.
+/// A test with its own folder, removed afterwards.
 class ProgramRun : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -43,13 +43,13 @@ const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 // Short phases: what is tested here does not need long ones.
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
 
-TEST_F(Program, RunWritesTheContractsFiles) {
+TEST_F(Program, RunWritesDocumentedFiles) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o result");
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.err,
               testing::MatchesRegex(".*open-loop-case-1.yaml: warning: captured: assumed, by moving target-1 .* and "
-                                    "target-2 .*: no envelope says what tip-1 and tip-2 can close on\n"));
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0"));
+                                    "target-2 .*: no capture envelope is given for tip-1 and tip-2\n"));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0"));
   EXPECT_THAT(o.out, HasSubstr("sha256"));
   EXPECT_THAT(o.out, HasSubstr("ledger"));
   EXPECT_TRUE(fs::exists(folder_ / "result" / "timeseries.h5"));
@@ -88,11 +88,12 @@ bool says_the_same(const std::string& shown, const std::string& printed) {
   });
 }
 
-// Every ```console block of the README is a command, `$ build/release/bin/grapnel run ...`, and lines that it prints; a
-// line "..." stands for lines that are left out.
-TEST_F(Program, PrintsWhatTheReadmeShows) {
+// Every ```console block of README.md and docs/thesis.md is a command, `$ build/release/bin/grapnel run ...`, and lines
+// of its output; a line "..." stands for omitted lines.
+TEST_F(Program, OutputMatchesReadme) {
   SKIP_UNDER_SANITIZERS();
-  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md"));
+  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md") + "\n" +
+                            read_text(GRAPNEL_SOURCE_DIR "/docs/thesis.md"));
   const std::string prompt = "$ build/release/bin/grapnel run scenarios/";
   int shown = 0;
   for (std::string line; std::getline(readme, line);) {
@@ -127,7 +128,7 @@ TEST_F(Program, QuietPrintsNothing) {
   EXPECT_THAT(o.err, testing::MatchesRegex("[^\n]*: warning: captured: assumed[^\n]*\n"));  // warnings are not quiet
 }
 
-TEST_F(Program, OutputDefaultsToTheScenariosName) {
+TEST_F(Program, OutputDefaultsToScenarioName) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet").code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "open-loop-case-1" / "summary.json"));
 }
@@ -149,7 +150,7 @@ TEST_F(Program, AbsentPhasesAreAbsentFromTheSummary) {
   EXPECT_FALSE(summary.contains("post_impact"));
 }
 
-TEST_F(Program, CheckReportsAllFaultsWithTheirPlaces) {
+TEST_F(Program, CheckReportsAllErrorsWithPositions) {
   std::string text = read_text(scenario(kCase1));
   text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
   text.replace(text.find("model: rigid"), 12, "model: rigd");
@@ -165,10 +166,10 @@ TEST_F(Program, CheckReportsAllFaultsWithTheirPlaces) {
   EXPECT_FALSE(fs::exists(folder_ / "r"));
 }
 
-TEST_F(Program, CheckAcceptsWhatRuns) {
+TEST_F(Program, CheckAcceptsValidScenarios) {
   const Outcome o = run("check " + scenario(kCase1));
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("no faults"));
+  EXPECT_THAT(o.out, HasSubstr("no errors"));
 }
 
 TEST_F(Program, MissingFileIsBadInput) {
@@ -186,7 +187,7 @@ TEST_F(Program, WrongUsageIsBadInput) {
   EXPECT_EQ(run("--version").code, 0);
 }
 
-TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
+TEST_F(Program, ConservationFailureIsNoResult) {
   const std::string planned =
       scenario("thesis/open-loop-case-1-planned.yaml") + " --set 'contact={gap: weld_as_found}'";
   const Outcome coarse =
@@ -203,16 +204,16 @@ TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
   EXPECT_FALSE(kept["ledger"]["linear_momentum_drift"].contains("advice"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / "timeseries.h5"));
 
-  // What is there to be compared with is no result either.
+  // A result for comparison only is not a success.
   const Outcome published = run("run " + planned + " --set impact.law=as_published -o p --no-report");
   EXPECT_EQ(published.code, 1);
   EXPECT_THAT(published.err, HasSubstr("linear_momentum_drift is "));
-  EXPECT_THAT(published.err, HasSubstr("impact.law: as_published is there to be compared with"));
+  EXPECT_THAT(published.err, HasSubstr("impact.law: as_published is for comparison only"));
   EXPECT_EQ(run("run " + planned + " -o good --no-report").code, 0);
 }
 
-// The published case: a target moved to a tip that nobody judged, and shapes that overlap later.
-TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
+// The published case: a target moved to a tip without an evaluated envelope, and shapes that overlap later.
+TEST_F(Program, ReportsAssumptionsAndValidity) {
   const Outcome o = run("run " + scenario(kCase1) + " -o r");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(
@@ -232,7 +233,7 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
   EXPECT_EQ(summary["feasibility"]["first"]["time"], summary["feasibility"]["valid_until"]);
   EXPECT_EQ(summary["feasibility"]["worst"]["kind"], "overlap");
 
-  // Nobody looks: neither yes nor no; and from far away it is no capture.
+  // Without checks the verdict is neither yes nor no; from far away there is no capture.
   const Outcome unseen = run("run " + scenario(kCase1) + kShort + "--set clearance.enabled=false -o r");
   EXPECT_THAT(unseen.out, HasSubstr("\nfeasible: not checked; clearance: switched off by clearance.enabled\n"));
   const Outcome far = run("run " + scenario(kCase1) + kShort +
@@ -244,7 +245,7 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
 }
 
 // The first example: a capture that arrives, judged by envelopes, all of whose bodies and limits are watched and kept.
-TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
+TEST_F(Program, FirstExampleIsFeasible) {
   const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
   EXPECT_EQ(o.code, 0);
   EXPECT_EQ(complaints(o), "");
@@ -252,7 +253,7 @@ TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
   EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
 }
 
-TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
+TEST_F(Program, FailedSimulationKeepsResults) {
   const Outcome o =
       run("run " + scenario(kCase1) + " --set integration.max_steps=300 --set approach.tracking.kp=490 -o r");
   EXPECT_EQ(o.code, 1);
@@ -263,7 +264,7 @@ TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
   EXPECT_FALSE(summary["failure"].get<std::string>().empty());
 }
 
-TEST_F(Program, ARefusedContactSaysWhoMissesByHowMuch) {
+TEST_F(Program, RefusedContactNamesArmAndGap) {
   const Outcome o = run("run " + scenario(kCase1) + " --set 'contact={gap: refuse, limit: 0.05}' -o r");
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1'"));
@@ -280,7 +281,7 @@ TEST_F(Program, UnwritableFolderIsNamed) {
   EXPECT_EQ(read_text(file), "a file where the folder should be");
 }
 
-TEST_F(Program, FullStandardOutputIsNoSuccess) {
+TEST_F(Program, FullStandardOutputIsError) {
   const std::string err = (folder_ / "stderr").string();
   const int status = std::system(
       ("'" GRAPNEL_PROGRAM "' check '" + scenario(kCase1) + "' > /dev/full 2>'" + err + "' </dev/null").c_str());
@@ -288,7 +289,7 @@ TEST_F(Program, FullStandardOutputIsNoSuccess) {
   EXPECT_THAT(read_text(err), HasSubstr("cannot write to standard output"));
 }
 
-TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
+TEST_F(Program, InfeasiblePlanReportsCause) {
   SKIP_UNDER_SANITIZERS();
   const std::string first = scenario("first-plan.yaml");
   ASSERT_EQ(run("run " + first + " --quiet -o p --set post_impact.duration=0.1").code, 0);
@@ -327,7 +328,7 @@ TEST_F(Program, SchemaIsJson) {
   EXPECT_EQ(run("schema wrong").code, 2);
 }
 
-TEST_F(Program, InfoDescribesARobot) {
+TEST_F(Program, InfoDescribesRobot) {
   const Outcome o = run("info " GRAPNEL_SOURCE_DIR "/robots/planar-dual-arm.yaml");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, HasSubstr("mass 560 kg"));
@@ -344,24 +345,24 @@ TEST_F(Program, InfoListsActuators) {
   EXPECT_THAT(o.out, HasSubstr("propellant for the thrusters: 60 kg"));
 }
 
-// --- What is hardly meant
-// -----------------------------------------------------------------------------------------------
+// --- Implausible input
+// ------------------------------------------------------------------------------------------------
 
 std::string first_plan(const std::string& changes) {
   return "run " GRAPNEL_SOURCE_DIR "/scenarios/first-plan.yaml --no-report -o r" + changes;
 }
 
-TEST_F(Program, CheckWarnsOfWhatIsHardlyMeant) {
+TEST_F(Program, CheckWarnsOfImplausibleInput) {
   const Outcome o = run("check " + scenario(kCase1) + " --set targets.target-1.inertia=[900,900,900]");
   EXPECT_EQ(o.code, 0);
-  EXPECT_THAT(o.out, HasSubstr("no faults, 1 warning ("));
+  EXPECT_THAT(o.out, HasSubstr("no errors, 1 warning ("));
   EXPECT_THAT(o.err,
               HasSubstr("--set targets.target-1.inertia=[900,900,900]: warning: targets[0].inertia: the moment of "
                         "inertia 900 kg m^2 and the mass 10 kg make a radius of gyration of 9.49 m"));
   EXPECT_EQ(run("check " + scenario(kCase1)).err, "");
 }
 
-TEST_F(Program, WarningsAreKeptWithTheRunAndSaidOnce) {
+TEST_F(Program, WarningsAreStoredAndPrintedOnce) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "--set targets.target-1.inertia=[900,900,900] -o r");
   EXPECT_EQ(o.code, 0) << o.err;
   const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
@@ -371,26 +372,26 @@ TEST_F(Program, WarningsAreKeptWithTheRunAndSaidOnce) {
   EXPECT_EQ(occurrences(o.out + o.err, "radius of gyration"), 1u);
 }
 
-TEST_F(Program, APlanThatFailsIsSaidOnceWithWhatWouldHelp) {
+TEST_F(Program, FailedPlanReportedOnceWithRemedy) {
   SKIP_UNDER_SANITIZERS();
   const Outcome o = run(first_plan(" --set targets[0].state.position=[9,0,0]"));
   EXPECT_EQ(o.code, 1);
   EXPECT_EQ(occurrences(o.out + o.err, "comes no closer"), 1u) << o.out << o.err;
   EXPECT_THAT(o.err, HasSubstr("the arm is at most 3 m long; base and target must be 5."));
-  EXPECT_THAT(o.err, testing::Not(HasSubstr("Look first")));
+  EXPECT_THAT(o.err, testing::Not(HasSubstr("Check first")));
   EXPECT_THAT(read_text(folder_ / "r" / "summary.json"), HasSubstr("comes no closer"));
 }
 
-TEST_F(Program, APlanThatFailsNamesItsSuspects) {
+TEST_F(Program, FailedPlanListsWarnings) {
   SKIP_UNDER_SANITIZERS();
   const Outcome o = run(first_plan(" --set targets[0].grasp_points[0].position=[0,9,0]"));
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr(". Look first at this: targets[0].grasp_points[0].position is 9 m from the target's "
+  EXPECT_THAT(o.err, HasSubstr(". Check first: targets[0].grasp_points[0].position is 9 m from the target's "
                                "origin, and its shape ends at 0.5 m"));
 }
 
-// --- What is said, and where
-// --------------------------------------------------------------------------------------------
+// --- Messages and streams
+// ---------------------------------------------------------------------------------------------
 
 TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
   const std::string both = (folder_ / "both").string();
@@ -409,7 +410,7 @@ TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
   }
 }
 
-TEST_F(Program, ControlCharactersDoNotReachTheTerminal) {
+TEST_F(Program, ControlCharactersAreEscaped) {
   for (const char* arguments : {"report", "export --csv", "figure --list", "merge -o m", "run", "info"}) {
     const Outcome o = run(std::string(arguments) + " \"$(printf 'x\\033[31m\\302\\233m\\007\\342\\200\\256')\"");
     if (o.err.find("was built without Node.js") != std::string::npos) continue;  // no reports, whatever they are of
@@ -420,7 +421,7 @@ TEST_F(Program, ControlCharactersDoNotReachTheTerminal) {
   }
 }
 
-TEST_F(Program, SeriesThatCannotBeWrittenCostNothingElse) {
+TEST_F(Program, SeriesWriteErrorKeepsOtherFiles) {
   // A folder with something in it stands where the file should be.
   fs::create_directories(folder_ / "r" / "timeseries.h5" / "x");
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o r");
@@ -433,7 +434,7 @@ TEST_F(Program, SeriesThatCannotBeWrittenCostNothingElse) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "report.html"));
 }
 
-TEST_F(Program, HelpNamesTheRealDefaults) {
+TEST_F(Program, HelpNamesDefaults) {
   EXPECT_THAT(run("run --help").out, HasSubstr("out/ and the scenario file's name without .yaml"));
   EXPECT_THAT(run("report --help").out, HasSubstr("report-vs-SECOND.html"));
   EXPECT_THAT(run("schema --help").out, HasSubstr("(default: scenario)"));
@@ -443,7 +444,7 @@ TEST_F(Program, HelpNamesTheRealDefaults) {
 }
 
 // Killed at any moment, a run leaves the previous result or the new one, never half of one.
-TEST_F(Program, AKilledRunLeavesReadableFiles) {
+TEST_F(Program, KilledRunLeavesReadableFiles) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o r").code, 0);
   for (int milliseconds = 1; milliseconds < 120; milliseconds += 17) {
     const pid_t child = fork();

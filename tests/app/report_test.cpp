@@ -48,13 +48,13 @@ class Report : public test::ProgramRun {
 
 #ifdef GRAPNEL_HAS_VIEWER
 
-TEST_F(Report, RunWritesItLast) {
+TEST_F(Report, WrittenLast) {
   const Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "-o r");
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, EndsWith("results in r: summary.json, timeseries.h5, scene.json\nreport: r/report.html\n"));
   const auto report = data("r/report.html");
   EXPECT_EQ(report["kind"], "run");
-  EXPECT_EQ(report["version"], "0.1.0");
+  EXPECT_EQ(report["version"], "0.2.0");
   EXPECT_EQ(report["title"], "open-loop case 1");
   EXPECT_EQ(report["runs"][0]["summary"], nlohmann::json::parse(read_text(folder_ / "r" / "summary.json")));
   EXPECT_EQ(report["runs"][0]["scene"], nlohmann::json::parse(read_text(folder_ / "r" / "scene.json")));
@@ -62,7 +62,7 @@ TEST_F(Report, RunWritesItLast) {
   EXPECT_GT(report["runs"][0]["series"]["samples"], 10);
 }
 
-TEST_F(Report, IsMadeAgainFromTheResultsAlone) {
+TEST_F(Report, RecreatedFromResults) {
   run_case("r", "--quiet");
   const std::string first = read_text(folder_ / "r" / "report.html");
   fs::remove(folder_ / "r" / "report.html");
@@ -75,7 +75,7 @@ TEST_F(Report, IsMadeAgainFromTheResultsAlone) {
   EXPECT_TRUE(read_text(folder_ / "new" / "place" / "page.html") == first);
 }
 
-TEST_F(Report, OfAnEarlierRunDoesNotStay) {
+TEST_F(Report, EarlierReportIsRemoved) {
   run_case("r", "--quiet");
   ASSERT_TRUE(fs::exists(folder_ / "r" / "report.html"));
   run_case("r", "--quiet --no-report");
@@ -93,7 +93,7 @@ TEST_F(Report, TwoRunsAreCompared) {
   EXPECT_FALSE(fs::exists(folder_ / "a" / "report.html"));
 }
 
-TEST_F(Report, ADamagedSeriesIsANoteADamagedSummaryAnError) {
+TEST_F(Report, DamagedSeriesIsNoteDamagedSummaryIsError) {
   run_case("r", "--no-report");
   const std::string series = read_text(folder_ / "r" / "timeseries.h5");
   std::ofstream(folder_ / "r" / "timeseries.h5", std::ios::binary) << series.substr(0, series.size() / 3);
@@ -114,14 +114,14 @@ TEST_F(Report, FoldersWithoutResultsAreNamed) {
   fs::create_directory(folder_ / "empty");
   Outcome o = run("report empty");
   EXPECT_EQ(o.code, 2);
-  EXPECT_THAT(o.err, HasSubstr("grapnel: error: empty: no results: looked for summary.json (of grapnel run)"));
+  EXPECT_THAT(o.err, HasSubstr("grapnel: error: empty: no results: expected summary.json (of grapnel run)"));
   o = run("report nowhere");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err, "grapnel: error: nowhere: no such folder\n");
   EXPECT_EQ(run("report").code, 2);
 }
 
-TEST_F(Report, WhereItCannotBeWrittenThatIsSaid) {
+TEST_F(Report, ReportsWriteError) {
   run_case("r", "--no-report");
   write("occupied", "a file where the folder should be");
   const Outcome o = run("report r -o occupied/page.html");
@@ -129,8 +129,8 @@ TEST_F(Report, WhereItCannotBeWrittenThatIsSaid) {
   EXPECT_THAT(o.err, HasSubstr("occupied"));
 }
 
-// The results are there and are said; that the page is not there is an error of its own.
-TEST_F(Report, WhatCannotBeWrittenTakesNoResultsWithIt) {
+// The results exist and are printed; the missing page is a separate error.
+TEST_F(Report, WriteErrorKeepsResults) {
   fs::create_directories(folder_ / "r" / "report.html" / "in the way");
   const std::string error = "grapnel: error: no report: cannot write r/report.html: Is a directory\n";
   Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "-o r");
@@ -147,7 +147,7 @@ TEST_F(Report, WhatCannotBeWrittenTakesNoResultsWithIt) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "table.partial.csv"));
 }
 
-TEST_F(Report, AHostileNameStaysAName) {
+TEST_F(Report, EscapesHostileName) {
   const std::string name = "</script><img src=x onerror=alert(1)>";
   run_case("r", "--quiet --set 'name=\"" + name + "\"'");
   const std::string page = read_text(folder_ / "r" / "report.html");
@@ -156,7 +156,7 @@ TEST_F(Report, AHostileNameStaysAName) {
   EXPECT_EQ(data("r/report.html")["title"], name);
 }
 
-TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
+TEST_F(Report, SweepNamesCommandForPoint) {
   angles();
   const Outcome o = run("sweep study.yaml -o s");
   ASSERT_EQ(o.code, 0) << o.err;
@@ -170,8 +170,8 @@ TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
   EXPECT_TRUE(read_text(folder_ / "s" / "report.html") == first);
 }
 
-// A terminal would obey what somebody put into the table.
-TEST_F(Report, ADamagedTableIsNamedWithoutItsControlCharacters) {
+// A terminal would execute control characters in the table.
+TEST_F(Report, DamagedTableNamedWithoutControlCharacters) {
   write("study.yaml",
         "name: two\nscenario: " GRAPNEL_SOURCE_DIR
         "/scenarios/first-plan.yaml\nsimulate: impact\naxes:\n  - {path: 'targets[0].mass', values: [10, 20]}\n");
@@ -186,7 +186,7 @@ TEST_F(Report, ADamagedTableIsNamedWithoutItsControlCharacters) {
   EXPECT_THAT(o.err, Not(HasSubstr("\x1b")));
 }
 
-TEST_F(Report, OfAnOptimizationIsWritten) {
+TEST_F(Report, OptimizationReport) {
   write("search.yaml", "name: search\nscenario: " GRAPNEL_SOURCE_DIR
                        "/scenarios/thesis/open-loop-case-1-planned.yaml\nset: {approach.plan.starts: 2}\n"
                        "simulate: impact\nminimize: grasps/*/impulse_magnitude\nvariables:\n"
@@ -203,7 +203,7 @@ TEST_F(Report, OfAnOptimizationIsWritten) {
 
 #else
 
-TEST_F(Report, WithoutAViewerThatIsSaid) {
+TEST_F(Report, ReportsMissingViewer) {
   const Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "-o r");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, HasSubstr("\nno report: this grapnel was built without Node.js"));
@@ -215,7 +215,7 @@ TEST_F(Report, WithoutAViewerThatIsSaid) {
 
 #endif
 
-TEST_F(Report, NoneIsWrittenWhereNoneIsWanted) {
+TEST_F(Report, NoReportOption) {
   const Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "--no-report -o r");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, EndsWith("results in r: summary.json, timeseries.h5, scene.json\n"));
@@ -223,12 +223,12 @@ TEST_F(Report, NoneIsWrittenWhereNoneIsWanted) {
 }
 
 // A point of a study, as a scenario that gives what the study's table says.
-TEST_F(Report, OnePointOfAStudyIsACompleteRun) {
+TEST_F(Report, PointOfStudyIsCompleteRun) {
   angles();
   ASSERT_EQ(run("sweep study.yaml -o s --no-report --quiet").code, 0);
   const Outcome o = run("sweep study.yaml --only 3 -o p --no-report");
   ASSERT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, StartsWith("grapnel 0.1.0, point 3 of study study.yaml as scenario p/scenario.yaml (sha256 "));
+  EXPECT_THAT(o.out, StartsWith("grapnel 0.2.0, point 3 of study study.yaml as scenario p/scenario.yaml (sha256 "));
   EXPECT_FALSE(fs::exists(folder_ / "p" / "table.csv"));
   const std::string text = read_text(folder_ / "p" / "scenario.yaml");
   EXPECT_THAT(text, HasSubstr("point 3 of 4.\n#   approach_angle: 10 deg\n#   robot.base.mass: 500\n"));
@@ -246,20 +246,20 @@ TEST_F(Report, OnePointOfAStudyIsACompleteRun) {
   EXPECT_TRUE(fs::exists(folder_ / "out" / "study-point-1" / "summary.json"));
 }
 
-TEST_F(Report, APointOverwritesNoScenarioOfItsUser) {
+TEST_F(Report, PointNeverOverwritesUserScenario) {
   angles();
   const std::string own = "name: mine\n";
   write("scenario.yaml", own);
   const Outcome o = run("sweep study.yaml --only 1 -o .");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err,
-            "./scenario.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+            "./scenario.yaml: error: already exists, and grapnel did not make it; choose another folder with -o\n");
   EXPECT_EQ(read_text(folder_ / "scenario.yaml"), own);
   ASSERT_EQ(run("sweep study.yaml --only 1 --no-report --quiet -o p").code, 0);
   EXPECT_EQ(run("sweep study.yaml --only 2 --no-report --quiet -o p").code, 0);  // its own is replaced
 }
 
-TEST_F(Report, APointThatIsNotThereIsBadInput) {
+TEST_F(Report, MissingPointIsBadInput) {
   angles();
   const Outcome o = run("sweep study.yaml --only 4 -o p");
   EXPECT_EQ(o.code, 2);

@@ -11,7 +11,7 @@
 namespace grapnel::app {
 namespace {
 
-TEST(ResultContracts, PagesAndTypesAreAsTheProgramMakesThem) {
+TEST(ResultContracts, PagesAndTypesAreCurrent) {
   const std::filesystem::path root = GRAPNEL_SOURCE_DIR;
   for (const ResultContract& contract : result_contracts()) {
     const std::string name(contract.page);

@@ -60,7 +60,7 @@ class Stop : public test::ProgramRun {
   }
 };
 
-TEST_F(Stop, AnOptimizationKeepsItsEvaluationsAndTheBest) {
+TEST_F(Stop, OptimizationKeepsEvaluationsAndBest) {
   optimization("");
   for (const int signal : {SIGINT, SIGTERM}) {
     fs::remove_all(folder_ / "r");
@@ -79,7 +79,7 @@ TEST_F(Stop, AnOptimizationKeepsItsEvaluationsAndTheBest) {
   }
 }
 
-TEST_F(Stop, ASweepKeepsItsPoints) {
+TEST_F(Stop, SweepKeepsPoints) {
   write("s.yaml", "name: long\nscenario: " GRAPNEL_SOURCE_DIR
                   "/scenarios/thesis/closed-loop.yaml\n"
                   "simulate: impact\naxes:\n  - {quantity: relative_speed, from: 0, to: 1, count: 100000}\n");
@@ -104,7 +104,7 @@ TEST_F(Stop, EveryCommandEndsWithTheDocumentedCode) {
   [[maybe_unused]] const int ended = std::system(("kill $(cat '" + (folder_ / "sleeper").string() + "')").c_str());
 }
 
-TEST_F(Stop, ACompleteRunOfACaseIsStopped) {
+TEST_F(Stop, CompleteRunOfCaseIsStopped) {
   write("s.yaml", "name: long\nscenario: " GRAPNEL_SOURCE_DIR
                   "/scenarios/thesis/open-loop-case-1.yaml\nset: {post_impact.duration: 1e6, output.interval: 1e3}\n"
                   "axes: [{path: \"targets[0].mass\", values: [10, 11]}]\n");

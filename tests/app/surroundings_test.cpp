@@ -69,7 +69,7 @@ class Surroundings : public test::ProgramRun {
 
 // --- Nowhere to write -----------------------------------------------------------------------------------------------
 
-TEST_F(Surroundings, AStderrThatTakesNothingChangesNoExitCode) {
+TEST_F(Surroundings, ClosedStderrKeepsExitCode) {
   for (const std::string nowhere : {" 2>/dev/full", " 2>&-", " >&- 2>&-"}) {
     EXPECT_EQ(shell("$G check nowhere.yaml" + nowhere), 2) << nowhere;
     EXPECT_EQ(shell("$G run nowhere.yaml" + nowhere), 2) << nowhere;
@@ -81,7 +81,7 @@ TEST_F(Surroundings, AStderrThatTakesNothingChangesNoExitCode) {
   }
 }
 
-TEST_F(Surroundings, ALimitOfFileSizesIsAnErrorAndTheSummarySurvives) {
+TEST_F(Surroundings, FileSizeLimitIsErrorAndSummaryIsKept) {
   // 512-byte blocks: enough for the summary, not for the series.
   EXPECT_EQ(shell("ulimit -f 400; $G run '" + scenario(kCase1) + "'" + kShort +
                   "--set output.interval=0.001 --no-report -o r >out 2>err"),
@@ -92,7 +92,7 @@ TEST_F(Surroundings, ALimitOfFileSizesIsAnErrorAndTheSummarySurvives) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "timeseries.h5"));
 }
 
-TEST_F(Surroundings, AnExportThatDoesNotFitIsNoBadInput) {
+TEST_F(Surroundings, FullDiskInExportIsNotBadInput) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--no-report --quiet -o r").code, 0);
   for (const std::string format : {"--csv", "--mat", "--glb"}) {
     EXPECT_EQ(shell("ulimit -f 8; $G export r " + format + " 2>err"), 1) << format;
@@ -103,27 +103,28 @@ TEST_F(Surroundings, AnExportThatDoesNotFitIsNoBadInput) {
 
 // --- Work without end -----------------------------------------------------------------------------------------------
 
-TEST_F(Surroundings, PlanningEndsAtItsLimitAndSaysWhatWouldHelp) {
+TEST_F(Surroundings, PlanningLimitReportsRemedy) {
   const std::string first = scenario("first-plan.yaml");
   const Outcome o = run("run " + first + " --set approach.plan.max_evaluations=1000 --no-report -o r");
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, AllOf(HasSubstr("given up after 1000 evaluations"), HasSubstr("approach.plan.max_evaluations")));
+  EXPECT_THAT(o.err, AllOf(HasSubstr("evaluation limit reached after 1000 evaluations"),
+                           HasSubstr("approach.plan.max_evaluations")));
   EXPECT_EQ(summary("r")["status"], "failed");
   const Outcome steps = run("run " + first + " --set integration.max_steps=5 --no-report -o r");
   EXPECT_EQ(steps.code, 1);
   EXPECT_THAT(steps.err, HasSubstr("steps"));
 }
 
-TEST_F(Surroundings, ARunThatPlansForEverHearsTheSignalAndKeepsWhatIsThere) {
+TEST_F(Surroundings, SignalStopsPlanningAndKeepsResults) {
   const pid_t child = start("run " + scenario("tumbling-window.yaml") + kEndless + "-o r");
   await("r");
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
   EXPECT_EQ(stop(child), 130);
-  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("stopped; what there was by then is in r"));
+  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("stopped; the results so far are in r"));
   EXPECT_EQ(summary("r")["status"], "failed");
 }
 
-TEST_F(Surroundings, ACampaignThatPlansEachCaseHearsSignalsAndTheTimeLimit) {
+TEST_F(Surroundings, SignalsAndTimeLimitStopPlanningCampaign) {
   write("campaign.yaml",
         "schema: grapnel-campaign/1\nname: endless\nscenario: endless.yaml\nplan: per_case\ncases: 2\n"
         "uncertain:\n  - {path: \"targets[0].mass\", as: factor, uniform: {from: 0.9, to: 1.1}}\n"
@@ -146,7 +147,7 @@ TEST_F(Surroundings, ACampaignThatPlansEachCaseHearsSignalsAndTheTimeLimit) {
 
 // --- Many samples ---------------------------------------------------------------------------------------------------
 
-TEST_F(Surroundings, LongSeriesGoToTheFileWhileTheRunGoesOn) {
+TEST_F(Surroundings, LongSeriesAreStreamed) {
   // More than one block of 64 MB.
   const std::string arguments =
       "run " + scenario(kCase1) + kShort + "--set output.interval=0.00004 --no-report --quiet ";
@@ -160,7 +161,7 @@ TEST_F(Surroundings, LongSeriesGoToTheFileWhileTheRunGoesOn) {
   EXPECT_EQ(count, 1 + 50'001 + 2 + 25'001);  // head, approach, impact, what follows
 }
 
-TEST_F(Surroundings, WhatSeriesWillTakeIsSaidBeforehand) {
+TEST_F(Surroundings, AnnouncesSizeOfSeries) {
   const std::string arguments = "run " + scenario(kCase1) + kShort + "--set integration.max_steps=1 --no-report -o r ";
   EXPECT_THAT(run(arguments + "--set output.interval=0.000001").err,
               AllOf(HasSubstr("makes about 3e+06 samples"), HasSubstr("GB in timeseries.h5 before compression")));
@@ -195,7 +196,7 @@ TEST_F(Surroundings, LinksAreNotFollowed) {
   EXPECT_EQ(read_text(folder_ / "precious"), "x");
 }
 
-TEST_F(Surroundings, WhatAKilledRunLeftIsRemoved) {
+TEST_F(Surroundings, RemovesFilesOfKilledRun) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--no-report --quiet -o r").code, 0);
   const fs::path left = folder_ / "r" / ".timeseries.h5.tmp-1073741824-0", notes = folder_ / "r" / ".my.tmp-notes";
   for (const fs::path& file : {left, notes}) {
@@ -209,7 +210,7 @@ TEST_F(Surroundings, WhatAKilledRunLeftIsRemoved) {
 
 // --- The same everywhere --------------------------------------------------------------------------------------------
 
-TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
+TEST_F(Surroundings, OutputIndependentOfFolder) {
   for (const char* place : {"here", "there/under"}) {
     fs::create_directories(folder_ / place);
     std::string text = read_text(scenario(kCase1));
@@ -229,7 +230,7 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
   std::size_t compared = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "here")) {
     const fs::path file = fs::relative(entry.path(), folder_ / "here");
-    if (!entry.is_regular_file() || file.filename() == "manifest.json") continue;  // which says where the campaign is
+    if (!entry.is_regular_file() || file.filename() == "manifest.json") continue;  // contains the path of the campaign
     EXPECT_TRUE(read_text(entry.path()) == read_text(folder_ / "there/under" / file)) << file;
     ++compared;
   }
@@ -238,7 +239,7 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
 }
 
 // Steps of 1e-6 s, because of an impedance that is far too stiff: progress and the reason are warnings.
-TEST_F(Surroundings, ASlowRunSaysWhyAlsoQuietly) {
+TEST_F(Surroundings, SlowRunReportsReasonWithQuiet) {
   const pid_t child = start("run " + scenario("impedance-capture.yaml") +
                             " --set impedance.stiffness=1e12 --set impedance.damping=1e9 --quiet --no-report -o r");
   for (int i = 0; i < 600 && read_text(folder_ / "said").find("slow: ") == std::string::npos; ++i)

@@ -43,7 +43,7 @@ TEST_F(Sweep, WritesItsTable) {
   const Outcome o = run("sweep study.yaml -o r -j 2");
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_EQ(complaints(o), "");
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, study study.yaml (sha256 "));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0, study study.yaml (sha256 "));
   EXPECT_THAT(o.out, HasSubstr("angles: 4 points, 4 ok"));
   EXPECT_THAT(o.out, HasSubstr("grasps/tip-1/impulse_magnitude [N s]"));
   EXPECT_THAT(read_text(folder_ / "r" / "table.csv"),
@@ -58,7 +58,7 @@ TEST_F(Sweep, WritesItsTable) {
 }
 
 // What grapnel check and run say of a scenario, the commands say that run it many times: 8 t with 17 kg m^2.
-TEST_F(Sweep, AllStudiesSayWhatIsDoubtfulInTheScenario) {
+TEST_F(Sweep, StudiesPrintScenarioWarnings) {
   const std::string head = "name: warnings\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
                            "\nsimulate: impact\nset: {'targets[0].mass': 8000, approach.plan.starts: 1}\n";
   const std::string says = "targets[0].inertia: the moment of inertia";
@@ -88,7 +88,7 @@ TEST_F(Sweep, TheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(Sweep, PointsThatCannotBeReachedAreMarkedAndTheProgramEndsWith3) {
+TEST_F(Sweep, UnreachablePointsGiveExitCode3) {
   SKIP_UNDER_SANITIZERS();
   angles("0, 90");
   const Outcome o = run("sweep study.yaml -o r");
@@ -99,7 +99,7 @@ TEST_F(Sweep, PointsThatCannotBeReachedAreMarkedAndTheProgramEndsWith3) {
   EXPECT_THAT(read_text(folder_ / "r" / "table.csv"), HasSubstr("\n2,90,0,unreachable,"));
 }
 
-TEST_F(Sweep, BadInputIsFoundBeforeAnythingRuns) {
+TEST_F(Sweep, BadInputFoundBeforeRun) {
   write("study.yaml", "name: bad\nscenario: nowhere.yaml\naxes:\n  - {quantity: relative_sped, values: [x]}\n");
   const Outcome o = run("sweep study.yaml -o r");
   EXPECT_EQ(o.code, 2);
@@ -119,7 +119,7 @@ TEST_F(Sweep, UnwritableFolderIsNamed) {
   EXPECT_THAT(o.err, HasSubstr("cannot write results to 'occupied'"));
 }
 
-TEST_F(Sweep, QuietPrintsNothingAndTheFolderHasTheStudysName) {
+TEST_F(Sweep, QuietPrintsNothingAndFolderHasStudyName) {
   angles("0");
   const Outcome o = run("sweep study.yaml --quiet");
   EXPECT_EQ(o.code, 0);
@@ -128,7 +128,7 @@ TEST_F(Sweep, QuietPrintsNothingAndTheFolderHasTheStudysName) {
 }
 
 // The earlier table stays until the new one is complete; rows so far are beside it.
-TEST_F(Sweep, AKilledSweepLeavesReadableTables) {
+TEST_F(Sweep, KilledSweepLeavesReadableTables) {
   angles("0");
   ASSERT_EQ(run("sweep study.yaml --quiet -o r").code, 0);
   const std::string before = read_text(folder_ / "r" / "table.csv");
@@ -152,7 +152,7 @@ TEST_F(Sweep, AKilledSweepLeavesReadableTables) {
   EXPECT_THAT(read_text(partial), HasSubstr("\n0,0,ok,,"));
 }
 
-TEST_F(Sweep, ItsSchemaIsJson) {
+TEST_F(Sweep, SchemaIsJson) {
   const Outcome o = run("schema study");
   EXPECT_EQ(o.code, 0);
   EXPECT_TRUE(nlohmann::json::parse(o.out).contains("properties"));

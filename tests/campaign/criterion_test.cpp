@@ -46,7 +46,7 @@ Fault fault_of(const std::string& text) {
   return {"no fault", 999999};
 }
 
-TEST(Criterion, ComparesInEveryWay) {
+TEST(Criterion, SupportsAllComparisons) {
   for (const auto& [text, value] : std::vector<std::pair<std::string, bool>>{{"a < 9", true},
                                                                              {"a < 8", false},
                                                                              {"a <= 8", true},
@@ -150,7 +150,7 @@ TEST(Criterion, NothingComparesWithNaN) {
                            "min(1, a) <= 1", "max(a, 1) >= 1", "max(1, a) >= 1",
                            "sqrt(-1) >= 0",  "0 / 0 == 0"})
     EXPECT_FALSE(holds(text, row)) << text;
-  // Nobody knows: nor does the opposite hold.
+  // Unknown: the negation does not hold either.
   EXPECT_FALSE(holds("not a < 1", row));
   EXPECT_FALSE(holds("not a", row));
   EXPECT_FALSE(holds("not (a < 1 and captured)", row));
@@ -160,7 +160,7 @@ TEST(Criterion, NothingComparesWithNaN) {
   EXPECT_TRUE(holds("1 / 0 > 1e300")) << "infinity is a number";
 }
 
-TEST(Criterion, SaysWhatItAsksOfSingleNumbers) {
+TEST(Criterion, ReportsLimitsOnSingleNumbers) {
   const auto limits = [](const std::string& text) {
     std::string all;
     const Criterion criterion = Criterion::parse(text, kNames);
@@ -181,7 +181,7 @@ TEST(Criterion, SaysWhatItAsksOfSingleNumbers) {
     EXPECT_EQ(limits(none), "") << none;
 }
 
-TEST(Criterion, SaysWhatIsWrongAndWhere) {
+TEST(Criterion, ReportsErrorsWithPositions) {
   const auto expect = [](const std::string& text, std::size_t offset, const std::string& part) {
     const Fault fault = fault_of(text);
     EXPECT_EQ(fault.offset, offset) << text << ": " << fault.message;
@@ -189,14 +189,14 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   };
   expect("", 0, "missing");
   expect("   ", 0, "missing");
-  expect("captred and a < 1", 0, "no number called 'captred'; did you mean 'captured'?");
+  expect("captred and a < 1", 0, "unknown number 'captred'; did you mean 'captured'?");
   expect("a < 1 and impulse < 2", 10, "did you mean 'grasps/tip-1/impulse'?");
   expect("a < 1 and captred-1 > 0", 10, "did you mean 'captured'?");
   expect("a < grasps/tip-1/impuls", 4, "did you mean 'grasps/tip-1/impulse'?");
   expect("a < `spin/z`", 5, "did you mean 'spin/x'?");
   expect("a < `b", 4, "does not end");
   expect("grasps/*/torque < 1", 0, "no name matches 'grasps/*/torque'");
-  expect("a < grasps/*/impulse + */*/load", 23, "do not stand for the same");
+  expect("a < grasps/*/impulse + */*/load", 23, "do not match the same");
   expect("a < 1 < b", 6, "not chained");
   expect("a = 1", 2, "did you mean '=='?");
   expect("a && b", 2, "did you mean 'and'?");
@@ -207,7 +207,7 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("a ^ 2", 2, "no operator '^'");
   expect("a ** 2", 2, "no operator '**'");
   expect("(a < 1", 0, "not closed");
-  expect("a < 1)", 5, "closes nothing");
+  expect("a < 1)", 5, "no '(' is open");
   expect("max(a, b", 3, "not closed");
   expect("a <", 3, "found the end");
   expect("a < < b", 4, "found '<'");
@@ -219,7 +219,7 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("sin(a) < 1", 0, "functions are abs, sqrt, min, max");
   expect("max() < 1", 4, "expected a number or a name");
   expect("a < 1e999", 4, "too large");
-  expect("status == 0", 0, "no number of a case");
+  expect("status == 0", 0, "not a number of a case");
   expect("a < \x01", 4, "control character");
   expect("a < $", 4, "found '$'");
   expect("a < é", 4, "'é'");
@@ -242,7 +242,7 @@ TEST(Criterion, NumbersMayHaveUnits) {
   EXPECT_TRUE(holds_for("grasps/tip-1/impulse / 0.1 s > 3.99 N"));
   EXPECT_TRUE(holds_for("sqrt(a * a) < 801 cm"));
   EXPECT_TRUE(holds_for("max(a, 3 m) == 8 m"));
-  EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // whose unit nobody knows
+  EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // with an unknown unit
   EXPECT_EQ(parsed("grasps/tip-1/impulse < 200 mN s").limits().at(0).bound, 0.2);
   // Without units of the names nothing is compared, and numbers become SI all the same.
   EXPECT_EQ(Criterion::parse("a < 250 mm", kNames).limits().at(0).bound, 0.25);
@@ -400,7 +400,7 @@ class Grower {
   std::mt19937 random_;
 };
 
-TEST(Criterion, ComputesWhatItSays) {
+TEST(Criterion, EvaluatesExpressions) {
   int true_ones = 0;
   for (unsigned seed = 0; seed < 3000; ++seed) {
     const Grown grown = Grower(seed).condition(4);
@@ -418,7 +418,7 @@ TEST(Criterion, HasAName) {
   EXPECT_EQ(Criterion::parse("a < 1", kNames, "slow").text(), "a < 1");
 }
 
-TEST(Criterion, SaysWhatWasNotChecked) {
+TEST(Criterion, ReportsUncheckedConditions) {
   std::vector<double> row = numbers();
   row[5] = kNaN;
   const auto judged = [&](const char* text) { return Criterion::parse(text, kNames).judge(row); };

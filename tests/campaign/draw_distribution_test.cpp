@@ -84,7 +84,7 @@ TEST(Distribution, CutNormalStaysInsideAndHasItsShape) {
   EXPECT_LT(kolmogorov(x, [&](double v) { return (normal_probability((v - 3) / 0.5) - p) / (q - p); }), 1.95);
 }
 
-TEST(Distribution, CutNormalFarInATailKeepsItsDigits) {
+TEST(Distribution, TruncatedNormalInATailKeepsPrecision) {
   // Beyond 9 deviations above the mean the tail is nearly exponential with slope 9 per deviation.
   const NumberDistribution d{Kind::normal, 0, 1, 9, HUGE_VAL, true};
   const double median = d.at(0.5);
@@ -158,7 +158,7 @@ TEST(Distribution, RotationsAreUniform) {
   EXPECT_LT(kolmogorov(images, [](double v) { return (v + 1) / 2; }), 1.95);
 }
 
-TEST(Distribution, TiltKeepsTheLengthAndTurnsByTheAngle) {
+TEST(Distribution, TiltKeepsTheLengthAndRotatesByTheAngle) {
   for (const Vector3d& v : {Vector3d{0, 0, 0.2}, Vector3d{1, 2, -3}, Vector3d{-4, 0, 0}}) {
     const Vector3d w = tilted(v, 0.03, -0.04);
     EXPECT_NEAR(norm(w), norm(v), 1e-15 * norm(v));
@@ -234,7 +234,7 @@ TEST(Draw, FormsAndConstants) {
   EXPECT_THAT(draw_value(common, nominal, middle).shown, ::testing::ElementsAre(2));
 }
 
-TEST(Draw, KnowsWhatReplacesTheScenariosOwn) {
+TEST(Draw, DistinguishesReplacedValues) {
   EXPECT_TRUE(replaces(IndependentNumbers{{}, ValueForm::value}));
   EXPECT_FALSE(replaces(IndependentNumbers{{}, ValueForm::factor}));
   EXPECT_FALSE(replaces(CommonNumber{{}, ValueForm::offset}));

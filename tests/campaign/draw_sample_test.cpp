@@ -151,7 +151,7 @@ TEST(Sobol, IntegratesBetterThanRandomPoints) {
   EXPECT_GT(random, 10 * sobol);
 }
 
-TEST(Samples, RefuseWhatTheyCannot) {
+TEST(Samples, RejectUnsupportedRequests) {
   EXPECT_THROW(SamplePoints(Sampling::random, 1001, 1, 0), std::invalid_argument);
   EXPECT_THROW(SamplePoints(Sampling::random, 1, 0, 0), std::invalid_argument);
   const SamplePoints samples(Sampling::sobol, 1, 1, 0);

@@ -89,7 +89,7 @@ std::vector<CaseRow> one_by_one(const Campaign& campaign) {
   return rows;
 }
 
-TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
+TEST(LaneBlock, MonitorsTheSameAsWithoutLanes) {
   Campaign campaign = campaign_of(watched_problem());
   if (test::kSanitized) campaign.cases = 3;
   const std::vector<CaseRow> alone = one_by_one(campaign);
@@ -165,7 +165,7 @@ void expect_lanes_as_alone(const Varied& varied) {
 // Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
 // of the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds,
 // and what is on its way, goes on through the impact.
-TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
+TEST(LaneBlock, ExternalLoadsActInLanes) {
   // Measured 3.6e-9; commands lost on the way through the impact make 1.7e-7. Wheels at their rates make more of
   // rounding.
   const std::vector<Varied> scenarios{
@@ -203,7 +203,7 @@ std::string twelve_thrusters(const std::string& more = "") {
 // What is read, asked and switched at ticks, with motion in lanes: sensors with noise, delays and a target that is
 // identified by them, computed torque with a wrong model, a controller of one's own, thrusters, wheels at speeds of
 // their own and arms that are fed forward. The noise is that of cases alone, number by number.
-TEST(LaneBlock, WhatTicksSayIsSaidByEveryCase) {
+TEST(LaneBlock, ControllerUpdatesAreSeparateForEveryCase) {
   SKIP_UNDER_SANITIZERS();
   const std::string identified =
       "{duration: 12, joints: computed_torque, kp: 0.09, kd: 0.6, base_control: {kp: 0, kd: 4000, limit: 60}, assumed: "
@@ -295,7 +295,7 @@ TEST(LaneBlock, ClosedLoopsAreInLanes) {
 }
 
 // Links that bend: springs, dampers and pieces without mass, in the approach and after the impact.
-TEST(LaneBlock, RobotsThatBendAreInLanes) {
+TEST(LaneBlock, FlexibleRobotsRunInLanes) {
   SKIP_UNDER_SANITIZERS();
   std::vector<Override> overrides{{"robot", "../robots/planar-dual-arm-flexible.yaml"},
                                   {"post_impact", "{duration: 0.5}"},
@@ -415,7 +415,7 @@ TEST(LaneBlock, LoopsAreWatchedInLanes) {
 
 // Wheels that come to their largest rates in some cases: these go on alone from the step before on, the others in
 // lanes.
-TEST(LaneBlock, WheelsNearTheirLargestRatesGoOnAlone) {
+TEST(LaneBlock, WheelsNearTheirLargestRatesContinueAlone) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"}, {"post_impact.duration", "60"}};
   CaptureProblem base =
@@ -450,7 +450,7 @@ TEST(LaneBlock, WheelsNearTheirLargestRatesGoOnAlone) {
 
 // Where sensors have been read a case that leaves its lane is simulated anew, and what was read does not count twice:
 // the bits of the case alone.
-TEST(LaneBlock, CasesThatHaveReadTheirSensorsBeginAnew) {
+TEST(LaneBlock, CasesAfterSensorReadingsRestart) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"},
                                         {"post_impact.duration", "60"},
@@ -547,7 +547,7 @@ TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
 }
 
 // A stop while some cases are complete and others are under way.
-TEST(LaneBlock, AStoppedBlockIsGivenUpWhole) {
+TEST(LaneBlock, StoppedBlockIsAbandonedCompletely) {
   Campaign campaign = campaign_of(watched_problem());
   std::stop_source stop;
   campaign.columns.push_back({"stop", "", "", [&](const StudyCase&, const CaptureResult&) {
@@ -572,7 +572,7 @@ TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
 }
 
 // What is watched, and what is not for lanes and why, is found by one case.
-TEST(SlowSettings, NameWhatTakesTime) {
+TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
   CaptureProblem base = watched_problem();
   const auto text = [&](CampaignPlan plan) {
     Campaign campaign = campaign_of(base);
@@ -582,8 +582,9 @@ TEST(SlowSettings, NameWhatTakesTime) {
     return all;
   };
   const std::string watched = text(CampaignPlan::per_case);
-  EXPECT_NE(watched.find("every case is planned anew (plan: nominal plans once)\n"), std::string::npos) << watched;
-  EXPECT_NE(watched.find("no criterion asks for them (clearance: {enabled: false} in 'set')\n"), std::string::npos)
+  EXPECT_NE(watched.find("every case is planned separately (plan: nominal plans once)\n"), std::string::npos)
+      << watched;
+  EXPECT_NE(watched.find("no criterion uses them (clearance: {enabled: false} in 'set')\n"), std::string::npos)
       << watched;
   EXPECT_EQ(watched.find("case by case"), std::string::npos) << "all of it is in lanes\n" << watched;
   base.clearance.enabled = false;

@@ -32,7 +32,7 @@ std::string refusal(const fs::path& folder, const std::string& writer = "") {
   return {};
 }
 
-TEST(Lock, KeepsOthersOutAndSaysWhoHasIt) {
+TEST(Lock, ExcludesOthersAndNamesTheHolder) {
   const TemporaryFolder folder;
   {
     const CampaignLock lock(folder.path());
@@ -60,12 +60,20 @@ TEST(Lock, WritersWithNamesShareAFolder) {
 // A process that holds the lock until it is killed.
 class Holder {
  public:
-  explicit Holder(const fs::path& folder, const std::string& writer = "") {
+  // `orphan`: a child of it, which shares the lock, lives so much longer.
+  explicit Holder(const fs::path& folder, const std::string& writer = "",
+                  std::chrono::milliseconds orphan = std::chrono::milliseconds(0)) {
     int ready[2];
     EXPECT_EQ(pipe(ready), 0);
     pid_ = fork();
     if (pid_ == 0) {
       const CampaignLock lock(folder, writer);
+      const pid_t parent = getpid();
+      if (orphan.count() > 0 && fork() == 0) {
+        while (getppid() == parent) usleep(1000);
+        usleep(static_cast<useconds_t>(1000 * orphan.count()));
+        _exit(0);
+      }
       if (write(ready[1], "x", 1) != 1) _exit(1);
       for (;;) pause();
     }
@@ -87,7 +95,7 @@ class Holder {
   pid_t pid_ = 0;
 };
 
-TEST(Lock, GoesWithItsProcess) {
+TEST(Lock, EndsWithItsProcess) {
   const TemporaryFolder folder;
   Holder holder(folder.path());
   EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
@@ -98,7 +106,16 @@ TEST(Lock, GoesWithItsProcess) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-TEST(Lock, OfANamedWriterGoesWithItsProcess) {
+// A child process that reads a table for a holder that is killed ends a little later.
+TEST(Lock, WaitsForTheChildOfAKilledHolder) {
+  const TemporaryFolder folder;
+  Holder holder(folder.path(), "", std::chrono::milliseconds(200));
+  EXPECT_NE(refusal(folder.path()), "");
+  holder.kill();
+  EXPECT_EQ(refusal(folder.path()), "");
+}
+
+TEST(Lock, OfANamedWriterEndsWithItsProcess) {
   const TemporaryFolder folder;
   Holder holder(folder.path(), "rank-1");
   EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
@@ -120,7 +137,7 @@ TEST(Lock, OfAnotherMachineCountsUntilItGivesNoSignOfLife) {
   write_foreign(folder.path() / "lock", 20);
   const std::string why = refusal(folder.path());
   EXPECT_THAT(why,
-              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last sign of life "));
+              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last heartbeat "));
   EXPECT_THAT(why, HasSubstr("after removing " + (folder.path() / "lock").string()));
   write_foreign(folder.path() / "lock", 1000);
   EXPECT_EQ(refusal(folder.path()), "");
@@ -135,7 +152,7 @@ TEST(Lock, OfThisMachineBeforeItStartedAgainIsStale) {
   EXPECT_EQ(refusal(folder.path()), "");
 }
 
-TEST(Lock, WhatIsNoLockTextIsNoHolder) {
+TEST(Lock, InvalidLockTextHasNoHolder) {
   const TemporaryFolder folder;
   for (const char* text : {"", "\n", "host", "pid 12\n", "\x01\x02 garbage"}) {
     write_bytes(folder.path() / "lock", text);

@@ -106,7 +106,7 @@ TEST(CampaignReport, CountsOutcomes) {
   EXPECT_EQ(json["success"]["confidence"], 0.95);
 }
 
-TEST(CampaignReport, SaysWhatEachCriterionCosts) {
+TEST(CampaignReport, ReportsCasesLostPerCriterion) {
   std::uint64_t soft = 0, only_soft = 0;
   for (const CaseRow& row : sample().rows) {
     if (row.status != CaseStatus::ok) continue;
@@ -163,10 +163,10 @@ TEST(CampaignReport, ShowsSuccessByInput) {
   }
   EXPECT_EQ(trials, kRows);
   EXPECT_EQ(successes, sample().json["counts"]["success"]);
-  EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are caught";
+  EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are captured";
 }
 
-TEST(CampaignReport, KnowsWhatMatters) {
+TEST(CampaignReport, RanksInfluentialInputs) {
   const Json& sensitivity = sample().json["sensitivity"];
   EXPECT_EQ(sensitivity["inputs"], Json::parse(R"(["mass", "spin/x"])"));
   const Json& measures = sensitivity["measures"];
@@ -231,7 +231,7 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
       EXPECT_LT(std::abs(measure.groups[2].first_order), 0.05);
     }
   }
-  EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown as it is";
+  EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown unchanged";
 }
 
 // A campaign of one grasp: a's grasp closes where both tolerances are kept.
@@ -323,7 +323,7 @@ TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
   EXPECT_TRUE(a.json["warnings"].empty()) << a.json["warnings"];
 }
 
-TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
+TEST(CampaignReport, WarnsAboutLimitsOfSuccess) {
   const auto warnings = [](const Analyzed& a) {
     std::string all;
     for (const std::string& one : a.report.warnings) all += one + "\n";
@@ -333,16 +333,17 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   const Analyzed certain = judged.with({"captured", "grasps/tip-1/impulse > -50", "grasps/tip-1/impulse > 50"});
   EXPECT_NE(warnings(certain).find("'grasps/tip-1/impulse > 50' never holds"), std::string::npos) << warnings(certain);
   const Analyzed always = judged.with({"grasps/tip-1/captured < 5"});
-  EXPECT_EQ(warnings(always),
-            "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so "
-            "that it decides nothing\n");
+  EXPECT_EQ(
+      warnings(always),
+      "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so it has no effect\n");
   const Analyzed nobody = assumed.with({"captured"});
   EXPECT_EQ(nobody.json["success"]["assumed"], 1000);
   EXPECT_EQ(warnings(nobody),
-            "in all successes that the grasps close is assumed: end-effectors without an 'envelope' hold whatever they "
-            "meet, and nothing was checked\n");
-  EXPECT_NE(campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold, not judged\n"),
-            std::string::npos);
+            "in all successes the grasps are assumed to close: end-effectors without an 'envelope' hold without a "
+            "check of position and velocity\n");
+  EXPECT_NE(
+      campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold without an envelope\n"),
+      std::string::npos);
   const Analyzed unchecked = judged.with({"captured", "feasible"});
   EXPECT_EQ(unchecked.json["criteria"][1]["not_checked"], 1000);
   EXPECT_EQ(unchecked.json["counts"]["success"], 0);
@@ -350,11 +351,11 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   EXPECT_NE(campaign_summary(unchecked.campaign, unchecked.report).find("× not checked: feasible (case"),
             std::string::npos);
   const Analyzed none = judged.with({});
-  EXPECT_NE(warnings(none).find("there is no criterion: every case"), std::string::npos);
+  EXPECT_NE(warnings(none).find("no criteria are given: every completed case"), std::string::npos);
 }
 
-// Where nothing is caught there is no impulse to check: it is the miss that decides.
-TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
+// Without a capture there is no impulse to check: the miss is decisive.
+TEST(CampaignReport, UncheckedCriteriaDoNotHideFailedOnes) {
   Grasping grasping;
   std::uint64_t missed = 0, hard = 0;
   for (const CaseRow& row : grasping.rows) {
@@ -370,7 +371,7 @@ TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
   const std::string text = campaign_summary(a.campaign, a.report);
   const std::string line = "\n  captured: targets.box.grasp_points.grip ";
   EXPECT_NE(text.find(line), std::string::npos) << text;
-  EXPECT_EQ(text.find(line), text.rfind(line)) << "a criterion that is a column is told once\n" << text;
+  EXPECT_EQ(text.find(line), text.rfind(line)) << "a criterion that is a column is listed once\n" << text;
 }
 
 TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
@@ -489,7 +490,7 @@ TEST(CampaignReport, RefusesAnotherCampaignsTable) {
   EXPECT_THROW(analyze_campaign(other, table, "1"), std::runtime_error);
 }
 
-TEST(CampaignSummary, SaysWhatAPersonLooksForFirst) {
+TEST(CampaignSummary, ShowsTheMainNumbersFirst) {
   const std::string text = campaign_summary(sample().campaign, sample().report);
   for (const char* part :
        {"fake: 6000 cases, 5934 ok, 60 failed, 6 unreachable\n", "(95 % interval", "soft ", "b/x and abs(spin/x) < 2 ",

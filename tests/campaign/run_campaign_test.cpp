@@ -88,7 +88,7 @@ struct Counted {
   }
 };
 
-TEST(RunCampaign, AStopKeepsEveryCompleteCase) {
+TEST(RunCampaign, StopKeepsEveryCompleteCase) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   Counted counted;
@@ -140,7 +140,7 @@ TEST(RunCampaign, LongBlocksAreWrittenInParts) {
   test::expect_fake_rows(folder.path(), campaign, 1000);
 }
 
-TEST(RunCampaign, WhatTheWorkThrowsEndsItAndWhatIsThereStays) {
+TEST(RunCampaign, ExceptionEndsTheRunAndKeepsExistingRows) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const BlockWork failing = [](const Block& block, const std::stop_token& stop) {
@@ -155,7 +155,7 @@ TEST(RunCampaign, WhatTheWorkThrowsEndsItAndWhatIsThereStays) {
 }
 
 // A disk that is full: no file of this process may grow beyond what the limit says.
-TEST(RunCampaign, AFullDiskIsAnErrorAndWhatIsThereStays) {
+TEST(RunCampaign, FullDiskIsAnErrorAndKeepsExistingRows) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const pid_t child = fork();
@@ -251,7 +251,7 @@ void begin_with_long_blocks(const fs::path& folder, const Campaign& campaign) {
   write_manifest(folder, manifest);
 }
 
-TEST(RunCampaign, KilledAtAnyMomentItGoesOn) {
+TEST(RunCampaign, ContinuesAfterAKillAtAnyTime) {
   constexpr std::uint64_t kFew = 607;
   constexpr int kKills = test::repetitions(60);
   const TemporaryFolder folder;
@@ -311,7 +311,7 @@ TEST(CampaignEstimate, IsThatOfLargerParts) {
   EXPECT_EQ(estimate_text({1e5, 10, 2}), "about 28 h for 10 cases on 2 threads");
   sizes.clear();
   EXPECT_LT(estimate_campaign(work, missing, 4, 200, clock)->seconds, 200);
-  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1})) << "a quick campaign begins at once";
+  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1})) << "a quick campaign begins immediately";
   missing.resize(1);
   EXPECT_EQ(estimate_campaign(work, missing, 8, 0, clock)->threads, 1) << "one block is one thread's";
   missing.clear();

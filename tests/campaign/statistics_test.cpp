@@ -63,7 +63,7 @@ TEST(Wilson, HoldsAtTheEnds) {
 }
 
 // Exact coverage from the binomial distribution, over the true probability: known to swing about the nominal one.
-TEST(Wilson, CoversAsItSays) {
+TEST(Wilson, CoversWithItsConfidence) {
   constexpr int kTrials = 50;
   double mean = 0, least = 1;
   int count = 0;
@@ -113,7 +113,7 @@ TEST(Numbers, MayBeFewOrTheSame) {
 }
 
 TEST(Numbers, KeepTheirDigits) {
-  // Large numbers that hardly differ: naive sums of squares give nothing here.
+  // Nearly equal large numbers: naive sums of squares lose all digits here.
   const Description d = describe_numbers(std::vector<double>{1e9 + 4, 1e9 + 7, 1e9 + 13, 1e9 + 16}, {});
   EXPECT_EQ(d.mean, 1e9 + 10);
   EXPECT_DOUBLE_EQ(d.standard_deviation, std::sqrt(30.0));
@@ -157,7 +157,7 @@ TEST(QuantileRanks, AreTheTablesOnes) {
   EXPECT_EQ(quantile_ranks(58, 0.95, 0.90).upper, 58);
 }
 
-TEST(QuantileRanks, CoverAsTheySayForManyRows) {
+TEST(QuantileRanks, CoverWithTheirConfidenceForManyRows) {
   constexpr double kPart = 0.01;
   const std::uint64_t n = 1000000;
   const QuantileRanks ranks = quantile_ranks(n, kPart, 0.95);
@@ -166,7 +166,7 @@ TEST(QuantileRanks, CoverAsTheySayForManyRows) {
   EXPECT_NEAR(static_cast<double>(ranks.upper), 1e4 + 1.96 * deviation, 2);
 }
 
-TEST(QuantileRanks, CoverAsTheySay) {
+TEST(QuantileRanks, CoverWithTheirConfidence) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> uniform;
   int covered = 0;
@@ -213,7 +213,7 @@ TEST(Histogram, LeavesFarNumbersOutside) {
   EXPECT_EQ(std::accumulate(h.counts.begin(), h.counts.end(), std::uint64_t{0}), 1000u);
 }
 
-TEST(Histogram, KnowsConstantsWholeNumbersAndNothing) {
+TEST(Histogram, HandlesConstantsWholeNumbersAndNoNumbers) {
   EXPECT_TRUE(histogram_of_sorted({}).counts.empty());
   const Histogram same = histogram_of_sorted(std::vector<double>(9, 0.3));
   EXPECT_EQ(same.counts, (std::vector<std::uint64_t>{9}));

@@ -52,7 +52,7 @@ TEST(Shard, KeepsRowsBitForBit) {
   EXPECT_EQ(shard_bytes(campaign, fake_rows(0, 20), "fma"), shard_bytes(campaign, fake_rows(0, 20), "fma"));
 }
 
-TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
+TEST(Shard, DamagedOrTruncatedFilesCountAsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -73,7 +73,7 @@ TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
   EXPECT_FALSE(read_shard(folder.path(), campaign, kFirst, "fma"));
 }
 
-TEST(Shard, WhatIsOfAnotherCampaignOrOfOtherCasesIsAbsent) {
+TEST(Shard, FilesOfOtherCampaignsOrCasesCountAsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -119,7 +119,7 @@ TEST(Manifest, IsReadAsItWasWritten) {
   EXPECT_EQ(read_manifest(folder.path())->campaign.text, campaign.text);
 }
 
-TEST(Manifest, SaysHowCampaignsDiffer) {
+TEST(Manifest, ReportsDifferencesOfCampaigns) {
   const Campaign campaign = fake_campaign(1000);
   const Manifest manifest = new_manifest(campaign, "1.2");
   Campaign other = campaign;
@@ -127,14 +127,15 @@ TEST(Manifest, SaysHowCampaignsDiffer) {
   other.text = "name: fake\ncases: more\n";
   other.sha256[0] = 'f';
   EXPECT_THAT(differences(manifest, other, "1.3"),
-              ElementsAre("grapnel 1.2 made it, and this is 1.3: their rows need not agree", "its seed is 7, not 8",
-                          "line 2 of its file is 'cases: some', not 'cases: more'"));
+              ElementsAre("it was created by grapnel 1.2, and this is 1.3: their rows may differ",
+                          "its seed is 7, not 8", "line 2 of its file is 'cases: some', not 'cases: more'"));
   other = campaign;
   other.sha256[0] = 'f';
-  EXPECT_THAT(differences(manifest, other, "1.2"), ElementsAre("its scenario, or a file that this names, was another"));
+  EXPECT_THAT(differences(manifest, other, "1.2"),
+              ElementsAre("its scenario, or a file that the scenario names, has changed"));
 }
 
-// Rows with products fused and rows without must not stand in one table.
+// Rows with fused products and rows without must not be mixed in one table.
 TEST(Manifest, OfAnotherArithmeticIsAnother) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(1000);
@@ -142,14 +143,14 @@ TEST(Manifest, OfAnotherArithmeticIsAnother) {
   EXPECT_EQ(manifest.arithmetic, arithmetic_here());
   manifest.arithmetic = "abacus";
   write_manifest(folder.path(), manifest);
-  EXPECT_THAT(
-      differences(*read_manifest(folder.path()), campaign, "1"),
-      ElementsAre("its rows have the arithmetic 'abacus', not '" + arithmetic_here() + "': they differ in last bits"));
+  EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1"),
+              ElementsAre("its rows have the arithmetic 'abacus', not '" + arithmetic_here() +
+                          "': they differ in the last bits"));
   EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1", "abacus"), IsEmpty());
   StoreOptions options;
   options.version = "1";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
-  options.arithmetic = "abacus";  // as merge goes on with what its folders have
+  options.arithmetic = "abacus";  // as merge continues with the arithmetic of its folders
   { EXPECT_EQ(ShardStore(folder.path(), campaign, options).arithmetic(), "abacus"); }
   options.arithmetic = "fingers";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
@@ -193,7 +194,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     return std::string();
   };
   EXPECT_THAT(fault(text.substr(0, text.size() / 2)), HasSubstr("manifest.json: not JSON"));
-  // Every number and word is sealed: an edited total would add a case without a word.
+  // Every number and word is sealed: an edited total would silently add a case.
   for (const auto& [from, to] : {std::pair{"\"total\": 10", "\"total\": 11"},
                                  {"\"seed\": 7", "\"seed\": 8"},
                                  {"\"total\"", "\"sum\""},
@@ -203,14 +204,14 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     ASSERT_NE(edited.find(from), std::string::npos) << from;
     edited.replace(edited.find(from), std::string(from).size(), to);
     EXPECT_THAT(fault(edited), HasSubstr("manifest.json: damaged: it ")) << from;
-    EXPECT_THAT(fault(edited), HasSubstr("\nmove this file away: the command that began ")) << from;
+    EXPECT_THAT(fault(edited), HasSubstr("\nmove this file to another folder: the command that created ")) << from;
   }
   std::string spaced = text;  // the same words
   spaced.insert(spaced.find("\"total\""), "\n ");
   EXPECT_EQ(fault(spaced), "");
 }
 
-TEST(Store, GoesOnWhereADamagedManifestWasMovedAway) {
+TEST(Store, ContinuesAfterADamagedManifestWasMoved) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   {
@@ -235,7 +236,7 @@ TEST(Manifest, ShardsAreFewButEnoughForManyProcessors) {
   EXPECT_EQ(block_size_for(10'000'000), 500u);
 }
 
-TEST(Store, KnowsWhatIsMissing) {
+TEST(Store, ListsMissingBlocks) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   {
@@ -279,7 +280,7 @@ TEST(Store, RewritesADamagedShard) {
   test::expect_fake_rows(folder.path(), campaign, kCases);
 }
 
-TEST(Store, RemovesLeftoversOfKilledWritersAndNothingElse) {
+TEST(Store, RemovesOnlyLeftoversOfKilledWriters) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -313,7 +314,7 @@ TEST(Store, AnExtensionAddsCasesOnceUntilTheyAreThere) {
   const TemporaryFolder folder, at_once;
   const Campaign campaign = fake_campaign(kCases);
   for (int i = 0; i < 2; ++i) {
-    ShardStore store(folder.path(), campaign, options("", 100));  // the second time goes on
+    ShardStore store(folder.path(), campaign, options("", 100));  // the second time continues
     EXPECT_EQ(store.total(), kCases + 100);
   }
   for (int i = 0; i < 2; ++i) {
@@ -336,7 +337,7 @@ TEST(Store, AnExtensionOfADesignIsRefused) {
   EXPECT_THROW(ShardStore(folder.path(), campaign, options("", 5)), ForeignFolder);
 }
 
-TEST(Store, SaysWhereAFolderCannotBe) {
+TEST(Store, ReportsUnusableFolders) {
   const TemporaryFolder folder;
   write_bytes(folder.path() / "file", "");
   try {

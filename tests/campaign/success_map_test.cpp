@@ -113,7 +113,7 @@ TEST(SuccessMap, IsInTheReport) {
 }
 
 // What the map is coloured by is what the headline counts: the lower end of the interval.
-TEST(SuccessMap, SaysWhatDecidesAndHowMuchIsSafe) {
+TEST(SuccessMap, ReportsDecisiveCriteriaAndSafePoints) {
   Campaign campaign = test::fake_campaign(100);
   campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}}};
   const std::vector<std::string> names{"a", "b/x", "b/y", "mass", "spin/x"};
@@ -125,7 +125,7 @@ TEST(SuccessMap, SaysWhatDecidesAndHowMuchIsSafe) {
       row.index = k;
       const std::uint64_t point = k / 100, i = k % 100;
       row.status = point == 2 && i < 60 ? CaseStatus::failed : CaseStatus::ok;
-      // Where "soft" fails "slow" cannot be checked, as impulses where nothing was caught: it does not fail.
+      // If "soft" fails, "slow" cannot be checked, as impulses without a capture: it does not fail.
       row.values = {point != 1 || i >= 30 ? 0.0 : i < 10 ? 1.0 : NAN, point == 1 && i < 30 ? 1.0 : 0.0, 0};
       row.success = row.status == CaseStatus::ok && row.values[0] < 0.5 && row.values[1] < 0.5;
       take(row);

@@ -165,7 +165,7 @@ TEST(CampaignTable, HasTheDesign) {
 }
 
 // "a" cannot be a number and a group of numbers in HDF5.
-TEST(CampaignTable, KeepsNamesThatBeginOthers) {
+TEST(CampaignTable, AcceptsNamesThatArePrefixesOfOthers) {
   const TemporaryFolder folder;
   Campaign campaign = fake_campaign(3);
   campaign.columns[0].name = "b";

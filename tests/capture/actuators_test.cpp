@@ -1,5 +1,4 @@
-/// What drives the robot after a capture, together: thrusters, wheels and joints as they are, in the balances of
-/// momentum and energy.
+/// All actuators together after a capture: thrusters, wheels and joints, in the balances of momentum and energy.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +14,7 @@ namespace actuators_test {
 
 // Wheels about slanted axes turn a hundred times in a step, some of them held at their largest rates, while pulses are
 // fired against them. What rounding leaves of their inertia beside the axis must not look like a torque.
-TEST(Actuators, WheelsThatTurnManyTimesInAStepKeepMomentum) {
+TEST(Actuators, FastWheelsConserveMomentum) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("detumble-envisat.yaml");
   p.clearance.enabled = false;
@@ -31,7 +30,7 @@ TEST(Actuators, WheelsThatTurnManyTimesInAStepKeepMomentum) {
 
 // A law ends where a joint comes to the end of its range: the phase that follows begins with the stop's impact, whose
 // energy counts in its balance.
-TEST(Actuators, AStopThatIsMetAsAPhaseBeginsIsAccountedFor) {
+TEST(Actuators, StopAtPhaseStartIsInBalance) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
   p.post_impact->duration = 10;
@@ -48,7 +47,7 @@ TEST(Actuators, AStopThatIsMetAsAPhaseBeginsIsAccountedFor) {
 }
 
 // The spins of rotors are part of the momentum by which a target is identified.
-TEST(Actuators, IdentificationKnowsTheSpinOfRotors) {
+TEST(Actuators, IdentificationIncludesRotorSpin) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
   p.control.emplace();
@@ -72,7 +71,7 @@ TEST(Actuators, IdentificationKnowsTheSpinOfRotors) {
 
 // Friction has brought everything to rest before the satellite is let go: what the servicer has left of energy is
 // rounding, and is judged by what its bodies had before.
-TEST(Actuators, AServicerAtRestIsJudgedByItsEnergyBefore) {
+TEST(Actuators, ServicerAtRestScaledByEarlierEnergy) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
   p.targets[0].V_WT = {{0, 0, 0}, {0, 0, 0}};

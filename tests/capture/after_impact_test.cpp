@@ -38,7 +38,7 @@ TEST(FreeJoints, KeepEnergyAndMomentum) {
   EXPECT_GT(std::abs(value_at(r, "joints/position", end, 0) - value_at(r, "joints/position", s, 0)), 0.1);
 }
 
-TEST(PdJoints, ComeToRestAtTheAnglesFoundAndTheBooksBalance) {
+TEST(PdJoints, ComeToRestAtInitialAnglesAndLedgerPasses) {
   CaptureProblem p = with_motion(PostImpactSetup::Joints::pd, 200);
   p.output_interval = 5;
   const CaptureResult r = simulate_capture(p);
@@ -55,7 +55,7 @@ TEST(PdJoints, ComeToRestAtTheAnglesFoundAndTheBooksBalance) {
             value_at(r, "system/motor_work", s));  // the joints' motion is taken out
 }
 
-TEST(BrakedJoints, MakeARigidBody) {
+TEST(BrakedJoints, FormRigidBody) {
   const CaptureResult r = simulate_capture(with_motion(PostImpactSetup::Joints::braked, 30));
   expect_passes(r);
   ASSERT_TRUE(r.impact->brake);
@@ -94,7 +94,7 @@ TEST(BrakedJoints, MakeARigidBody) {
   EXPECT_GT(norm(w1 - w0), 3e-4);  // that tumbles; measured 6.8e-4
 }
 
-TEST(HeldBase, IsHeldUntilTheImpactAndFreeFromThen) {
+TEST(HeldBase, HeldUntilImpactThenFree) {
   CaptureProblem p = with_motion(PostImpactSetup::Joints::free, 10);
   p.momentum.reset();
   p.robot.base_mode = RobotSetup::Base::held;
@@ -113,7 +113,7 @@ TEST(HeldBase, IsHeldUntilTheImpactAndFreeFromThen) {
   EXPECT_GT(norm(r.post_impact_end->base.position - p.X_WB.p), 1e-3);
 }
 
-TEST(FixedBase, UnderGravityTheGroundKeepsTheBooks) {
+TEST(FixedBase, LedgerPassesUnderGravity) {
   for (PostImpactSetup::Joints joints :
        {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {
     CaptureProblem p = with_motion(joints, 3);
@@ -151,7 +151,7 @@ TEST(FreeBase, UnderGravityFallsAndBalances) {
   EXPECT_LT(norm(gained - (580.0 * 7.0) * p.gravity), 1e-8);  // 560 kg of robot and 20 of targets for 7 s
 }
 
-TEST(Reactions, BaseReceivesWhatChangesItsMomentum) {
+TEST(Reactions, MatchBaseMomentumChange) {
   const CaptureProblem p = with_motion(PostImpactSetup::Joints::free, 1);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -168,7 +168,7 @@ TEST(Reactions, BaseReceivesWhatChangesItsMomentum) {
 
 // What the target takes up between the two samples of contact has come through its grasp: at the impact and by the
 // brake.
-TEST(Braked, TheGraspsPassOnWhatTheTargetsTakeUp) {
+TEST(Braked, GraspLoadsMatchTargetMotion) {
   CaptureProblem p = thesis_case();
   p.contact.gap = ContactSetup::Gap::weld_as_found;
   p.post_impact.emplace();

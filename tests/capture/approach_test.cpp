@@ -43,7 +43,7 @@ TEST(Matching, HoldsForAnyMomentumOfTheRobot) {
   }
 }
 
-TEST(Matching, LeastRatesAreSmallerAndStillMatch) {
+TEST(Matching, MinimumNormRatesMatch) {
   CaptureProblem p = thesis_case();
   const CaptureResult both = simulate_capture(p);
   p.approach->match = RateMatch::velocity_least_rates;
@@ -70,7 +70,7 @@ TEST(Matching, HeldAndFixedBases) {
   }
 }
 
-TEST(Matching, SaysWhatNoRatesCanGive) {
+TEST(Matching, ReportsInfeasibleRates) {
   CaptureProblem p = thesis_case();
   p.targets[0].V_WT.linear = {0, 0, 0.03};  // out of the arm's plane
   const CaptureResult r = simulate_capture(p);
@@ -81,7 +81,7 @@ TEST(Matching, SaysWhatNoRatesCanGive) {
 }
 
 // A slow final spin on a long segment makes joints swing by many turns: a strange motion, but one that there is.
-TEST(Planning, LongSegmentsArriveAndSayThatJointsSwing) {
+TEST(Planning, LongSegmentsArriveAndWarnOfSwingingJoints) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->duration = 1000;
@@ -94,10 +94,10 @@ TEST(Planning, LongSegmentsArriveAndSayThatJointsSwing) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   for (const EndEffectorMotion& e : r.approach_end->end_effectors) EXPECT_LT(e.miss_distance, 1e-9);
   ASSERT_EQ(r.warnings.size(), 1u);
-  EXPECT_NE(r.warnings[0].find("joints swing out on the way"), std::string::npos) << r.warnings[0];
+  EXPECT_NE(r.warnings[0].find("joints overshoot to reach their final rates"), std::string::npos) << r.warnings[0];
 }
 
-TEST(InitialMotion, MomentumIsTheOneGiven) {
+TEST(InitialMotion, MomentumAsGiven) {
   CaptureProblem p = thesis_case();
   p.targets.clear(), p.grasps.clear(), p.impact.reset(), p.approach->match.reset();
   p.approach->profile = JointProfile::quintic;
@@ -111,7 +111,7 @@ TEST(InitialMotion, MomentumIsTheOneGiven) {
   }
 }
 
-TEST(InitialMotion, BaseTwistIsTheOneGiven) {
+TEST(InitialMotion, BaseTwistAsGiven) {
   CaptureProblem p = thesis_case();
   p.V_WB = Twistd{{0.01, 0.02, -0.03}, {0.1, -0.2, 0.3}};
   p.X_WB = {rotation_about({0.6, 0, 0.8}, 1), {1, 2, 3}};

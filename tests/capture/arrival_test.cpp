@@ -27,7 +27,7 @@ void expect_arrival(const CaptureProblem& p, bool angular, Worst& worst, int whe
   EXPECT_LT(norm(m.relative_velocity() - p.grasps[0].relative_velocity), 1e-9);
 }
 
-TEST(RelativeVelocity, IsThatOfTheArrival) {
+TEST(RelativeVelocity, AtArrival) {
   Worst worst("relative velocity");
   for (int plan = 0; plan < 2; ++plan) {
     for (RateMatch match : {RateMatch::velocity, RateMatch::twist, RateMatch::velocity_least_rates}) {
@@ -79,7 +79,7 @@ TEST(RelativeVelocity, InThreeDimensions) {
 }
 
 // The faster the arrival, the larger the impulse: nothing of u- but this speed.
-TEST(RelativeVelocity, IsWhatTheImpulseComesFrom) {
+TEST(RelativeVelocity, DeterminesImpulse) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
   p.approach->plan.emplace();

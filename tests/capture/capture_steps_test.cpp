@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace capture_steps_test {
 
-// As somebody else would do it, with sums of their own.
+// Integrates like an external caller, with its own sums.
 struct Elsewhere {
   PhaseOutcome outcome;
   PhaseMeasures measures;
@@ -72,7 +72,7 @@ double entry(const CaptureResult& r, const std::string& name) {
   return NAN;
 }
 
-TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
+TEST(CaptureSteps, ExternalIntegration) {
   const CaptureProblem p = problem();
   CaptureSteps steps(p, CaptureDetail::columns);
   std::vector<std::string> phases;
@@ -101,8 +101,8 @@ TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
   }
 }
 
-// Somebody else integrates the first part of every piece of motion, the run the rest: balances are those of both.
-TEST(CaptureSteps, MotionMayBeBegunElsewhere) {
+// An external caller integrates the first part of every motion segment, the run the rest: balances equal those of both.
+TEST(CaptureSteps, ExternalIntegrationOfFirstPart) {
   const CaptureProblem p = problem();
   const auto begun = [&](double deviation) {
     CaptureSteps steps(p, CaptureDetail::columns);
@@ -134,7 +134,7 @@ TEST(CaptureSteps, MotionMayBeBegunElsewhere) {
   EXPECT_GT(entry(begun(1e-3), "linear_momentum_drift"), 1e-5);
 }
 
-TEST(CaptureSteps, DeviationsThatSomebodyElseMeasuredCount) {
+TEST(CaptureSteps, ExternalDeviationsCount) {
   const CaptureProblem p = problem();
   const auto with = [&](double TreeMeasures::*field, double value) {
     CaptureSteps steps(p, CaptureDetail::columns);
@@ -153,7 +153,7 @@ TEST(CaptureSteps, DeviationsThatSomebodyElseMeasuredCount) {
   EXPECT_FALSE(r.ledger.pass());
 }
 
-TEST(CaptureSteps, WhatFailsElsewhereFailsTheRun) {
+TEST(CaptureSteps, ExternalFailureFailsRun) {
   const CaptureProblem p = problem();
   CaptureSteps steps(p, CaptureDetail::columns);
   ASSERT_NE(steps.next(), nullptr);
@@ -166,7 +166,7 @@ TEST(CaptureSteps, WhatFailsElsewhereFailsTheRun) {
   EXPECT_EQ(r.failure, "approach: too many steps at t = 3");
 }
 
-TEST(CaptureSteps, WhatIsRecordedIsIntegratedHere) {
+TEST(CaptureSteps, RecordedMotionIsIntegratedInternally) {
   const CaptureProblem p = problem();
   CaptureSteps recorded(p, CaptureDetail::full);
   const MotionTask* task = recorded.next();
@@ -175,14 +175,14 @@ TEST(CaptureSteps, WhatIsRecordedIsIntegratedHere) {
   EXPECT_THROW(recorded.integrated({}, {}), std::logic_error);
 }
 
-// Shows a piece of motion to what watches it, at its longest looks.
+// Passes a motion segment to its observers, at the maximum interval.
 void look_at(const MotionTask& task) {
   PhaseDynamics dynamics(*task.model, *task.setup);
   const auto observe = [&](const PhaseSample& s) { task.watch(s.time, s.state, s.motor); };
   simulate_phase(dynamics, task.start, task.begin, task.end, task.longest_look, task.integration, observe);
 }
 
-TEST(CaptureSteps, WhatIsWatchedMayBeIntegratedElsewhere) {
+TEST(CaptureSteps, ExternalIntegrationWithChecks) {
   CaptureProblem p = problem();
   watch_closely(p);
   CaptureSteps steps(p, CaptureDetail::columns);
@@ -210,7 +210,7 @@ TEST(CaptureSteps, WhatIsWatchedMayBeIntegratedElsewhere) {
   EXPECT_EQ(there.clearance.size(), here.clearance.size());
 }
 
-TEST(CaptureSteps, TheImpactAloneNeedsTheApproachOnly) {
+TEST(CaptureSteps, ImpactOnlyNeedsApproachOnly) {
   const CaptureProblem p = problem();
   CaptureSteps steps(p, CaptureDetail::columns, {}, CaptureSteps::Part::impact_only);
   int pieces = 0;
@@ -226,7 +226,7 @@ TEST(CaptureSteps, TheImpactAloneNeedsTheApproachOnly) {
 }
 
 // A free motion's energy keeps its bound, whatever tolerance the driven motion is content with.
-TEST(CaptureSteps, TheLedgerHoldsAtTheTolerancesOfCampaigns) {
+TEST(CaptureSteps, LedgerPassesAtCampaignTolerances) {
   CaptureProblem p = problem();
   p.post_impact->duration = 50;
   p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-7;

@@ -104,7 +104,7 @@ bool same_points(const WindowReport& a, const WindowReport& b) {
                     });
 }
 
-TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
+TEST(CaptureWindow, SoonestTimeMatchesClosedForm) {
   double expected = 0;
   const CaptureProblem p = coming_round(expected);
   const CaptureTime chosen = choose_capture_time(p);
@@ -119,7 +119,7 @@ TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
   EXPECT_LT(chosen.window.time, expected + 3e-3);
   EXPECT_EQ(chosen.problem.approach->duration, chosen.window.time);
   EXPECT_FALSE(chosen.problem.approach->window);
-  // The points are in the order of time, both ends among them, and what is out of reach says so.
+  // The points are in the order of time, including both ends, and unreachable ones are marked.
   const std::vector<WindowPoint>& points = chosen.window.points;
   EXPECT_EQ(points.front().time, 20);
   EXPECT_EQ(points.back().time, 32);
@@ -144,7 +144,7 @@ TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
 }
 
 // Where servicer and target drift together nothing changes, at the same place of rounding of another frame.
-TEST(CaptureWindow, ADriftThatAllHaveChangesNoTime) {
+TEST(CaptureWindow, CommonDriftDoesNotChangeTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   const Vector3d drift{0.3, -0.2, 0}, place{5, 7, 0};
@@ -161,7 +161,7 @@ TEST(CaptureWindow, ADriftThatAllHaveChangesNoTime) {
 }
 
 // A target that is given at the capture is the same whenever that is: only the servicer's way to it changes.
-TEST(CaptureWindow, ATargetGivenAtTheCaptureWaits) {
+TEST(CaptureWindow, TargetGivenAtCapture) {
   CaptureProblem p = one_arm();
   const Vector3d drift{0.2, 0, 0};
   p.V_WB = Twistd{{0, 0, 0}, drift};
@@ -179,7 +179,7 @@ TEST(CaptureWindow, ATargetGivenAtTheCaptureWaits) {
 
 // The target drifts with -v along y and turns with w: its grasp point at r from the axis is slowest where it moves
 // against the drift, which is when it lies along x.
-TEST(CaptureWindow, TheSlowestTimeIsThatOfTheClosedForm) {
+TEST(CaptureWindow, SlowestTimeMatchesClosedForm) {
   CaptureProblem p = one_arm();
   constexpr double kRate = 0.15, kArm = 0.5, kDrift = 0.02, kSlowest = 10.3;
   TargetSetup& target = p.targets[0];
@@ -196,7 +196,7 @@ TEST(CaptureWindow, TheSlowestTimeIsThatOfTheClosedForm) {
 }
 
 // The best objective: better than at every time looked at, and than close by.
-TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
+TEST(CaptureWindow, ObjectiveIsMinimalAtChosenTime) {
   CaptureProblem p = one_arm();
   p.targets[0].X_WT = {rotation_by({0, 0, 1}), center(p) + Vector3d{2.2, 0.3, 0}};
   p.targets[0].V_WT = {{0, 0, 0.2}, {0, 0, 0}};
@@ -221,7 +221,7 @@ TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
     EXPECT_GE(objective_at(t), least - 1e-6) << t;
 }
 
-TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
+TEST(CaptureWindow, RunEqualsRunAtChosenTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.X_WB.p = {31.7, -22.3, 0.4};  // planned in another frame than W
@@ -255,8 +255,8 @@ TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
   EXPECT_LT(meeting(stated, r, 0, end).distance(), 1e-9);
 }
 
-// A plan that is made anew on the way keeps the time, and what was said of it.
-TEST(CaptureWindow, ReplanningKeepsTheTime) {
+// Replanning during the approach keeps the time of capture and its report.
+TEST(CaptureWindow, ReplanningKeepsTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.approach->window->choose = Choose::objective;
@@ -274,8 +274,9 @@ TEST(CaptureWindow, ReplanningKeepsTheTime) {
   EXPECT_NEAR(r.plan->window->points.front().reach_share, norm(seems) / arms_reach(), 1e-12);
 }
 
-// The thesis's robot, and a target too far for it at all times: said at once, by how much, and when not.
-TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
+// The thesis's robot, and a target that is out of reach at all times: the error comes immediately, with the distance
+// and the times.
+TEST(CaptureWindow, UnreachableReportedImmediately) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
   p.approach->plan.emplace();
@@ -290,7 +291,7 @@ TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(
       r.failure,
-      HasSubstr("no capture can be planned between t = 5 and 40 s; by distance none can be reached before t = "));
+      HasSubstr("no capture can be planned between t = 5 and 40 s; the distance rules out any capture before t = "));
   EXPECT_THAT(r.failure, HasSubstr("grasp point 'grasp' of 'target-2' is"));
   EXPECT_LT(took, 1);
   ASSERT_TRUE(r.plan && r.plan->window);
@@ -303,7 +304,7 @@ TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
 }
 
 // Within reach by distance, but not with these joints: the planner's own reason, in about a second.
-TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
+TEST(CaptureWindow, InfeasiblePlanReportedSoon) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
@@ -321,7 +322,7 @@ TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::printf("[ measured ] %.3f s: %s\n", took, r.failure.c_str());
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_THAT(r.failure, HasSubstr("which comes nearest: planning the approach: end-effector 'tip-1'"));
+  EXPECT_THAT(r.failure, HasSubstr("the closest attempt: planning the approach: end-effector 'tip-1'"));
   EXPECT_LT(took, 2);  // measured 0.1
   ASSERT_TRUE(r.plan && r.plan->window);
   EXPECT_FALSE(r.plan->found);
@@ -331,7 +332,7 @@ TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
 
 // A grasp point on a wheel that turns before the arm, its direction inward along the spoke: free while it faces the
 // arm.
-TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
+TEST(CaptureWindow, OppositeDirectionIsNotFree) {
   CaptureProblem p = one_arm();
   p.robot.end_effectors[0].approach_axis = Vector3d{1, 0, 0};
   constexpr double kAway = 2, kArm = 0.4, kRate = 0.2;
@@ -341,7 +342,7 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
   p.targets[0].grasp_points[0].approach_direction = Vector3d{-1, 0, 0};
   p.grasps[0].orientation = GraspSetup::Orientation::axis;
   p.approach->window = CaptureWindow{5, 20, 1, Choose::soonest};
-  // The spoke at angle a: free from where it is perpendicular to the way from the joint, which is at the origin.
+  // The spoke at angle a: free where it is perpendicular to the line from the joint, which is at the origin.
   const double expected = std::acos(-kArm / kAway) / kRate;
   const CaptureTime chosen = choose_capture_time(p);
   ASSERT_EQ(chosen.failure, "");
@@ -354,15 +355,15 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
     EXPECT_EQ(point.reason.find("approach direction of grasp point") != std::string::npos, away) << point.time;
   }
   EXPECT_GE(chosen.window.time, expected);
-  // Where nobody asks for the direction it does not matter.
+  // Without a required direction it has no effect.
   p.grasps[0].orientation = GraspSetup::Orientation::free;
   const CaptureTime any = choose_capture_time(p);
   EXPECT_EQ(any.window.time, 5);
   EXPECT_GT(any.window.points.front().direction_angle, 0.5 * std::numbers::pi);
 }
 
-// Where something from outside moves the servicer, momentum does not say where it is, and distances rule nothing out.
-TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
+// If external forces move the servicer, momentum does not determine its position, and distances exclude nothing.
+TEST(CaptureWindow, PushedServicerIsNotExcludedByDistance) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.approach->window = CaptureWindow{24, 26, 1, Choose::soonest};
@@ -375,7 +376,7 @@ TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
     EXPECT_GT(point.reach_share, 1);
     EXPECT_THAT(point.reason, ::testing::StartsWith("planning the approach"));
   }
-  EXPECT_THAT(chosen.failure, HasSubstr("which comes nearest: planning the approach"));
+  EXPECT_THAT(chosen.failure, HasSubstr("the closest attempt: planning the approach"));
 }
 
 // No configuration of any robot, and no attitude of its bodies, brings a frame farther than the bound.
@@ -416,7 +417,7 @@ TEST(ReachBound, HoldsForAnyConfiguration) {
   EXPECT_GT(largest, 0.8);
 }
 
-TEST(ReachBound, OfAStraightArmIsItsLength) {
+TEST(ReachBound, StraightArmIsItsLength) {
   const CaptureProblem p = one_arm();
   const CaptureSystem servicer = make_servicer(p);
   const int frame = servicer.end_effectors[0];
@@ -425,7 +426,7 @@ TEST(ReachBound, OfAStraightArmIsItsLength) {
 }
 
 // Problems that a program makes, which no reader has looked at.
-TEST(CaptureWindow, ContradictionsOfAProgramAreRefused) {
+TEST(CaptureWindow, RejectsContradictions) {
   double expected = 0;
   const CaptureProblem good = coming_round(expected);
   const auto fault = [&](const auto& change) {

@@ -58,7 +58,7 @@ TEST(ThesisClosedLoop, HasTheReferenceImpact) {
   EXPECT_LT(i.loops[0].gap(), 2e-12);  // measured 0
 }
 
-TEST(ThesisClosedLoop, KeepsItsLedgerAndItsLoop) {
+TEST(ThesisClosedLoop, LedgerAndLoopPass) {
   const CaptureResult& r = reference();
   expect_passes(r);  // measured 3.3 % of the bound, energy
   expect_finite(r);
@@ -146,12 +146,12 @@ void expect_least(const CaptureProblem& p, const ImpactReport& i, const PhaseEnd
   }
 }
 
-TEST(Impulses, SelfStressesDoNothingAndNoneLowersTheMetric) {
+TEST(Impulses, SelfStressesDoNoWorkAndMetricIsMinimal) {
   expect_least(scenario("thesis/closed-loop.yaml"), *reference().impact, *reference().approach_end);
 }
 
 // Arms of two joints cannot move their hands in all directions: rank-deficient in space, with no plane of symmetry.
-TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
+TEST(Impulses, MinimumNormForUndeterminedShortArms) {
   int undetermined = 0;
   for (int index = 0; index < 6; ++index) {
     SCOPED_TRACE(seed_note(index));
@@ -175,7 +175,7 @@ TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
     for (const GraspImpulse& g : i.grasps) {
       for (bool d : g.determined) undetermined += d ? 0 : 1;
     }
-    // Every body's share is unique: here they are rigid together, and the total momentum says what each has.
+    // Every body's share is unique: here they are rigid together, and the total momentum determines each share.
     Vector3d total = Vector3d::zero();
     for (const BodyImpulse& b : i.body_impulses) total = total + b.impulse;
     EXPECT_LT(norm(total), 1e-11 * r.ledger.scale.linear_momentum);
@@ -185,7 +185,7 @@ TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
 }
 
 // What a target receives is its grasps' impulses together; self-stresses added to them do not show in it.
-TEST(Impulses, TogetherGiveTheTargetItsShare) {
+TEST(Impulses, SumIsMomentumChangeOfTarget) {
   const ImpactReport& i = *reference().impact;
   Vector3d linear = Vector3d::zero(), angular = linear;
   for (std::size_t g = 0; g < 2; ++g) {
@@ -213,7 +213,7 @@ CaptureProblem published(Law law, IntegrationSetup::Loops loops, double time) {
 }
 double defect(const CaptureResult& r, std::size_t sample) { return value_at(r, "loops/tip-2/position_defect", sample); }
 
-TEST(PublishedAngles, LeaveAGapAndStayClosedAsFound) {
+TEST(PublishedAngles, GapRemainsAndLoopStaysClosed) {
   const CaptureProblem p = published(Law::plastic, IntegrationSetup::Loops::projection, 50);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -235,7 +235,7 @@ TEST(PublishedAngles, LeaveAGapAndStayClosedAsFound) {
   }
 }
 
-TEST(PublishedAngles, WrongPositionsAloneDoNotOpenTheLoop) {
+TEST(PublishedAngles, PositionErrorsDoNotOpenLoop) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::acceleration, 50));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -246,7 +246,7 @@ TEST(PublishedAngles, WrongPositionsAloneDoNotOpenTheLoop) {
 }
 
 // Velocities that do not fit open it, whether the angles fit or not: u' = 0 keeps the misfit for ever.
-TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
+TEST(PublishedAngles, VelocityErrorsOpenLoopLinearly) {
   SKIP_UNDER_SANITIZERS();
   for (const bool fits : {false, true}) {
     CaptureProblem p = published(Law::published, IntegrationSetup::Loops::acceleration, 10);
@@ -258,7 +258,7 @@ TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
     if (fits) {
       EXPECT_LT(r.impact->loops[0].gap(), 1e-5);
     }
-    // The misfit: of hand 2 against the target, both moving with their bodies after the impact.
+    // The violation: of hand 2 relative to the target, both moving with their bodies after the impact.
     const std::size_t first = first_sample(r, "post_impact");
     const Posed X_WT = pose_at(r, "targets/sphere", first);
     const Twistd V_T = twist_at(r, "targets/sphere", first), V_E = twist_at(r, "end_effectors/tip-2", first);
@@ -277,8 +277,8 @@ TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
   }
 }
 
-// With projection the misfit is mended at once and the loop stays closed: the ledger lists the correction as such.
-TEST(PublishedAngles, ProjectionDoesNotHideWrongVelocities) {
+// With projection the violation is corrected immediately and the loop stays closed: the ledger lists the correction.
+TEST(PublishedAngles, ProjectionReportsVelocityErrors) {
   const CaptureResult r = simulate_capture(published(Law::published, IntegrationSetup::Loops::projection, 10));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(row(r, "loop_closure_position").pass());
@@ -287,7 +287,7 @@ TEST(PublishedAngles, ProjectionDoesNotHideWrongVelocities) {
   EXPECT_FALSE(row(r, "linear_momentum_drift").pass());
 }
 
-TEST(PublishedAngles, RunOnUntilTheArmsAreStretchedAndSaysSo) {
+TEST(PublishedAngles, RunStopsAtStretchedArmsWithError) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(published(Law::published, IntegrationSetup::Loops::acceleration, 50));
   EXPECT_EQ(r.status, CaptureStatus::failed);  // measured: at 46.3 s, 4.4 m open, when the arms are stretched out
@@ -296,7 +296,7 @@ TEST(PublishedAngles, RunOnUntilTheArmsAreStretchedAndSaysSo) {
   EXPECT_GT(r.series.time.back(), 40);
 }
 
-TEST(PublishedAngles, BaumgarteBoundsDefectsButLargerOnes) {
+TEST(PublishedAngles, BaumgarteBoundsSmallDefects) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult closed = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::projection, 50));
   const CaptureResult fed = simulate_capture(published(Law::published, IntegrationSetup::Loops::baumgarte, 50));
@@ -313,7 +313,7 @@ TEST(PublishedAngles, BaumgarteBoundsDefectsButLargerOnes) {
 
 // --- In space
 
-TEST(ClosedLoops, StayClosedAndKeepTheBooks) {
+TEST(ClosedLoops, LoopsStayClosedAndLedgerPasses) {
   SKIP_UNDER_SANITIZERS();
   struct Case {
     LoopOptions options;
@@ -364,7 +364,7 @@ TEST(ClosedLoops, StayClosedAndKeepTheBooks) {
 
 // The order of the grasps decides which grasp carries the target in the tree and which close loops: the physics does
 // not know it.
-TEST(ClosedLoops, DoNotDependOnWhichGraspCarriesTheTarget) {
+TEST(ClosedLoops, IndependentOfCarryingGrasp) {
   using enum GraspModel;
   const CaptureProblem p = random_loops({{0, 0, 0}, {rigid, point, hinge}, 5, 0.2, 2}, 20);
   CaptureProblem q = p;
@@ -390,7 +390,7 @@ TEST(ClosedLoops, DoNotDependOnWhichGraspCarriesTheTarget) {
 
 // --- A grasp that misses leaves an open chain
 
-TEST(OneGraspMissed, IsTheOpenChainOfTheOthers) {
+TEST(OneGraspMissed, EqualsOpenChainOfOthers) {
   CaptureProblem p = scenario("thesis/closed-loop-published-angles.yaml");
   p.post_impact->duration = 10;
   p.output_interval = 0.5;
@@ -412,8 +412,7 @@ TEST(OneGraspMissed, IsTheOpenChainOfTheOthers) {
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;
   for (const Series& s : open.series.series) {
-    if (s.path == "clearance/minimum")
-      continue;  // a hand that is to grasp a target may touch it, one that is not may not
+    if (s.path == "clearance/minimum") continue;  // a hand may touch the target of its grasp, but no other
     const Series& other = series(cut, s.path);
     EXPECT_EQ(std::memcmp(s.data.data(), other.data.data(), s.data.size() * sizeof(double)), 0) << s.path;
     ++compared;

@@ -1,4 +1,5 @@
-/// Impacts in time through whole captures: forces in the time series, books, and the rigid law as their limit.
+/// Compliant impacts in whole captures: forces in the time series, conservation checks, and the rigid law as their
+/// limit.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,7 +46,7 @@ double largest_force(const CaptureResult& r, const std::string& hand) {
   return most;
 }
 
-TEST(CompliantGrasps, AreRecordedInTimeAndHoldAfterwards) {
+TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
   SKIP_UNDER_SANITIZERS();
   Worst integral("integral of the force"), peak("peak");
   for (int i = 0; i < 3; ++i) {
@@ -102,11 +103,11 @@ TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
     }
     previous = off;
   }
-  // The duration goes with 1 / sqrt(stiffness), and what moves meanwhile with it.
+  // The duration is proportional to 1 / sqrt(stiffness), and so is the motion during the impact.
   EXPECT_NEAR(rate, 0.5, 0.1);
 }
 
-TEST(CompliantContacts, PartAndTheTargetIsFree) {
+TEST(CompliantContacts, SeparateAndTargetIsFree) {
   Worst integral("integral of the force");
   for (int i = 0; i < 4; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -148,7 +149,7 @@ TEST(CompliantContacts, ConvergeToFullRestitution) {
   EXPECT_NEAR(rate, 0.5, 0.1);
 }
 
-TEST(CompliantImpact, JointsBrakedOrDrivenAreReportedAndTheBooksBalance) {
+TEST(CompliantImpact, BrakedOrDrivenJointsReportedAndLedgerPasses) {
   for (RobotSetup::Base base : {RobotSetup::Base::free, RobotSetup::Base::fixed}) {
     for (Joints joints : {Joints::free, Joints::braked, Joints::driven}) {
       SCOPED_TRACE(static_cast<int>(base) * 10 + static_cast<int>(joints));
@@ -188,7 +189,7 @@ TEST(CompliantImpact, JointsBrakedOrDrivenAreReportedAndTheBooksBalance) {
   }
 }
 
-TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
+TEST(CompliantImpact, BrakedJointsConvergeToPlasticImpact) {
   SKIP_UNDER_SANITIZERS();
   for (Joints joints : {Joints::braked, Joints::driven}) {
     CaptureProblem p = meeting_case(2);
@@ -211,7 +212,7 @@ TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
 }
 
 // One arm holds its target when the other meets its own.
-TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
+TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
   SKIP_UNDER_SANITIZERS();
   for (bool contact : {false, true}) {
     CaptureProblem p = contact ? soft_rebound(3) : yielding_case(1e7, 3);
@@ -242,7 +243,7 @@ TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
 }
 
 // The first arm's impact takes longer than the second waits.
-TEST(CompliantImpact, PassesOverWhatIsDueMeanwhile) {
+TEST(CompliantImpact, SkipsEventsDueDuringImpact) {
   CaptureProblem p = yielding_case(2e3, 3);
   p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 1e-3;
   p.post_impact->releases = {{1.2, {"hand0"}}};
@@ -282,12 +283,12 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
 
 // What springs still hold when the time is over is said; more than a thousandth of the energy fails the conservation
 // checks.
-TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
+TEST(CompliantImpact, BrakesAfterwardsAndWarnsIfUnfinished) {
   CaptureProblem p = yielding_case(1e4, 1);
   p.impact->compliant.longest = 5e-3;
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
-  expect_passes(r);  // 4e-4 of the energy is left in the springs
+  expect_passes(r);  // 4e-4 of the energy remains in the springs
   EXPECT_EQ(r.impact->compliant->end, "time_over");
   EXPECT_NEAR(r.impact->duration, 5e-3, 1e-15);
   EXPECT_GT(r.impact->compliant->residual_impulse, 1e-3);
@@ -298,8 +299,8 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   EXPECT_GT(r.impact->compliant->elastic_energy_after, 0);
 }
 
-// A contact whose impact is cut off has not parted: its energy is not forgotten, and nobody says that it parts.
-TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
+// A contact whose impact is cut off has not separated: its energy counts, and it is not reported as separated.
+TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   const CaptureProblem whole = soft_rebound(2);
   const CaptureResult over = simulate_capture(whole);
   expect_passes(over);
@@ -321,7 +322,7 @@ TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
 
 // A hand that rubs on a surface with nothing to damp it: its slip changes sides while it presses. What friction takes
 // shows errors of velocities within the slip speed.
-TEST(CompliantContacts, KeepTheEnergyWhereSlipChangesSides) {
+TEST(CompliantContacts, EnergyBalanceAcrossSlipReversal) {
   struct Rub {
     double friction, slip_speed, stiffness;
   };
@@ -339,7 +340,7 @@ TEST(CompliantContacts, KeepTheEnergyWhereSlipChangesSides) {
   }
 }
 
-TEST(CompliantImpact, IsRefusedInClosedLoops) {
+TEST(CompliantImpact, RejectedInClosedLoops) {
   LoopOptions options;
   options.target_of_arm = {0, 0, 1};
   options.joints = 6;
@@ -351,11 +352,11 @@ TEST(CompliantImpact, IsRefusedInClosedLoops) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, HasSubstr("closed loops"));
-  ASSERT_TRUE(r.impact);  // the first, of two hands on one target, has happened
+  ASSERT_TRUE(r.impact);  // the first, of two hands on one target, has occurred
   EXPECT_EQ(r.impact->grasps.size(), 2u);
 }
 
-TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
+TEST(CompliantImpact, OnArrivalInEnvelope) {
   CaptureProblem p = yielding_case(1e5, 5);
   p.grasps.pop_back(), p.targets.pop_back();
   p.grasps[0].closes = GraspSetup::Closes::on_arrival;
@@ -365,7 +366,7 @@ TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
   const CaptureResult met = simulate_impact_only(now);
   const Vector3d u = meeting(now, met, 0, 0).relative_velocity();
   const double speed = norm(u);
-  const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on the way to it
+  const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on its path
   const Vector3d hand = met.impact->grasps[0].contact_point;
   p.targets[0].X_WT.p += (hand - gap) - (p.targets[0].X_WT * p.targets[0].grasp_points[0].X_TG.p);
   p.robot.end_effectors[0].envelope = CaptureEnvelope{0.04};

@@ -1,5 +1,5 @@
-/// What conservation is judged by: groups of bodies that touch, scales that cannot vanish, a frame that moves with the
-/// system; and what is said where a check fails.
+/// Scales of conservation checks: groups of touching bodies, scales that cannot vanish, a frame that moves with the
+/// system; and the messages of failed checks.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ CaptureProblem head_on(const Vector3d& along) {
   return p;
 }
 
-TEST(Conservation, AHeadOnImpactHasNoFalseAlarm) {
+TEST(Conservation, HeadOnImpactPasses) {
   for (const Vector3d& along : {Vector3d{1, 0, 0}, Vector3d{0.6, 0.48, 0.64}, Vector3d{-0.28, 0.576, 0.768}}) {
     const CaptureResult r = simulate_capture(head_on(along));
     expect_passes(r);
@@ -83,7 +83,7 @@ CaptureProblem coarse(double bystander) {
   return p;
 }
 
-TEST(Conservation, AHeavyBystanderHidesNothing) {
+TEST(Conservation, HeavyUninvolvedBodyHidesNoDrift) {
   const CaptureResult light = simulate_capture(coarse(10)), heavy = simulate_capture(coarse(1e8));
   ASSERT_EQ(heavy.status, CaptureStatus::completed) << heavy.failure;
   const LedgerEntry &a = row(light, "energy_drift"), &b = row(heavy, "energy_drift");
@@ -95,7 +95,7 @@ TEST(Conservation, AHeavyBystanderHidesNothing) {
 }
 
 // Of the published formulas, which leave momentum behind, and of springs that are cut off: whatever else is about.
-TEST(Conservation, AHeavyBystanderHidesNoErrorOfTheImpact) {
+TEST(Conservation, HeavyUninvolvedBodyHidesNoImpactError) {
   const auto residuals = [](double bystander, ImpactSetup::Law law, std::initializer_list<const char*> rows) {
     CaptureProblem p = coarse(bystander);
     p.integration = {};
@@ -122,7 +122,7 @@ TEST(Conservation, AHeavyBystanderHidesNoErrorOfTheImpact) {
 }
 
 // A rounding error of the bystander's is not the servicer's either.
-TEST(Conservation, AHeavyBystanderDoesNoHarm) {
+TEST(Conservation, HeavyUninvolvedBodyCausesNoError) {
   CaptureProblem p = coarse(1e8);
   p.integration = {};
   expect_passes(simulate_capture(p));
@@ -195,7 +195,7 @@ void expect_alike(const CaptureResult& here, const CaptureResult& there, double 
 }
 
 class InOrbit : public ::testing::TestWithParam<int> {};
-TEST_P(InOrbit, NothingChangesButTheFrame) {
+TEST_P(InOrbit, OnlyFrameChanges) {
   if (GetParam() > 2) SKIP_UNDER_SANITIZERS();
   const CaptureProblem p = on_grid(random_capture(GetParam()));
   const CaptureResult here = simulate_capture(p), there = simulate_capture(in_orbit(p));
@@ -220,8 +220,8 @@ TEST_P(InOrbit, NothingChangesButTheFrame) {
 }
 INSTANTIATE_TEST_SUITE_P(Random, InOrbit, ::testing::Range(0, 6));
 
-// What has entered is told about W's origin, wherever it is computed.
-TEST(Conservation, TheBooksOfTheTimeSeriesCloseInTheWorldWhileGravityActs) {
+// External impulses are reported about W's origin, independent of the frame of the computation.
+TEST(Conservation, TimeSeriesBalancesInWorldUnderGravity) {
   CaptureProblem p = on_grid(random_capture(2));
   p.gravity = {0.01, -0.02, 0.03};
   p.X_WB.p += Vector3d{40, -30, 20};
@@ -253,7 +253,7 @@ TEST(Conservation, TheBooksOfTheTimeSeriesCloseInTheWorldWhileGravityActs) {
   EXPECT_NEAR(balance(end), balance(0), 1e-9 * value_at(r, "system/kinetic_energy", end));
 }
 
-// --- What is said where a check fails ---
+// --- Messages of failed checks ---
 
 std::string advice(const CaptureProblem& p, const std::string& name) {
   const CaptureResult r = simulate_capture(p);
@@ -262,7 +262,7 @@ std::string advice(const CaptureProblem& p, const std::string& name) {
   return row(r, name).advice;
 }
 
-TEST(Conservation, AdviceFitsTheCause) {
+TEST(Conservation, AdviceMatchesCause) {
   EXPECT_THAT(advice(coarse(10), "energy_drift"),
               AllOf(HasSubstr("smaller integration.step"), Not(HasSubstr("toler"))));
 
@@ -272,7 +272,7 @@ TEST(Conservation, AdviceFitsTheCause) {
   loose.approach->tracking.noise = TrackingNoise{};
   loose.approach->tracking.noise->position = 1e-3;
   loose.approach->tracking.noise->bandwidth = 30;
-  EXPECT_THAT(advice(loose, "work_energy_residual"), HasSubstr("smaller integration.relative_tolerance"));
+  EXPECT_THAT(advice(loose, "work_energy_residual"), HasSubstr("reduce integration.relative_tolerance"));
 
   CaptureProblem published = thesis_case();
   published.clearance.enabled = false;
@@ -281,13 +281,13 @@ TEST(Conservation, AdviceFitsTheCause) {
     EXPECT_THAT(advice(published, name), AllOf(HasSubstr("as_published"), Not(HasSubstr("toler")))) << name;
 }
 
-TEST(Conservation, ARunThatPassesHasNoAdvice) {
+TEST(Conservation, PassingRunHasNoAdvice) {
   for (const LedgerEntry& entry : simulate_capture(thesis_case()).ledger.entries) EXPECT_EQ(entry.advice, "");
 }
 
 // --- Results whose numbers are none ---
 
-TEST(FiniteResult, NamesTheFirstNumberThatIsNone) {
+TEST(FiniteResult, NamesFirstNonFiniteNumber) {
   const CaptureResult good = simulate_capture(thesis_case());
   EXPECT_EQ(first_not_finite(good), "");
   CaptureResult bad = good;
@@ -302,7 +302,7 @@ TEST(FiniteResult, NamesTheFirstNumberThatIsNone) {
 }
 
 // "Parts at inf m/s" is no result.
-TEST(FiniteResult, ARunWithoutFiniteNumbersFails) {
+TEST(FiniteResult, RunWithNonFiniteNumbersFails) {
   CaptureProblem p = head_on({1, 0, 0});
   p.targets[0].V_WT.linear = {-1e200, 0, 0};
   p.post_impact.reset();
@@ -317,7 +317,7 @@ LedgerEntry entry(const char* name, double value, double bound, const char* unit
   return e;
 }
 
-TEST(Ledger, TheWorstFailureIsTheOneFarthestBeyondItsBound) {
+TEST(Ledger, WorstFailureExceedsBoundMost) {
   Ledger ledger;
   EXPECT_EQ(ledger.worst_failure(), nullptr);
   ledger.entries.push_back(entry("a", 1e-12, 1e-11));

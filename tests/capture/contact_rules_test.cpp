@@ -18,7 +18,7 @@ CaptureProblem lagging() {
   return p;
 }
 
-TEST(WeldAsFound, KeepsTheRelativePose) {
+TEST(WeldAsFound, KeepsRelativePose) {
   const CaptureResult r = simulate_capture(lagging());
   expect_passes(r);
   const std::size_t contact = first_sample(r, "contact"), after = first_sample(r, "post_impact");
@@ -38,7 +38,7 @@ TEST(WeldAsFound, KeepsTheRelativePose) {
   }
 }
 
-TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
+TEST(TranslateTarget, MovesGraspPointToTip) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
@@ -63,7 +63,7 @@ TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
   EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // it matters
 }
 
-TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
+TEST(Refuse, ReportsGapAndKeepsApproach) {
   CaptureProblem p = lagging();
   p.contact = {ContactSetup::Gap::refuse, 0.08};  // between the two misses
   const CaptureResult r = simulate_capture(p);
@@ -87,7 +87,7 @@ TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
   EXPECT_TRUE(row(r, "work_energy_residual").applies);
 }
 
-TEST(Refuse, NamesEveryArmThatMisses) {
+TEST(Refuse, NamesEveryArmBeyondLimit) {
   CaptureProblem p = lagging();
   p.contact = {ContactSetup::Gap::refuse, 0.001};
   const CaptureResult r = simulate_capture(p);
@@ -95,7 +95,7 @@ TEST(Refuse, NamesEveryArmThatMisses) {
   EXPECT_NE(r.failure.find("; end-effector 'tip-2' misses"), std::string::npos) << r.failure;
 }
 
-TEST(Refuse, WithinTheLimitIsWeldAsFound) {
+TEST(Refuse, WithinLimitEqualsWeldAsFound) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
   p.contact = {ContactSetup::Gap::refuse, 0.5};
@@ -104,9 +104,9 @@ TEST(Refuse, WithinTheLimitIsWeldAsFound) {
   EXPECT_EQ(norm(r.impact->grasps[0].impulse - welded.impact->grasps[0].impulse), 0);
 }
 
-// Two arms on one target: it moves by the mean of the two gaps.
-// A target is not moved from beyond the arm's reach, unless somebody asks for that.
-TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
+// Two arms on one target: it moves by the mean of the two gaps. A target is not moved from beyond the arm's reach,
+// unless the user sets contact.largest_gap.
+TEST(TranslateTarget, LimitedByReach) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   p.contact.largest_gap.reset();
@@ -119,7 +119,7 @@ TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
   EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
 }
 
-TEST(TranslateTarget, SharedTargetMovesByTheMean) {
+TEST(TranslateTarget, SharedTargetMovesByMeanGap) {
   CaptureProblem p = thesis_case_pd();
   p.targets.pop_back();
   p.targets[0].X_WT.p = {0, 0, 0};
@@ -146,8 +146,8 @@ TEST(TranslateTarget, SharedTargetMovesByTheMean) {
   EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
 }
 
-// Nobody judges a grasp without an envelope: it is assumed, with the gap it bridges.
-TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
+// A grasp without an envelope is not evaluated: it is assumed, with the gap that it bridges.
+TEST(CapturedVerdict, AssumedWithoutEnvelope) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
   EXPECT_EQ(welded.capture_verdict(), Captured::assumed);
@@ -168,7 +168,7 @@ TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
   EXPECT_TRUE(missed.grasps[0].judged);
 }
 
-TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
+TEST(CapturedVerdict, ReportsDisplacementOfTarget) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
@@ -178,8 +178,8 @@ TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
   }
 }
 
-// From 38 m away nothing is captured unless somebody asks for it.
-TEST(LargestGap, IsATenthOfTheReachUnlessStated) {
+// From 38 m away nothing is captured unless the user sets contact.largest_gap.
+TEST(LargestGap, DefaultIsTenthOfReach) {
   CaptureProblem p = thesis_case_pd();
   p.contact.largest_gap.reset();
   p.targets[0].X_WT.p = {40, -2, 0};
@@ -222,8 +222,8 @@ double least_clearance(const CaptureResult& r) {
   return least;
 }
 
-// Where nobody looked the answer is neither yes nor no.
-TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
+// Without a check the verdict is neither yes nor no.
+TEST(Feasibility, NotCheckedWithoutChecks) {
   CaptureProblem p = lagging();
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.ledger.feasibility(), Verdict::not_checked);
@@ -235,7 +235,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   for (TargetSetup& t : p.targets) t.geometry = {Geometry{}};
   const CaptureResult some = simulate_capture(p);
   EXPECT_EQ(some.ledger.feasibility(), Verdict::not_checked);
-  EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is given for target-1, target-2");
+  EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is stated for target-1, target-2");
   EXPECT_TRUE(row(some, "clearance_violation").applies);
 
   p = with_balls(0.01);
@@ -247,7 +247,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   EXPECT_EQ(off.ledger.feasibility(), Verdict::not_checked);
   EXPECT_EQ(row(off, "clearance_violation").not_checked, "switched off by clearance.enabled");
 
-  // What is found is a no, whatever else nobody looked at.
+  // A violation gives the verdict no, even if other checks are missing.
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.rate = 1e-3;
   const CaptureResult slow = simulate_capture(p);
   EXPECT_EQ(slow.ledger.feasibility(), Verdict::no);
@@ -258,7 +258,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
 }
 
 // The first overlap ends what the run can say.
-TEST(Feasibility, IsValidUntilTheFirstOverlap) {
+TEST(Feasibility, ValidUntilFirstOverlap) {
   CaptureProblem p = with_balls(0.01);
   const double least = least_clearance(simulate_capture(p));
   ASSERT_GT(least, 0);

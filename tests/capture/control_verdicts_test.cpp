@@ -113,7 +113,7 @@ TEST(Stability, ReportsThePeriodAndThePeaks) {
   EXPECT_NEAR(r.saturated_share, 2.0 / 3, 0.02);
 }
 
-TEST(Stability, OfManyCyclesKeepsItsMemory) {
+TEST(Stability, MemoryBoundedForManyCycles) {
   Oscillation fast;
   for (int k = 0; k < 200'000; ++k) fast.add(0.01 * k, 0.01 * (k + 1), k % 2 == 0 ? 1 : -1, true, 0);
   const StabilityReport r = evaluate_oscillation(fast, 0, false);
@@ -175,7 +175,7 @@ TEST(StabilityOfCaptures, SampledControl) {
   EXPECT_EQ(verdict_of(satellite.flown()), Stability::unstable);
 }
 
-TEST(StabilityOfCaptures, NothingIsSaidOfFreeTumbling) {
+TEST(StabilityOfCaptures, FreeTumblingIsNotEvaluated) {
   Satellite satellite;
   satellite.base = "[0.2, 0.1, 0.3]";
   const CaptureResult free = satellite.flown();
@@ -251,7 +251,7 @@ TEST(Saturation, OfThrusters) {
     for (const ThrusterReport& t : weak.thrusters->each) largest = std::max(largest, t.duty);
     EXPECT_GT(largest, 0.5);
     EXPECT_LE(largest, 1);
-    EXPECT_THAT(weak.warnings, Contains(HasSubstr("on all the time, and less given than commanded")));
+    EXPECT_THAT(weak.warnings, Contains(HasSubstr("on continuously, delivers less than commanded")));
   }
   // Strong ones fire in short pulses.
   Satellite strong;
@@ -260,8 +260,8 @@ TEST(Saturation, OfThrusters) {
   EXPECT_THAT(strong.flown().saturation, IsEmpty());
 }
 
-// What base control is told to stay within rates nothing: it is saturated there, and has no margin.
-TEST(Saturation, OfBaseControlIsNoMargin) {
+// The limit of base control applies to the command, not to a rating: it saturates, and has no margin.
+TEST(Saturation, BaseControlHasNoMargin) {
   Satellite satellite;
   satellite.base = "[0.1, -0.2, 0.3]", satellite.base_control = "{kp: 0.2, kd: 1, limit: 0.05}";
   const CaptureResult result = satellite.flown();

@@ -51,7 +51,7 @@ double deviation(const CaptureResult& a, const CaptureResult& b, const std::stri
 
 // --- Tracking -------------------------------------------------------------------------------------------------------
 
-TEST(ComputedTorque, FollowsAsIdealTrackingDoes) {
+TEST(ComputedTorque, EqualsIdealTracking) {
   CaptureProblem p = planned();
   const CaptureResult ideal = simulate_capture(p);
   computed_torque(p, 4, 4);
@@ -75,7 +75,7 @@ TEST(ComputedTorque, FollowsAsIdealTrackingDoes) {
               deviation(ideal, rough));
 }
 
-TEST(Saturation, IsReportedAndTheEffortIsTheLimit) {
+TEST(Saturation, ReportedWithEffortAtLimit) {
   for (bool pd : {true, false}) {
     CaptureProblem p = approach_only();
     const double limit = 0.12;
@@ -107,7 +107,7 @@ TEST(Saturation, IsReportedAndTheEffortIsTheLimit) {
   }
 }
 
-TEST(Noise, ChangesTheMissByItsSizeAndRepeatsItsBits) {
+TEST(Noise, ChangesErrorByItsSizeAndIsReproducible) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = planned();
   const CaptureResult quiet = simulate_capture(p);
@@ -141,7 +141,7 @@ TEST(Noise, ChangesTheMissByItsSizeAndRepeatsItsBits) {
 
 // --- Attitude control -----------------------------------------------------------------------------------------------
 
-TEST(BaseControl, HoldsTheBetterTheStiffer) {
+TEST(BaseControl, ErrorDecreasesWithStiffness) {
   double before = 1;
   for (double kp : {50.0, 500.0, 5000.0}) {
     CaptureProblem p = approach_only();
@@ -168,7 +168,7 @@ TEST(BaseControl, HoldsTheBetterTheStiffer) {
   EXPECT_LT(before, 1e-2);
 }
 
-TEST(BaseControl, IsAllowedForByThePlanOrTheFailureSaysWhy) {
+TEST(BaseControl, IncludedInPlanOrFailureReported) {
   SKIP_UNDER_SANITIZERS();
   int arrived = 0;
   for (double gain : {0.1, 1.0, 5.0, 20.0, 100.0, 1000.0}) {
@@ -238,7 +238,7 @@ TEST(Loads, ImpulseIsTheirIntegralInAllPhases) {
   EXPECT_GT(norm(vector_at(r, "system/linear_momentum", r.series.time.size() - 1) - start), 2);
 }
 
-TEST(Loads, OnArmsAndBaseAreAllowedForByThePlan) {
+TEST(Loads, PlanIncludesLoadsOnArmsAndBase) {
   for (double size : {0.01, 0.1, 0.5}) {
     CaptureProblem p = planned();
     p.loads = {
@@ -260,7 +260,7 @@ TEST(Loads, OnArmsAndBaseAreAllowedForByThePlan) {
   }
 }
 
-TEST(Disturbed, RunsRepeatTheirBits) {
+TEST(Disturbed, RunsAreBitIdentical) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = planned();
   control(p, 20, 50);
@@ -278,7 +278,7 @@ TEST(Disturbed, RunsRepeatTheirBits) {
   }
 }
 
-TEST(Loads, ThatNoPlanCanMakeUpForAreSaid) {
+TEST(Loads, ReportsInfeasibleLoads) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = planned();
   p.loads = {load("base", {0, 0, 0}, {{0, 0, 0}, {20, 0, 0}}, LoadProfile::Shape::constant, 2, 18)};
@@ -292,7 +292,7 @@ TEST(Loads, ThatNoPlanCanMakeUpForAreSaid) {
   std::printf("[ measured ] %s\n", r.failure.c_str());
 }
 
-TEST(BaseControl, CalmsTheBaseAfterTheImpact) {
+TEST(BaseControl, DampsBaseAfterImpact) {
   CaptureProblem p = thesis_case();
   p.post_impact.emplace();
   p.post_impact->duration = 60;
@@ -332,7 +332,7 @@ TEST(BaseControl, CalmsTheBaseAfterTheImpact) {
 }
 
 // A target that is held has its body's origin at the contact point; a force still attacks where the user put it.
-TEST(Loads, OnACaughtTargetAttackWhereTheUserPutThem) {
+TEST(Loads, PointOfApplicationOnCapturedTarget) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     CaptureProblem p = thesis_case();
     p.approach->duration = 5;

@@ -17,7 +17,7 @@ namespace envelope_test {
 using ::testing::HasSubstr;
 using Orientation = GraspSetup::Orientation;
 
-// Case 1 with a motion afterwards; both hands miss by centimetres and move against their targets.
+// Case 1 with a motion afterwards; both hands deviate by centimetres and move relative to their targets.
 CaptureProblem grasping() {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = 10;
@@ -113,7 +113,7 @@ TEST(Envelope, LeavesTheOthersTargetAlone) {
   EXPECT_LT(norm(alone.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-9);
 }
 
-TEST(Envelope, NobodyClosesNothingHappens) {
+TEST(Envelope, NoClosingNoImpact) {
   CaptureProblem p = grasping();
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope = CaptureEnvelope{1e-6, 1, 1, 1};
   const CaptureResult r = simulate_capture(p);
@@ -137,7 +137,7 @@ double excess(const CaptureProblem& p, const CaptureResult& r, std::size_t s) {
   return most;
 }
 
-TEST(CaptureAtEnvelope, EndsTheApproachWhereTheExcessVanishes) {
+TEST(CaptureAtEnvelope, EndsApproachAtZeroExcess) {
   CaptureProblem p = grasping();
   p.approach->tracking = {};
   p.approach->capture_at = ApproachSetup::CaptureAt::envelope;
@@ -166,7 +166,7 @@ TEST(CaptureAtEnvelope, EndsTheApproachWhereTheExcessVanishes) {
   EXPECT_EQ(never.status, CaptureStatus::completed);
   EXPECT_EQ(never.capture_time, 10);
   EXPECT_FALSE(never.captured() || never.impact);
-  // Inside from the first: at once.
+  // Inside from the start: immediately.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 100, e.envelope->velocity = 100;
   const CaptureResult at_once = simulate_capture(p);
   EXPECT_EQ(at_once.status, CaptureStatus::completed);
@@ -190,7 +190,7 @@ double point_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b)
   return norm(p - a - x * d);
 }
 
-TEST(Clearance, OfAForearmThatPassesATargetIsThatByHand) {
+TEST(Clearance, ForearmPassingTargetMatchesClosedForm) {
   CaptureProblem p = thesis_case();
   p.impact.reset();
   p.output_interval = 0.02;
@@ -237,7 +237,7 @@ TEST(Clearance, OfAForearmThatPassesATargetIsThatByHand) {
 
 // The grasping link may touch its target, before and after the grasp; the link before it may not, also where the target
 // hangs on the hand by a fixed joint.
-TEST(Clearance, OfACaughtTargetFromTheLinkBeforeTheHand) {
+TEST(Clearance, CapturedTargetFromLinkBeforeHand) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     for (bool hand_has_shape : {true, false}) {
       CaptureProblem p = grasping();
@@ -273,7 +273,7 @@ TEST(Clearance, OfACaughtTargetFromTheLinkBeforeTheHand) {
 }
 
 // Shapes stay where the user put them when the target's frame moves to the contact.
-TEST(Clearance, OfACaughtTargetsShapeIsWhereItWas) {
+TEST(Clearance, ShapeOfCapturedTargetKeepsPlace) {
   CaptureProblem p = grasping();
   p.targets[0].geometry = {sphere(0.1, {0.2, -0.3, 0.4})};
   p.targets[1].geometry = {sphere(0.1, {-0.1, 0.2, 0.1})};
@@ -294,7 +294,7 @@ TEST(Clearance, OfACaughtTargetsShapeIsWhereItWas) {
 
 // A body with two shapes comes as near as two bodies on a fixed joint with one shape each: of next to no mass, so that
 // they move alike.
-TEST(Clearance, OfABodyWithTwoShapesIsThatOfTwoBodiesFixedToEachOther) {
+TEST(Clearance, TwoShapesEqualTwoFixedBodies) {
   const Geometry bus{Geometry::Shape::box, {0.5, 0.6, 0.7}, {rotation_about({0, 0, 1}, 0.3), {-0.3, 0, 0}}};
   const Geometry panel{Geometry::Shape::box, {0.4, 1.5, 0.02}, {rotation_about({1, 0, 0}, 0.4), {-0.2, 0.6, 0.3}}};
   CaptureProblem one = grasping();
@@ -333,7 +333,7 @@ TEST(Clearance, OfABodyWithTwoShapesIsThatOfTwoBodiesFixedToEachOther) {
 
 // --- Joint limits ---------------------------------------------------------------------------------------------------
 
-TEST(Limits, OfPositionRateAndEffortAreFoundInBothPhases) {
+TEST(Limits, PositionRateAndEffortInBothPhases) {
   CaptureProblem p = grasping();
   p.approach->tracking = {};
   p.post_impact->joints = PostImpactSetup::Joints::free;

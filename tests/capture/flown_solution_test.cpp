@@ -20,7 +20,7 @@ FlownEnd flight(const std::vector<double>& x, const std::vector<double>& r) {
   return end;
 }
 
-TEST(FlownSolution, MakesErrorAndGapVanish) {
+TEST(FlownSolution, ErrorAndGapVanish) {
   const FlownSolution s =
       solve_by_flights(flight, {0.4, 0.2, 0.6}, {0, 0, 0}, {-kNone, -kNone, -kNone}, {kNone, kNone, kNone}, 1e-10);
   ASSERT_TRUE(s.found);
@@ -37,13 +37,13 @@ TEST(FlownSolution, StaysWithinLimits) {
   EXPECT_LT(flight(s.position, s.rate).size(), 1e-10);
 }
 
-TEST(FlownSolution, WithoutLimitsGivenOnlyTheRatesAreLookedFor) {
+TEST(FlownSolution, SearchesRatesOnlyWithoutLimits) {
   const FlownSolution s = solve_by_flights(flight, {0.4, 0.2, 0.6}, {0, 0, 0}, {}, {}, 1e-10);
   EXPECT_EQ(s.position, (std::vector<double>{0.4, 0.2, 0.6}));
   EXPECT_LT(flight(s.position, s.rate).gap.norm(), 1e-10);
 }
 
-TEST(FlownSolution, SaysWhereThereIsNone) {
+TEST(FlownSolution, ReportsNoSolution) {
   const Flight unreachable = [](const std::vector<double>& x, const std::vector<double>&) {
     FlownEnd end;
     end.error = Eigen::VectorXd::Constant(1, 1 + x[0] * x[0]);

@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Models, Grasp, ::testing::Values(GraspModel::rigid, Gra
                                                                     : "point";
                          });
 
-TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
+TEST_P(Grasp, StaysClosedAndLedgerPasses) {
   double turned = 0;
   for (int i = 100; i < 106; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -96,8 +96,8 @@ TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
   EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // they do turn in their grasps
 }
 
-// The target receives the opposite at the same point: its momentum change says so.
-TEST(Impulses, TargetsReceiveTheOpposite) {
+// The target receives the opposite impulse at the same point: checked by its change of momentum.
+TEST(Impulses, TargetsReceiveOppositeImpulse) {
   for (int i = 110; i < 116; ++i) {
     SCOPED_TRACE(seed_note(i));
     const CaptureProblem p = random_capture(i);

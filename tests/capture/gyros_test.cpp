@@ -65,7 +65,7 @@ std::string fault_of(const std::string& text, std::vector<Override> more = {}) {
 }
 
 // Every row holds until the next: the wheel's torque, the gimbal's rate, pulses of a thruster in every period.
-TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
+TEST(ActuatorLog, CommandsEachActuator) {
   SKIP_UNDER_SANITIZERS();
   const Log log(kHead +
                 ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
@@ -107,10 +107,10 @@ TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
   const std::size_t last = impulse.data.size() - 3;
   const double size = std::hypot(impulse.data[last], impulse.data[last + 1], impulse.data[last + 2]);
   std::printf("[ measured ] external impulse %.6g N s of %.6g\n", size, 2 * 1.5);
-  EXPECT_NEAR(size, 3, 0.05);  // the base turns a little meanwhile
+  EXPECT_NEAR(size, 3, 0.05);  // the base turns slightly during this time
 }
 
-TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
+TEST(ActuatorLog, RejectsMismatch) {
   const std::string zeros = "\n0,0,0,0,0,0,0,0\n60,0,0,0,0,0,0,";
   const auto expect = [&](const std::string& text, const std::vector<std::string>& parts,
                           const std::vector<Override>& more = {}) {
@@ -128,10 +128,11 @@ TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
          {":3:16: error: thruster.a is 1.5, must be from 0 to 1, the share of a period for which the valve is open"});
   expect(kHead + ",thruster.a" + zeros + "on\n", {":3:16: error: thruster.a must be a number [1]"});
   expect(kHead + ",thruster.a" + zeros + "0.05\n",
-         {"control.torques opens thruster 'a' at 60 [s] for 0.005 s, and its valve is open for 0.01 s at least"});
+         {"control.torques opens thruster 'a' at 60 [s] for 0.005 s, but its valve is open for at least 0.01 s"});
   expect(kHead + ",wheel.w,base.x,base.y,base.z\n0,0,0,0,0,0,0,0,0,0,0\n60,0,0,0,0,0,0,0,0,0,0\n",
          {":1:1: error: the header has base.x"});
-  expect(kHead + ",wheel.w" + zeros + "0\n", {"post_impact.base_control: control.torques tells the base's actuators"},
+  expect(kHead + ",wheel.w" + zeros + "0\n",
+         {"post_impact.base_control: control.torques commands the base's actuators"},
          {{"post_impact.base_control", "{kp: 1, kd: 1, actuators: outside}"}});
 }
 
@@ -169,7 +170,7 @@ TEST(ActuatorArrays, ArePyramidsOrOrthogonal) {
 }
 
 // Near a singularity from the start on: said in summary and warning, and momentum is kept all the same.
-TEST(GyroCapture, ASingularArrayIsSaid) {
+TEST(GyroCapture, ReportsSingularArray) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem problem = load_scenario(
       kScenario,
@@ -188,9 +189,9 @@ TEST(GyroCapture, ASingularArrayIsSaid) {
               r.gyros->largest_torque_lacking);
 }
 
-// The arms alone keep the base's attitude beside gyros that nobody steers: the law knows that their motors keep gimbals
-// and rotors at their rates.
-TEST(GyroCapture, ArmsKeepTheBaseBesideGyrosThatStandStill) {
+// The arms alone keep the base's attitude while the gyros are not steered: the law includes that their motors hold
+// gimbals and rotors at their rates.
+TEST(GyroCapture, ArmsControlBaseWithIdleGyros) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(load_scenario(
       kScenario,

@@ -7,8 +7,8 @@
 
 namespace grapnel::testing {
 
-/// random_loops() with one target per arm (two arms of four joints), where the point that each hand meets has a
-/// surface normal against which it moves, oblique. No approach; 2 s of motion afterwards.
+/// random_loops() with one target per arm (two arms of four joints), where the point that each hand meets has a surface
+/// normal opposite to its motion, oblique. No approach; 2 s of motion afterwards.
 CaptureProblem meeting_case(int index);
 /// The same with contacts instead of grasps under the given law, e and mu.
 CaptureProblem rebound_case(ImpactSetup::Law law, double restitution, double friction, int index);

@@ -66,7 +66,7 @@ class Margins : public ::testing::TestWithParam<Law> {};
 INSTANTIATE_TEST_SUITE_P(Laws, Margins,
                          ::testing::Values(Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction));
 
-TEST_P(Margins, AtTheSpeedLimitTheRatingIsReachedExactly) {
+TEST_P(Margins, RatingReachedAtSpeedLimit) {
   Worst reached("rating reached"), others("others");
   for (int i = 0; i < 4; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -97,7 +97,7 @@ TEST_P(Margins, AtTheSpeedLimitTheRatingIsReachedExactly) {
   }
 }
 
-TEST(Margins, OfAnImpactInTimeArePeaks) {
+TEST(Margins, CompliantImpactUsesPeaks) {
   CaptureProblem p = yielding_case(1e7, 1);
   rate(p);
   const CaptureResult r = simulate_impact_only(p);
@@ -120,7 +120,7 @@ TEST(Margins, OfAnImpactInTimeArePeaks) {
   EXPECT_EQ(r.impact->speed_limits.size(), 2u);
 }
 
-TEST(Margins, WithoutLoadAreUnlimitedAndTheFileIsStillJson) {
+TEST(Margins, UnlimitedWithoutLoadAndValidJson) {
   CaptureProblem p = meeting_case(1);
   p.robot.end_effectors[0].rating.moment = 5;
   p.grasps[0].model = GraspModel::point;  // passes on no moment
@@ -145,7 +145,7 @@ bool finite_or_null(const nlohmann::json& json) {
   return true;
 }
 
-TEST(Measures, AreInTheSummaryUnderEveryLaw) {
+TEST(Measures, InSummaryForEveryLaw) {
   for (Law law : {Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}) {
     CaptureProblem p = law == Law::compliant ? yielding_case(1e7, 2) : rated(law, 2);
     const CaptureResult r = simulate_capture(p);
@@ -204,7 +204,7 @@ TEST(Measures, InverseInertiaGivesTheImpulse) {
 }
 
 // Nothing moves against anything: there is no line of impulse to miss by.
-TEST(Measures, OfNoImpulseAreNull) {
+TEST(Measures, NullWithoutImpulse) {
   CaptureProblem p = faster(meeting_case(1), 0);
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -217,7 +217,7 @@ TEST(Measures, OfNoImpulseAreNull) {
 }
 
 // The target's mass, by finite differences of whole runs.
-TEST(Sensitivities, PredictARunWithAnotherMass) {
+TEST(Sensitivities, PredictRunWithOtherMass) {
   CaptureProblem p = meeting_case(3);
   const CaptureResult r = simulate_impact_only(p);
   const ImpactSensitivity* mass = nullptr;

@@ -1,5 +1,5 @@
-/// Every instantaneous impact law through a whole capture: what the law promises, what is conserved, and that the run
-/// goes on.
+/// Every instantaneous impact law in a whole capture: its defining equations, conservation, and the continuation of the
+/// run.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ double targets_pushed(const CaptureProblem& p, const CaptureResult& r, std::size
 
 // --- Contacts ---
 
-TEST(Restitution, OneContactThrowsTheNormalVelocityBackAndTheTargetIsFree) {
+TEST(Restitution, NormalVelocityReboundsAndTargetIsFree) {
   Worst rebound("normal velocity"), momentum("momentum"), pushed("momentum of free targets");
   for (int i = 0; i < 6; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -51,7 +51,7 @@ TEST(Restitution, OneContactThrowsTheNormalVelocityBackAndTheTargetIsFree) {
     EXPECT_LT(rebound.note(std::abs(normal_speed(p, r, 0, s + 1) + e * before) / -before, i), 1e-11);  // 2e-15
     EXPECT_LT(momentum.note(momentum_jump(r, s, s + 1), i), 1e-13);                                    // measured 4e-16
     EXPECT_LT(pushed.note(targets_pushed(p, r, after), i), 1e-12);                                     // measured 2e-15
-    EXPECT_EQ(r.series.time.back(), 2);  // the run goes on
+    EXPECT_EQ(r.series.time.back(), 2);  // the run continues
     EXPECT_FALSE(r.grasps.at(0).captured);
     EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at"));
     const GraspImpulse& g = r.impact->grasps.at(0);
@@ -65,7 +65,7 @@ TEST(Restitution, OneContactThrowsTheNormalVelocityBackAndTheTargetIsFree) {
   }
 }
 
-TEST(Friction, KeepsTheConeAndLosesEnergyInEveryCapture) {
+TEST(Friction, ConeHoldsAndEnergyDecreases) {
   Worst cone("cone"), momentum("momentum");
   int sticking = 0, sliding = 0, both = 0;
   for (int i = 0; i < 12; ++i) {
@@ -101,14 +101,14 @@ TEST(Friction, KeepsTheConeAndLosesEnergyInEveryCapture) {
   std::printf("[ measured ] sticking %d, sliding %d, both %d of 24\n", sticking, sliding, both);
 }
 
-TEST(Friction, WithoutFrictionIsRestitution) {
+TEST(Friction, ZeroFrictionEqualsRestitution) {
   const CaptureResult a = simulate_capture(rebound_case(Law::friction, 0.7, 0, 3));
   const CaptureResult b = simulate_capture(rebound_case(Law::restitution, 0.7, 0.4, 3));
   for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(norm(a.impact->grasps[i].impulse - b.impact->grasps[i].impulse), 0);
 }
 
 // Two contacts with two free targets, coupled through the base.
-TEST(SimultaneousContacts, SayThatTheyAreNotUnique) {
+TEST(SimultaneousContacts, ReportNonuniqueness) {
   const CaptureResult r = simulate_capture(rebound_case(Law::restitution, 0.5, 0, 1));
   expect_passes(r);
   EXPECT_EQ(r.impact->unique, r.impact->grasps[0].determined[5]);
@@ -116,7 +116,7 @@ TEST(SimultaneousContacts, SayThatTheyAreNotUnique) {
   EXPECT_FALSE(r.impact->unique);
 }
 
-TEST(NewtonsHypothesis, ThatCreatesEnergySaysSo) {
+TEST(NewtonsHypothesis, ReportsCreatedEnergy) {
   int created = 0;
   for (int i = 0; i < 40 && created == 0; ++i) {
     CaptureProblem p = rebound_case(Law::friction, 1, 0.8, i);
@@ -133,7 +133,7 @@ TEST(NewtonsHypothesis, ThatCreatesEnergySaysSo) {
 
 // --- Bilateral restitution ---
 
-TEST(BilateralRestitution, ThrowsWholeTwistsBackAndLetsGo) {
+TEST(BilateralRestitution, RelativeTwistReboundsAndGraspOpens) {
   Worst twist("twist"), energy("energy");
   for (int i = 0; i < 6; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -160,7 +160,7 @@ TEST(BilateralRestitution, ThrowsWholeTwistsBackAndLetsGo) {
   }
 }
 
-TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrasp) {
+TEST(BilateralRestitution, ZeroEqualsPlasticExceptGrasp) {
   CaptureProblem p = meeting_case(2);
   const CaptureResult plastic = simulate_capture(p);
   p.impact->law = Law::bilateral_restitution;
@@ -172,8 +172,8 @@ TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrasp) {
   EXPECT_FALSE(r.grasps[0].captured);
 }
 
-// Two hands of few joints on one target: some rows say the same.
-TEST(BilateralRestitution, ThatNoMotionHasNamesItsRows) {
+// Two hands of few joints on one target: some rows are redundant.
+TEST(BilateralRestitution, InfeasibleCoefficientsNameRows) {
   LoopOptions options;
   options.joints = 1;
   options.time = 0.5;
@@ -190,7 +190,7 @@ TEST(BilateralRestitution, ThatNoMotionHasNamesItsRows) {
 
 // --- Several kinds and times ---
 
-TEST(GraspsAndContacts, AtTheSameInstantGraspsCloseFirst) {
+TEST(GraspsAndContacts, GraspsPrecedeSimultaneousContacts) {
   CaptureProblem p = rebound_case(Law::friction, 0.4, 0.3, 5);
   p.grasps[0].contact = false;
   const CaptureResult r = simulate_capture(p);
@@ -214,7 +214,7 @@ TEST(GraspsAndContacts, AtTheSameInstantGraspsCloseFirst) {
   EXPECT_EQ(value_at(r, "grasps/hand1/holds", r.series.time.size() - 1), 0);
 }
 
-TEST(GraspsAndContacts, ALaterContactFindsTheGraspHolding) {
+TEST(GraspsAndContacts, LaterContactWhileGraspHolds) {
   CaptureProblem p = rebound_case(Law::restitution, 0.8, 0, 5);
   p.grasps[0].contact = false;
   p.grasps[1].closes = GraspSetup::Closes::at_time;
@@ -254,7 +254,7 @@ TEST(GraspsAndContacts, OnOneTarget) {
 
 // --- Joints during the impact ---
 
-TEST(JointsDuring, BrakedAndDrivenKeepTheirRatesAndTheBooksCountThem) {
+TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
   for (Law law : {Law::plastic, Law::bilateral_restitution, Law::friction}) {
     for (Joints joints : {Joints::braked, Joints::driven}) {
       SCOPED_TRACE(static_cast<int>(law) * 10 + static_cast<int>(joints));
@@ -300,8 +300,9 @@ TEST(JointsDuring, BrakedAndDrivenKeepTheirRatesAndTheBooksCountThem) {
   }
 }
 
-// By hand: with all joints braked the servicer is one rigid body, and the plastic impact of two rigid bodies is closed.
-TEST(JointsDuring, BrakedIsTheImpactOfRigidBodies) {
+// Closed form: with all joints braked the servicer is one rigid body, and the plastic impact of two rigid bodies has a
+// formula.
+TEST(JointsDuring, BrakedEqualsRigidBodies) {
   CaptureProblem p = meeting_case(3);
   p.grasps.pop_back(), p.targets.pop_back();
   p.impact->joints = Joints::braked;
@@ -353,7 +354,7 @@ TEST(JointsDuring, HeavyRotorsConvergeToDriven) {
   EXPECT_LT(previous, 1e-3 * norm(driven.impact->grasps[0].impulse));
 }
 
-TEST(JointsDuring, AfterwardsTheyMayBeBraked) {
+TEST(JointsDuring, BrakedAfterwards) {
   CaptureProblem p = rebound_case(Law::friction, 0.5, 0.3, 6);
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
@@ -363,7 +364,7 @@ TEST(JointsDuring, AfterwardsTheyMayBeBraked) {
   EXPECT_LT(targets_pushed(p, r, first_sample(r, "post_impact")), 1e-12);
 }
 
-TEST(FixedBase, TheGroundTakesUpWhatReboundsGiveIt) {
+TEST(FixedBase, GroundReceivesReboundImpulse) {
   for (Law law : {Law::bilateral_restitution, Law::friction}) {
     for (Joints joints : {Joints::free, Joints::braked, Joints::driven}) {
       CaptureProblem p = rebound_case(law, 0.5, 0.3, 2);

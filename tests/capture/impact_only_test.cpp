@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, ImpactOnly,
                                            OnlyCase{"seven_joints", "seven-joint-dual-capture.yaml"}),
                          [](const auto& test) { return test.param.name; });
 
-TEST_P(ImpactOnly, IsTheImpactOfTheWholeRun) {
+TEST_P(ImpactOnly, EqualsImpactOfWholeRun) {
   const std::string name = GetParam().name;
   if (name == "tumbling" || name == "straight_in") SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario(GetParam().scenario);

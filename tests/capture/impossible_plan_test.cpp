@@ -1,5 +1,4 @@
-/// What nobody can plan is answered with the reason, after so little work that nobody waits for it:
-/// bench/plan_bench.cpp has the times.
+/// Infeasible plans fail quickly with the reason: bench/plan_bench.cpp has the times.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +13,7 @@ using ::testing::HasSubstr;
 
 class ImpossiblePlans : public ::testing::TestWithParam<ImpossiblePlan> {};
 
-TEST_P(ImpossiblePlans, AreAnsweredWithTheReason) {
+TEST_P(ImpossiblePlans, ReportReason) {
   constexpr double kLong = 150;
   if (GetParam().work > kLong) SKIP_UNDER_SANITIZERS();
   const CaptureProblem problem = GetParam().problem();

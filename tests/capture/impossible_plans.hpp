@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Approaches that nobody can plan, made of scenarios that are shipped: what tests and benchmarks ask how planning
-/// answers.
+/// Infeasible approaches, derived from shipped scenarios, for tests and benchmarks of planning failures.
 
 #include <functional>
 #include <string>
@@ -62,8 +61,8 @@ inline PlanSetup& on_the_way(CaptureProblem& p) {
   return plan;
 }
 
-/// What cannot be: the piece straight in, limits, distances, the base's turn, obstacles, reach, times. For arms of
-/// seven joints, two, two at one target, three, six, and one.
+/// Infeasible constraints: the final straight approach, limits, distances, the base's rotation, obstacles, reach,
+/// times. For arms of seven joints, two, two at one target, three, six, and one.
 inline std::vector<ImpossiblePlan> impossible_plans() {
   using Ask = std::function<void(CaptureProblem&)>;
   const auto rates = [](double limit) -> Ask {
@@ -84,8 +83,8 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
       for (BodyDescription& body : p.robot.bodies) body.joint.limits.lower *= share, body.joint.limits.upper *= share;
     };
   };
-  // The piece straight in so short, or so fast in the end, that joints' rates do not do; the way there keeps what it
-  // is.
+  // A final straight approach so short, or so fast at the end, that joint rates do not suffice; the approach before it
+  // is unchanged.
   const auto in_short = [](double duration) -> Ask {
     return [duration](CaptureProblem& p) {
       on_the_way(p);
@@ -142,19 +141,19 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
       {"rates/two-arms", two, rates(0.03), "exceeds its rate limit", 126},
       {"efforts/two-arms", two, efforts(0.1), "exceeds its effort limit", 87},
       {"positions/two-arms", two, positions(0.55), "beyond its", 208},
-      {"clearance/two-arms", two, clearance(0.5), "0.5 m is to be kept", 382},
+      {"clearance/two-arms", two, clearance(0.5), "the minimum is 0.5 m", 382},
       {"base-turn/two-arms", two, turn(1e-3), "the base turns", 170},
       {"out-of-reach/two-arms", two, away(5), "comes no closer than", 308},
       {"out-of-reach/planar", planar, away(3), "comes no closer than", 589},
       {"out-of-reach/six-arms", six, away(5), "comes no closer than", 3195},
       {"positions/six-arms", six, positions(0.3), "at its upper limit", 250},
       {"base-turn/six-arms", six, turn(1e-3), "the base turns", 301},
-      {"clearance/six-arms", six, clearance(0.5), "0.5 m is to be kept", 773},
+      {"clearance/six-arms", six, clearance(0.5), "the minimum is 0.5 m", 773},
       {"splines/rates/two-arms", two, with_splines(rates(0.03)), "exceeds its rate limit", 241},
       {"splines/rates/three-arms", three, with_splines(rates(0.03)), "exceeds its rate limit", 448},
       {"splines/rates/six-arms", six, with_splines(rates(0.03)), "exceeds its rate limit", 447},
       {"splines/efforts/two-arms", two, with_splines(efforts(0.1)), "exceeds its effort limit", 254},
-      {"splines/clearance/six-arms", six, with_splines(clearance(0.5)), "0.5 m is to be kept", 775},
+      {"splines/clearance/six-arms", six, with_splines(clearance(0.5)), "the minimum is 0.5 m", 775},
       {"splines/base-turn/two-arms", two, with_splines(turn(1e-3)), "the base turns", 380},
       {"splines/base-turn/six-arms", six, without_straight_in(with_splines(turn(1e-3))), "the base turns", 1714},
       {"splines/base-turn/both-arms", quiet, turn(1e-3), "the base turns", 217},
@@ -162,11 +161,11 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
       {"wall/six-arms", six, with_splines(wall(0.5)), "overlap", 791},
       {"wall/one-arm", one, with_splines(wall(0.7)), "overlap", 487},
       {"wall/planar", planar, with_splines(wall(0.5)), "overlap", 563},
-      {"window/never-within-reach", window, away(6), "by distance none can be reached", 0},
+      {"window/never-within-reach", window, away(6), "the distance rules out any capture", 0},
       {"window/out-of-reach", window, away(2), "comes no closer than", 6683},
       {"window/rates", window, with_splines(rates(0.01)), "exceeds its rate limit", 1984},
       {"window/positions", window, positions(0.3), "beyond its lower limit", 2406},
-      {"window/clearance", window, with_splines(clearance(0.5)), "0.5 m is to be kept", 2554},
+      {"window/clearance", window, with_splines(clearance(0.5)), "the minimum is 0.5 m", 2554},
       {"window/base-turn", window, with_splines(turn(1e-3)), "the base turns", 5031},
       {"window/wall", window, with_splines(wall(0.5)), "overlap", 2555},
   };

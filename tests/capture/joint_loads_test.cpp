@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace joint_loads_test {
 
-TEST(JointWrenches, DriveAsInverseDynamicsSays) {
+TEST(JointWrenches, MatchInverseDynamics) {
   Worst driving("driving component"), root("free root");
   for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -24,7 +24,7 @@ TEST(JointWrenches, DriveAsInverseDynamicsSays) {
     Forces forces = random_forces(model, state, random);
     std::vector<double> vdot(state.v.size());
     for (double& a : vdot) a = random.uniform(-2, 2);
-    // Inverse dynamics with gravity and joint friction of its own would not compare.
+    // Inverse dynamics with gravity and joint friction would not be comparable.
     forces.gravity = Vector3d::zero();
     const std::vector<Wrenchd> through = joint_wrenches(model, forward_kinematics(model, state), vdot, forces.external);
     const std::vector<double> tau = inverse_dynamics(model, state, vdot, forces);
@@ -46,7 +46,7 @@ TEST(JointWrenches, DriveAsInverseDynamicsSays) {
 }
 
 // The shorter the impact, the nearer what joints passed on is to what an impact without duration has.
-TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
+TEST(JointWrenches, ShortImpactMatchesImpulses) {
   double previous = 0;
   for (double stiffness : {1e7, 1e9}) {
     CaptureProblem p = yielding_case(stiffness, 1);
@@ -60,7 +60,7 @@ TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
     double axis = 0, size = 0;
     for (const JointImpulse& j : r.impact->joints)
       axis = std::max(axis, std::abs(j.along_axis)), size = std::max(size, norm(j.angular_impulse));
-    // Free joints pass nothing on along their axes, but for what the axes turn meanwhile.
+    // Free joints transmit nothing along their axes, except for the rotation of the axes during the impact.
     std::printf("[ measured ] along the axes %.3g of %.3g N m s\n", axis, size);
     EXPECT_LT(axis, 2e-2 * size);  // measured 4e-3, 4e-5
     if (previous > 0) {

@@ -14,14 +14,14 @@ const GroupScale<double> kMotion{10, 5, 0.5};
 const GroupReach kReach{100, 0.5, 2};
 const SlowestMotion kRun{0.01, 0.1};
 
-TEST(LedgerScale, OfAnOrdinaryMotionIsItsSize) {
+TEST(LedgerScale, OrdinaryMotionScalesWithItsSize) {
   const GroupScale<double> scale = ledger_scale(kMotion, {}, kReach, kRun);
   EXPECT_EQ(scale.linear, kMotion.linear);
   EXPECT_EQ(scale.angular, kMotion.angular);
   EXPECT_EQ(scale.energy, kMotion.energy);
 }
 
-TEST(LedgerScale, OfAGroupAtRestHasAFloor) {
+TEST(LedgerScale, GroupAtRestHasFloor) {
   const GroupScale<double> scale = ledger_scale({0, 0, 0}, {}, kReach, kRun);
   EXPECT_NEAR(scale.linear, 100 * 3e-2 * 0.5 * 0.01, 1e-15);  // three hundredths of its radius in the run
   EXPECT_NEAR(scale.angular, 0.5 * scale.linear, 1e-15);
@@ -33,7 +33,7 @@ TEST(LedgerScale, OfAGroupAtRestHasAFloor) {
   EXPECT_GT(at_once.energy, 0);
 }
 
-TEST(LedgerScale, CountsWhatWasExchanged) {
+TEST(LedgerScale, IncludesExchange) {
   const GroupScale<double> scale = ledger_scale(kMotion, {1e4, 1e5, 1e3}, kReach, kRun);
   EXPECT_NEAR(scale.linear, 10 + 100, 1e-12);
   EXPECT_NEAR(scale.angular, 5 + 1000, 1e-12);
@@ -41,7 +41,7 @@ TEST(LedgerScale, CountsWhatWasExchanged) {
 }
 
 // A force through the centre of mass of what has come far exchanges no angular momentum, but has a rounded arm.
-TEST(LedgerScale, CountsRoundedPlaces) {
+TEST(LedgerScale, IncludesPositionRounding) {
   const GroupReach far{100, 0.5, 5000};
   const double angular = ledger_scale({1000, 0, 0}, {1000, 0, 0}, far, kRun).angular;
   EXPECT_GT(1e-11 * angular, 4 * 2.2e-16 * 5000 * 1000);

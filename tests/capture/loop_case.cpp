@@ -89,7 +89,7 @@ CaptureProblem random_loops(const LoopOptions& options, int index) {
   Random random(5000 + index);
   CaptureProblem p;
   p.name = "loops " + std::to_string(index);
-  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // grasps may close on their way
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // grasps may close during the approach
   p.robot.name = "random";
   p.robot.base = "base";
   p.robot.bodies = {base_body()};

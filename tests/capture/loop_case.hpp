@@ -15,16 +15,16 @@ struct LoopOptions {
   double time = 10;                      // after the impact [s]
 };
 
-/// A base of 300 kg with arms of links of 0.45 m whose hands ("hand0", …) are somewhere near their targets
-/// ("target0", …): tumbling, triaxial, centres of mass off their frames. No approach: grasps close at t = 0, welded as
-/// found, by a plastic impact; joints are free afterwards. Everything moves from the start.
+/// A base of 300 kg with arms of links of 0.45 m whose hands ("hand0", …) are near their targets ("target0", …):
+/// tumbling, triaxial, centres of mass off their frames. No approach: grasps close at t = 0, welded as found, by a
+/// plastic impact; joints are free afterwards. Everything moves from the start.
 CaptureProblem random_loops(const LoopOptions& options, int index);
 
 /// A scenario of the repository, by its path under scenarios/.
 CaptureProblem scenario(const std::string& path);
 
-/// The grasp of hand and target is the same at all samples from `from` to `to`, by the poses recorded: what a grasp of
-/// its kind forbids [m, rad], and how far hand and target turn against each other.
+/// The grasp of hand and target is constant over all samples from `from` to `to`, by the recorded poses: violations of
+/// the grasp's constraints [m, rad], and the relative rotation of hand and target.
 struct Opening {
   double position = 0, angle = 0, turned = 0;
 };

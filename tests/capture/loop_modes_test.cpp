@@ -77,7 +77,7 @@ TEST(BrakedLoops, MoveAsOneRigidBody) {
 
 // Light wrists locked to a heavy target: what rounding leaves between them, times its mass, stays rounding (it was a
 // momentum of 6e-11 of the scale while brakes were rows beside those of the grasps).
-TEST(BrakedLoops, KeepTheMomentumOfHeavyTargets) {
+TEST(BrakedLoops, ConserveMomentumOfHeavyTargets) {
   SKIP_UNDER_SANITIZERS();
   for (const double factor : {1e2, 1e3, 1e4}) {
     CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 // The targets' momenta and the robot alone under its grasps' wrenches, by finite differences of what is recorded.
-TEST_P(GraspWrenches, ExplainTheMotionOfTargetAndRobot) {
+TEST_P(GraspWrenches, MatchMotionOfTargetAndRobot) {
   const Named& c = GetParam();
   CaptureProblem p = dense(random_loops({c.targets, c.models, c.joints, 0.3, 2}, 80));
   p.post_impact->joints = c.control;
@@ -187,7 +187,7 @@ TEST_P(GraspWrenches, ExplainTheMotionOfTargetAndRobot) {
 
 // Short arms leave self-stresses: of all wrenches with the same effect the least in the metric. A pair of opposite
 // wrenches that the joints of both arms do not feel is such a self-stress; along all of them the metric is flat.
-TEST(GraspWrenchesOfShortArms, AreLeast) {
+TEST(GraspWrenchesOfShortArms, MinimumNorm) {
   CaptureProblem p = dense(random_loops({{0, 0}, {}, 2, 0.3, 2}, 81));
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -231,7 +231,7 @@ TEST(GraspWrenchesOfShortArms, AreLeast) {
 
 // --- Bases, loads, control
 
-TEST(LoopsOnAllBases, KeepTheBooks) {
+TEST(LoopsOnAllBases, LedgerPasses) {
   for (const RobotSetup::Base base : {RobotSetup::Base::free, RobotSetup::Base::held, RobotSetup::Base::fixed}) {
     for (const Joints joints : {Joints::free, Joints::pd, Joints::braked}) {
       for (const bool loaded : {false, true}) {
@@ -260,7 +260,7 @@ TEST(LoopsOnAllBases, KeepTheBooks) {
 }
 
 // A fixed base with everything braked can carry nothing on: all stops.
-TEST(LoopsOnAllBases, AllStopsOnAFixedBaseWithBrakes) {
+TEST(LoopsOnAllBases, BrakesStopFixedBaseSystem) {
   CaptureProblem p = random_loops({{0, 0}, {}, 5, 0.3, 4}, 91);
   p.robot.base_mode = RobotSetup::Base::fixed;
   p.V_WB.reset();
@@ -271,7 +271,7 @@ TEST(LoopsOnAllBases, AllStopsOnAFixedBaseWithBrakes) {
   EXPECT_LT(value_at(r, "system/kinetic_energy", r.series.time.size() - 1), 1e-20);
 }
 
-TEST(LoopsUnderControl, TheBaseComesBackToItsAttitude) {
+TEST(LoopsUnderControl, BaseReturnsToAttitude) {
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.1, 60}, 92);
   p.post_impact->joints = Joints::pd;
   p.post_impact->base_control.emplace();
@@ -286,7 +286,7 @@ TEST(LoopsUnderControl, TheBaseComesBackToItsAttitude) {
   EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
 }
 
-// Motors with gains keep the loop near its shape; the dynamics of the closed loop says how they do.
+// Motors with gains keep the loop near its shape; compared with the dynamics of the closed loop.
 TEST(LoopsUnderControl, MotorsBringJointsToRest) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.1, 120}, 93);
@@ -346,7 +346,7 @@ TEST(LoopsByOtherIntegrators, ComparisonModesAreWorse) {
 
 // Cut open at the impact: from there on the motion is that of the tree, which one grasp alone carries on. The same from
 // the state after the impact without any second grasp.
-TEST(LoopsByOtherIntegrators, CutOpenTheyAreTheOpenChain) {
+TEST(LoopsByOtherIntegrators, OpenModeEqualsOpenChain) {
   CaptureProblem p = random_loops({{0, 0}, {}, 5, 0.3, 5}, 98);
   p.integration.loops = IntegrationSetup::Loops::open;
   const CaptureResult cut = simulate_capture(p);
@@ -377,7 +377,7 @@ TEST(LoopsByOtherIntegrators, CutOpenTheyAreTheOpenChain) {
 // --- Far away
 
 // Closures do not depend on where the world's origin is, nor on how fast all drifts by.
-TEST(LoopsFarAway, StayAsClosed) {
+TEST(LoopsFarAway, StayClosed) {
   CaptureProblem p = random_loops({{0, 0}, {}, 6, 0.2, 20}, 99);
   const CaptureResult near = simulate_capture(p);
   const Vector3d away{4000, -3000, 2000}, drift{7, 3, -2};
@@ -398,8 +398,9 @@ TEST(LoopsFarAway, StayAsClosed) {
 
 // --- Two hands on one arm
 
-// Both hands on one link: the loop has no joints at all. Closed, or answered; never thrown at the caller.
-TEST(TwoHandsOfOneArm, CloseALoopOnOneLinkOrSeveral) {
+// Both hands on one link: the loop has no joints. It is closed or reported as an error, without an exception to the
+// caller.
+TEST(TwoHandsOfOneArm, LoopOnOneOrSeveralLinks) {
   for (const char* link : {"arm0-link1", "arm0-link3", "base"}) {
     for (const GraspModel model : {rigid, hinge, point}) {
       SCOPED_TRACE(std::string(link) + " " + std::to_string(static_cast<int>(model)));

@@ -114,7 +114,7 @@ TEST(MotionPieces, NeedNoPlanning) {
     EXPECT_EQ(evaluate(quick->joints[j], 7.7).position, evaluate(plan.joints[j], 7.7).position);
 }
 
-TEST(MotionPieces, OfAProgramAreChecked) {
+TEST(MotionPieces, ProgrammedPiecesAreChecked) {
   const CaptureProblem good = stated(planned());
   const auto refused = [&](auto change) {
     CaptureProblem p = good;
@@ -134,7 +134,7 @@ TEST(MotionPieces, OfAProgramAreChecked) {
   EXPECT_THAT(refused([](ApproachSetup& a) { a.pieces[1].series[2][0] = NAN; }), need);
   EXPECT_THAT(refused([](ApproachSetup& a) { a.duration += 1; }), need);
   EXPECT_THAT(refused([](ApproachSetup& a) { a.plan.emplace(); }), HasSubstr("give one of"));
-  EXPECT_THAT(refused([](ApproachSetup& a) { a.match = RateMatch::twist; }), HasSubstr("say it all"));
+  EXPECT_THAT(refused([](ApproachSetup& a) { a.match = RateMatch::twist; }), HasSubstr("state the whole motion"));
 }
 
 }  // namespace motion_pieces_test

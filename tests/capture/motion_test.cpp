@@ -99,7 +99,7 @@ TEST(SatelliteWithoutDrivenJoints, IsSampled) {
   }
 }
 
-TEST(SatelliteWithoutDrivenJoints, TakesAnyControl) {
+TEST(SatelliteWithoutDrivenJoints, AcceptsAnyControl) {
   for (const Parts& kind : kKinds) {
     for (const char* control :
          {"control: {period: 50 ms, delay: 20 ms}\n",
@@ -133,7 +133,7 @@ std::string with_arm(const std::string& more, const std::string& parts = {}) {
          "initial: {joints: {shoulder: 0.3, elbow: -0.8}}\noutput: {interval: 0.25}\n" + more;
 }
 
-TEST(MotionWithoutCapture, HasTheVerdictsThatApply) {
+TEST(MotionWithoutCapture, HasApplicableVerdicts) {
   const CaptureResult r =
       simulate_capture(loaded(with_arm("motion: {duration: 5}\n"
                                        "external_wrenches: [{body: bus, torque: [0, 0, 1]}]\n")));
@@ -169,8 +169,8 @@ TEST(MotionWithoutCapture, FollowsAnApproach) {
   EXPECT_LT(std::abs(rotation_angle(rotation_matrix(r.post_impact_end->base.quaternion_wxyz))), 0.02);
 }
 
-// An impact with a sphere of hardly any mass leaves the motion as it is without one.
-TEST(MotionWithoutCapture, IsThatOfACaptureOfNothing) {
+// An impact with a sphere of negligible mass does not change the motion.
+TEST(MotionWithoutCapture, EqualsCaptureWithoutTarget) {
   const std::string law = "joints: pd, kp: 40, kd: 60, base_control: {kp: 5, kd: 30, rpy: [0, 0, 0.2]}}\n";
   const std::string tip = "  end_effectors: [{name: tip, link: lower, position: [0.6, 0, 0]}]\n";
   const std::string dust =
@@ -189,7 +189,7 @@ TEST(MotionWithoutCapture, IsThatOfACaptureOfNothing) {
 }
 
 // A target that nothing is to grasp moves by itself, before and during `motion`.
-TEST(MotionWithoutCapture, MayHaveTargets) {
+TEST(MotionWithoutCapture, WithTargets) {
   const std::string target =
       "targets: [{name: debris, mass: 20, inertia: [2, 3, 4], state: {at: start, position: [5, 0, 0], velocity: [0, "
       "0.1, 0], angular_velocity: [0, 0, 0.2]}}]\n";
@@ -201,11 +201,11 @@ TEST(MotionWithoutCapture, MayHaveTargets) {
   EXPECT_EQ(r.phases.at(0).duration(), 0);  // its condition holds from the beginning
   ASSERT_EQ(r.post_impact_end->targets.size(), 1u);
   EXPECT_NEAR(r.post_impact_end->targets[0].position[1], 0.4, 1e-12);
-  EXPECT_NE(faults(with_arm(target + "approach: {duration: 4, plan: {}}\n")).find("grasped by nobody"),
+  EXPECT_NE(faults(with_arm(target + "approach: {duration: 4, plan: {}}\n")).find("no grasp refers to target"),
             std::string::npos);
 }
 
-TEST(MotionWithoutCapture, RefusesWhatNeedsACapture) {
+TEST(MotionWithoutCapture, RejectsSettingsThatNeedCapture) {
   EXPECT_EQ(faults(with_arm("motion: {duration: 5}\n")), "");
   const auto refused = [](const std::string& keys) {
     return faults(with_arm("motion: {duration: 5, " + keys + "}\n"));
@@ -220,7 +220,7 @@ TEST(MotionWithoutCapture, RefusesWhatNeedsACapture) {
 }
 
 // Tables of studies and campaigns have no columns of what is not there.
-TEST(MotionWithoutCapture, HasColumnsOfItsOwn) {
+TEST(MotionWithoutCapture, Columns) {
   const CaptureProblem p = loaded(satellite(kWheels, kTurn));
   const std::vector<Column> columns = standard_columns(p, true);
   const auto index = [&](std::string_view name) {
@@ -257,8 +257,8 @@ TEST(MotionWithoutCapture, ShippedScenariosRun) {
 
 // ---- Sequences of phases ----
 
-// Two phases of one law are one phase of it, to the integrator's tolerance: set points and attitudes go on.
-TEST(PhaseSequence, OfOneLawIsOnePhase) {
+// Two phases of one law equal one phase of it, to the integrator's tolerance: set points and attitudes continue.
+TEST(PhaseSequence, OneLawEqualsOnePhase) {
   const std::string law = "joints: pd, kp: 40, kd: 60, base_control: {kp: 5, kd: 30, rpy: [0, 0, 0.2]}";
   const std::string start = "external_wrenches: [{body: lower, torque: [0, 0, 2], time: {shape: constant, end: 2}}]\n";
   const CaptureResult one = simulate_capture(loaded(with_arm(start + "motion: {duration: 8, " + law + "}\n")));
@@ -277,7 +277,7 @@ TEST(PhaseSequence, OfOneLawIsOnePhase) {
 }
 
 // A base of inertia J that a damper of kd brakes turns by exp(-kd t / J): when it comes to a rate is known.
-TEST(PhaseSequence, EndsWhereItsConditionHolds) {
+TEST(PhaseSequence, EndsAtCondition) {
   const std::string text =
       "schema: grapnel-scenario/1\nname: braked\nrobot: {name: bus, base: {name: bus, mass: 50, inertia: [4, 4, 4]}}\n"
       "initial: {base: {angular_velocity: [0.1, 0, 0]}}\n"
@@ -293,7 +293,7 @@ TEST(PhaseSequence, EndsWhereItsConditionHolds) {
   EXPECT_EQ(r.phases[1].begin, r.phases[0].end);
   EXPECT_NEAR(r.post_impact_end->time, 5 * std::log(5.0) + 5, 1e-8);
   EXPECT_NEAR(r.post_impact_end->base.angular_velocity[0], 0.02, 1e-10);  // nothing brakes any more
-  // What holds as the phase begins ends it at once; what does not come true, after its duration.
+  // A condition that holds at the start ends the phase immediately; one that never holds, after its duration.
   const CaptureResult at_once = simulate_capture(loaded(text, {{"motion.despin.until.base_rate", "0.2"}}));
   EXPECT_EQ(at_once.phases.at(0).duration(), 0);
   EXPECT_EQ(at_once.phases.at(0).ended, MotionPhaseReport::End::condition);
@@ -395,7 +395,7 @@ TEST(PhaseSequence, IsDrawnByACampaign) {
   }
 }
 
-TEST(PhaseSequence, NamesItsFaults) {
+TEST(PhaseSequence, NamesErrors) {
   const auto of = [](const std::string& phases) { return faults(with_arm("motion: [" + phases + "]\n")); };
   EXPECT_EQ(of("{duration: 1}, {duration: 2, joints: braked}"), "");
   EXPECT_NE(of("{duration: 1}, {duration: 2, joints: pd}").find("missing key 'kp' in motion[1]"), std::string::npos);

@@ -82,7 +82,7 @@ CaptureProblem rebound(ImpactSetup::Law law) {
   return p;
 }
 
-TEST(OpenedGrasps, AReboundThatSeparatesIsNoViolation) {
+TEST(OpenedGrasps, SeparatingReboundIsNoViolation) {
   for (const auto law : {ImpactSetup::Law::restitution, ImpactSetup::Law::friction}) {
     CaptureProblem p = rebound(law);
     move_by(p, -0.3, 0.1);
@@ -90,7 +90,7 @@ TEST(OpenedGrasps, AReboundThatSeparatesIsNoViolation) {
   }
 }
 
-TEST(OpenedGrasps, AfterAReboundTheEndEffectorMayNotGoIn) {
+TEST(OpenedGrasps, PenetrationAfterReboundIsViolation) {
   for (const auto law : {ImpactSetup::Law::restitution, ImpactSetup::Law::friction}) {
     CaptureProblem p = rebound(law);
     move_by(p, 0.35, 0.5);
@@ -108,7 +108,7 @@ CaptureProblem soft_contact() {
   return p;
 }
 
-TEST(OpenedGrasps, SoContactsThatYieldAndPart) {
+TEST(OpenedGrasps, CompliantContactsThatSeparate) {
   CaptureProblem p = soft_contact();
   move_by(p, -0.3, 0.1);
   expect_no_violation(simulate_capture(p));
@@ -120,7 +120,7 @@ TEST(OpenedGrasps, SoContactsThatYieldAndPart) {
   expect_overlap(r, -gap);
 }
 
-TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
+TEST(OpenedGrasps, SeparatingReleaseIsNoViolation) {
   CaptureProblem p = slide();
   p.post_impact->releases = {{1, {}}};
   move_by(p, -0.3, 1.2);
@@ -128,7 +128,7 @@ TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
   // Nor one where nothing moves: the end-effector stays at the target's surface.
   p.post_impact->move.reset();
   expect_no_violation(simulate_capture(p));
-  // Nor where hand and target overlap by design, as far as it does not go deeper.
+  // Nor where hand and target overlap by design, up to that depth.
   p = slide();
   p.targets[0].X_WT.p[0] -= 0.04, p.targets[0].grasp_points[0].X_TG.p[0] += 0.04;
   p.post_impact->releases = {{1, {}}};
@@ -136,7 +136,7 @@ TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
   expect_no_violation(simulate_capture(p));
 }
 
-TEST(OpenedGrasps, AfterAReleaseTheEndEffectorMayNotGoIn) {
+TEST(OpenedGrasps, PenetrationAfterReleaseIsViolation) {
   CaptureProblem p = slide();
   p.post_impact->releases = {{1, {}}};
   move_by(p, 0.3, 1.2);
@@ -150,8 +150,8 @@ TEST(OpenedGrasps, AfterAReleaseTheEndEffectorMayNotGoIn) {
   expect_no_violation(simulate_capture(p));
 }
 
-// The gripper closes on slow targets only, and the approach goes on after it has missed.
-TEST(OpenedGrasps, AfterAMissTheEndEffectorMayNotGoIn) {
+// The gripper closes on slow targets only, and the approach continues after a missed capture.
+TEST(OpenedGrasps, PenetrationAfterMissedCaptureIsViolation) {
   CaptureProblem p = slide();
   p.robot.end_effectors[0].envelope = CaptureEnvelope{.position = 0.3, .velocity = 1e-3};
   p.grasps[0].closes = GraspSetup::Closes::at_time, p.grasps[0].closes_at = 6;

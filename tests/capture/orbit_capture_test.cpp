@@ -26,7 +26,7 @@ CaptureProblem planned() {
   return p;
 }
 
-TEST(OrbitCapture, PlansAllowForTheField) {
+TEST(OrbitCapture, PlansIncludeField) {
   CaptureProblem p = planned();
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -52,7 +52,7 @@ TEST(OrbitCapture, PlansAllowForTheField) {
   std::printf("[ measured ] a plan without the field misses by %.3g m\n", miss);
 }
 
-TEST(OrbitCapture, TargetsAreAtTheCaptureWhatIsGivenThere) {
+TEST(OrbitCapture, TargetStateGivenAtCapture) {
   CaptureProblem p = planned();
   p.impact.reset();
   p.targets[0].given_at = TargetSetup::Instant::capture;
@@ -73,7 +73,7 @@ TEST(OrbitCapture, TargetsAreAtTheCaptureWhatIsGivenThere) {
 }
 
 // A whole capture far from the reference point and on the move, told in two frames of which one is at its base.
-TEST(OrbitCapture, DependsOnWhereTheReferencePointIsAlone) {
+TEST(OrbitCapture, DependsOnlyOnReferencePoint) {
   CaptureProblem p = thesis_case();
   p.orbit = low_orbit();
   p.V_WB = Twistd::zero();
@@ -100,7 +100,7 @@ TEST(OrbitCapture, DependsOnWhereTheReferencePointIsAlone) {
   EXPECT_GT(norm(moved(there) - moved(here) - by), 0.1);
 }
 
-TEST(OrbitCapture, IsRecordedInItsOwnAxes) {
+TEST(OrbitCapture, RecordedInOrbitalAxes) {
   CaptureProblem p = thesis_case();
   p.orbit = low_orbit();
   p.output_interval = 0.25;
@@ -138,8 +138,8 @@ TEST(OrbitCapture, IsRecordedInItsOwnAxes) {
   for (const Series& s : without.series.series) EXPECT_EQ(s.path.find("orbit"), std::string::npos) << s.path;
 }
 
-// A planar robot cannot follow what the field does out of its plane, and the plan says so.
-TEST(OrbitCapture, PlansThatCannotAllowForTheFieldFail) {
+// A planar robot cannot follow the field's out-of-plane effect, and the plan reports it.
+TEST(OrbitCapture, InfeasiblePlansInFieldFail) {
   CaptureProblem p = planned();
   p.orbit->radial = {0, 0, 1}, p.orbit->along_track = {0.6, 0.8, 0};
   p.X_WB.p += Vector3d{0, 0, 30};
@@ -149,7 +149,7 @@ TEST(OrbitCapture, PlansThatCannotAllowForTheFieldFail) {
   EXPECT_THAT(r.failure, ::testing::HasSubstr("without the orbit's field, the loads or the base's attitude control"));
 }
 
-TEST(OrbitCapture, FaultsOfProblemsThatProgramsMakeAreNamed) {
+TEST(OrbitCapture, NamesErrorsInProgrammedProblems) {
   const auto failure = [](auto change) -> std::string {
     CaptureProblem p = planned();
     change(p);
@@ -170,7 +170,7 @@ TEST(OrbitCapture, FaultsOfProblemsThatProgramsMakeAreNamed) {
                 p.loads.resize(1);
                 p.loads[0].body = p.robot.base, p.loads[0].frame = LoadFrame::orbit;
               }),
-              HasSubstr("there is none"));
+              HasSubstr("no orbit is set"));
 }
 
 }  // namespace orbit_capture_test

@@ -93,7 +93,7 @@ std::vector<std::size_t> samples_of(const CaptureResult& result, const std::stri
 // --- Actuators at an impact ---
 
 // In an impact no motor has an impulse: rotors change their rates relative to their gimbals.
-TEST(Outputs, GyrosHaveTheMomentumOfTheRatesOfTheirRotors) {
+TEST(Outputs, GyroMomentumFromRotorRates) {
   const CaptureResult r = simulate(capture_text(kGyros, "post_impact: {duration: 0.5}\n"));
   const double skew = std::acos(1 / std::sqrt(3.0));
   const std::vector<std::size_t> contact = samples_of(r, "contact");
@@ -116,7 +116,7 @@ TEST(Outputs, GyrosHaveTheMomentumOfTheRatesOfTheirRotors) {
 
 // --- The grid ---
 
-TEST(Outputs, SamplesKeepTheirGridBehindAnEvent) {
+TEST(Outputs, SamplesStayOnGridAfterEvent) {
   const CaptureResult r = simulate(capture_text("", "post_impact: {duration: 1, release: [{after: 0.33}]}\n"), 0.1);
   const std::vector<std::size_t> before = samples_of(r, "post_impact"), after = samples_of(r, "post_impact_2");
   ASSERT_THAT(before, SizeIs(5));
@@ -129,7 +129,7 @@ TEST(Outputs, SamplesKeepTheirGridBehindAnEvent) {
 
 // --- References ---
 
-TEST(Outputs, HeldJointsHaveTheirSetPointAsReference) {
+TEST(Outputs, HeldJointReferenceIsSetPoint) {
   const std::string gains = ", kp: 20, kd: 10";
   for (const std::string& law :
        {std::string("pd") + gains, std::string("computed_torque") + gains, std::string("braked")}) {
@@ -218,7 +218,7 @@ double largest_motion(const CaptureResult& r) {
 }
 
 // Everything is at rest, and so it stays, whatever bias encoders and star trackers have.
-TEST(Outputs, AHoldTakesItsSetPointFromBiasedReadings) {
+TEST(Outputs, SetPointOfHoldFromBiasedReadings) {
   const std::string joints = "{joints: {bias: 0.01, quantum: 1e-3}}",
                     all = "{joints: {bias: 0.01}, attitude: {bias: [0.02, -0.01, 0.03]}}";
   const std::string pd = "joints: pd, kp: 30, kd: 8", base = ", base_control: {kp: 20, kd: 50}";
@@ -233,7 +233,7 @@ TEST(Outputs, AHoldTakesItsSetPointFromBiasedReadings) {
 }
 
 // Between two ticks the last reading counts.
-TEST(Outputs, ASetPointBetweenTicksIsTheLastReading) {
+TEST(Outputs, SetPointBetweenSamplesIsLastReading) {
   const std::string text =
       std::string(kRobot) + kEffector + "initial: {joints: [0.3, -0.4], joint_rates: [0.1, 0.2]}\n" + kQuietTarget +
       kGrasp +
@@ -257,7 +257,7 @@ std::string stop_text(const std::string& stop) {
   return text;
 }
 
-TEST(Outputs, AJointAtItsStopPassesNoLimitWhateverTheInterval) {
+TEST(Outputs, JointAtStopViolatesNoLimitForAnyInterval) {
   for (const std::string& stop : {std::string("0"), std::string("0.5"), std::string("1")}) {
     for (const double interval : {0.5, 0.1, 0.037, 0.01}) {
       const CaptureResult r = simulate(stop_text(", stop: {restitution: " + stop + "}"), interval);
@@ -267,7 +267,7 @@ TEST(Outputs, AJointAtItsStopPassesNoLimitWhateverTheInterval) {
   }
 }
 
-TEST(Outputs, EventsOfLimitsDoNotDependOnTheInterval) {
+TEST(Outputs, LimitEventsIndependentOfInterval) {
   std::vector<LimitEvent> first;
   for (const double interval : {0.5, 0.1, 0.037, 0.01}) {
     const CaptureResult r = simulate(stop_text(""), interval);

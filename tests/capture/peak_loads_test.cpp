@@ -45,7 +45,7 @@ TEST(PeakSearch, FindsMaximaBetweenItsPoints) {
   EXPECT_LT(late, 1e-4);   // measured 3e-6
 }
 
-TEST(EffortWatch, KnowsWhenADriveIsCut) {
+TEST(EffortWatch, DetectsSaturation) {
   PeakSearch search(1, 1);
   EffortWatch watch;
   watch.begin_phase("approach");
@@ -78,7 +78,7 @@ const PeakLoad* find(const CaptureResult& r, const std::string& of, const std::s
   return nullptr;
 }
 
-// Two arms track under PD control with noise, catch one target each, and hold it; drives saturate, and base control.
+// Two arms track under PD control with noise, capture one target each, and hold it; drives and base control saturate.
 CaptureProblem driven_case() {
   CaptureProblem p = thesis_case_pd();
   p.contact.gap = ContactSetup::Gap::translate_target;
@@ -141,18 +141,18 @@ void expect_no_influence_of_output(CaptureProblem p) {
   }
 }
 
-TEST(PeakLoads, DoNotDependOnTheIntervalOfOutput) {
+TEST(PeakLoads, IndependentOfOutputInterval) {
   SKIP_UNDER_SANITIZERS();
   expect_no_influence_of_output(driven_case());
 }
-TEST(PeakLoads, OfClosedLoopsDoNotEither) {
+TEST(PeakLoads, ClosedLoopsIndependentOfOutputInterval) {
   SKIP_UNDER_SANITIZERS();
   expect_no_influence_of_output(loop_case(PostImpactSetup::Joints::pd));
   expect_no_influence_of_output(loop_case(PostImpactSetup::Joints::braked));
 }
 
 // What is recorded densely comes up to the peaks from below.
-TEST(PeakLoads, AreWhatDenseOutputApproaches) {
+TEST(PeakLoads, LimitOfDenseOutput) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = driven_case();
   p.output_interval = 0.005;
@@ -189,7 +189,7 @@ TEST(PeakLoads, AreWhatDenseOutputApproaches) {
 }
 
 // One arm on a free base: what its first joint passes on is what accelerates the base.
-TEST(PeakLoads, ReactionsAccelerateTheBase) {
+TEST(PeakLoads, ReactionsMatchBaseAcceleration) {
   CaptureProblem p = thesis_case_pd();
   p.robot.bodies.resize(4);  // base and arm 1
   p.robot.end_effectors.resize(1), p.targets.resize(1), p.grasps.resize(1);
@@ -240,7 +240,7 @@ TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
 }
 
 // A grasp that bears the impact and not what comes afterwards: over all phases the margin is negative.
-TEST(PeakLoads, AMarginIsOverAllPhases) {
+TEST(PeakLoads, MarginOverAllPhases) {
   CaptureProblem p = driven_case();
   p.impact->duration = 1;  // a soft impact, supposedly
   const CaptureResult first = simulate_capture(p);
@@ -266,7 +266,7 @@ TEST(PeakLoads, AMarginIsOverAllPhases) {
   EXPECT_FALSE(find(r, hand, "impulse", "contact")->assumed_duration);
 }
 
-TEST(PeakLoads, DrivesAndBaseControlSaturateForKnownTimes) {
+TEST(PeakLoads, SaturationTimes) {
   const CaptureResult r = simulate_capture(driven_case());
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   double drive = 0, base = 0;
@@ -295,7 +295,7 @@ TEST(PeakLoads, DrivesAndBaseControlSaturateForKnownTimes) {
 }
 
 // Brakes that stop the arms load grasps and joints too.
-TEST(PeakLoads, BrakesHaveTheirOwn) {
+TEST(PeakLoads, LoadsOfBrakes) {
   CaptureProblem p = meeting_case(2);
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
@@ -314,7 +314,7 @@ TEST(PeakLoads, BrakesHaveTheirOwn) {
   }
 }
 
-TEST(PeakLoads, OfAnImpactInTimeAreItsPeaks) {
+TEST(PeakLoads, CompliantImpactPeaks) {
   const CaptureResult r = simulate_capture(yielding_case(1e6, 1));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   double latest = 0;

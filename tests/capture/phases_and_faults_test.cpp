@@ -26,7 +26,7 @@ TEST(Phases, ApproachAlone) {
   EXPECT_NO_THROW(check_time_series(r.series));
 }
 
-TEST(Phases, ApproachAloneWithTargetsThatNobodyGrasps) {
+TEST(Phases, ApproachAloneWithUngraspedTargets) {
   CaptureProblem p = thesis_case_pd();
   p.impact.reset(), p.grasps.clear(), p.approach->match.reset();
   const CaptureResult r = simulate_capture(p);
@@ -70,7 +70,7 @@ TEST(Phases, ImpactAndMotionWithoutApproach) {
   EXPECT_EQ(r.post_impact_end->time, 3);
 }
 
-TEST(Phases, ProgressIsTold) {
+TEST(Phases, ReportsProgress) {
   CaptureProblem p = thesis_case_pd();
   p.post_impact.emplace();
   p.post_impact->duration = 4;
@@ -90,7 +90,7 @@ TEST(Phases, ProgressIsTold) {
   EXPECT_EQ(end, 24);
 }
 
-TEST(Failure, OfTheApproachKeepsWhatThereIs) {
+TEST(Failure, InApproachKeepsResults) {
   CaptureProblem p = thesis_case_pd();
   p.approach->match.reset();
   for (TargetSetup& t : p.targets) t.V_WT = Twistd::zero();
@@ -132,7 +132,7 @@ TEST(Failure, AfterTheImpactKeepsApproachAndImpact) {
   EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
 }
 
-TEST(Failure, OfPlanningIsSaid) {
+TEST(Failure, InPlanningIsReported) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
@@ -149,7 +149,7 @@ TEST(Failure, OfPlanningIsSaid) {
   EXPECT_GT(r.plan->miss.at(0).distance, 5);
 }
 
-TEST(Failure, OfATargetIsSaidByName) {
+TEST(Failure, NamesTarget) {
   CaptureProblem p = thesis_case();
   p.integration.max_steps = 2;
   p.targets[1].V_WT.angular = {0.3, 0.4, 3};
@@ -176,7 +176,7 @@ std::vector<std::string> faults(const CaptureProblem& p) {
   return {};
 }
 
-TEST(Faults, AreAllListedAtOnce) {
+TEST(Faults, AllListed) {
   CaptureProblem p = thesis_case_pd();
   p.grasps[0].end_effector = "hand";
   p.grasps[1].target = "moon";
@@ -193,7 +193,7 @@ TEST(Faults, AreAllListedAtOnce) {
                   "initial joint positions: 5 values for 6 joints", "approach: duration must be positive",
                   "approach: kd: 7 values for 6 joints", "impact: duration must be positive",
                   "post_impact: duration must be positive", "initial: give the base's twist or the momentum, not both",
-                  "target 'target-2' is grasped by nobody"));
+                  "no grasp names target 'target-2'"));
 }
 
 TEST(Faults, EachIsFound) {
@@ -244,7 +244,7 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.post_impact->releases = {{0.5, {"tip-3"}}};
             }),
-            "post_impact: release of 'tip-3', which grasps nothing");
+            "post_impact: release of 'tip-3', which has no grasp");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.impact->law = ImpactSetup::Law::as_published, p.grasps[1].model = GraspModel::point;
             }),

@@ -1,5 +1,4 @@
-/// What planning answers where the start, the assignment of grasps, gains or the base stand in the way; and plans
-/// beside panels.
+/// Planning errors for unsuitable starts, assignments of grasps, gains or bases; and plans near panels.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +23,7 @@ std::string plan_failure(const CaptureProblem& p) { return plan_approach(p, plan
 
 // --- Panels ---
 
-TEST(PlansBesidePanels, KeepTheClearanceOfPanelsThatBend) {
+TEST(PlansBesidePanels, ClearanceOfFlexiblePanels) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
   p.approach->plan->clearance = 0.02;
@@ -36,7 +35,7 @@ TEST(PlansBesidePanels, KeepTheClearanceOfPanelsThatBend) {
 
 // A panel that reaches to where an end-effector goes makes the plan's clearance its own; two targets, of which one has
 // the other's name with a dash.
-TEST(PlansBesidePanels, SeeEachPanelWhereItIs) {
+TEST(PlansBesidePanels, PanelPositions) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-tumbling-targets.yaml");
   p.approach->plan->clearance = 0.005;
@@ -59,7 +58,7 @@ TEST(PlansBesidePanels, SeeEachPanelWhereItIs) {
 }
 
 // Bodies keep their addresses where targets are joined to the arms, whatever order the models have.
-TEST(BodyAddresses, AreThoseOfTheSameBodiesInEveryModel) {
+TEST(BodyAddresses, IdenticalInEveryModel) {
   const CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
   const CaptureSystem free = make_capture_system(p), servicer = make_servicer(p);
   const State state = initial_servicer_state(p, free);
@@ -81,13 +80,13 @@ TEST(BodyAddresses, AreThoseOfTheSameBodiesInEveryModel) {
 
 // --- The start ---
 
-TEST(PlanAdvice, NamesPairsThatAreTooNearAtTheStart) {
+TEST(PlanAdvice, NamesPairsTooCloseAtStart) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->plan->clearance = 5;
   const CaptureResult r = simulate_capture(p);
-  EXPECT_THAT(r.failure, AllOf(HasSubstr("where the segment begins, at t = 0 s"), HasSubstr(" m apart"),
-                               HasSubstr("5 m is to be kept"), HasSubstr("initial.joints"), HasSubstr("' and '"),
-                               Not(HasSubstr("more knots"))));
+  EXPECT_THAT(r.failure, AllOf(HasSubstr("at the begin of the segment, t = 0 s"), HasSubstr(" m apart"),
+                               HasSubstr("the minimum clearance is 5 m"), HasSubstr("initial.joints"),
+                               HasSubstr("' and '"), Not(HasSubstr("more knots"))));
   EXPECT_THAT(result_table(r), Not(HasSubstr("nan")));
 }
 
@@ -95,7 +94,7 @@ TEST(PlanAdvice, NamesPairsThatAreTooNearAtTheStart) {
 
 // Two planar arms, each with a target on its side. As the targets move outward, the exchanged grasps become unreachable
 // before the stated ones do.
-TEST(PlanAdvice, NamesGraspsThatAreExchanged) {
+TEST(PlanAdvice, NamesExchangedGrasps) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear(), p.approach->plan.emplace();
   std::string failure;
@@ -111,17 +110,17 @@ TEST(PlanAdvice, NamesGraspsThatAreExchanged) {
                              HasSubstr("'tip-2' at grasp point 'grasp' of target 'target-2'")));
   // A target that is out of reach for both gets no such advice.
   p.targets[0].X_WT.p = 20.0 * p.targets[0].X_WT.p;
-  EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("nearer to each other"), Not(HasSubstr("exchanged"))));
+  EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("closer to each other"), Not(HasSubstr("exchanged"))));
 }
 
 // --- The base ---
 
 // A target beyond the arms' reach: the base does not go there by itself, and a load may bring it.
-TEST(PlanAdvice, SaysThatPlansDoNotMoveTheBase) {
+TEST(PlanAdvice, ReportsThatPlansDoNotMoveBase) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
   for (TargetSetup& target : p.targets) target.X_WT.p[2] += 4;
-  EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("a plan moves joints, and the base only by their reactions"),
+  EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("a plan moves the joints, and the base by their reactions only"),
                                      Not(HasSubstr("external_wrenches"))));
   LoadSetup load;
   load.body = p.robot.base, load.amplitude.linear = {0, 1, 0};
@@ -131,7 +130,7 @@ TEST(PlanAdvice, SaysThatPlansDoNotMoveTheBase) {
 }
 
 // Flight beside a target under thrust: what moves the base to where the arms reach is found.
-TEST(PlanAdvice, PlansWhereALoadBringsTheBaseIntoReach) {
+TEST(PlanAdvice, PlansIfLoadMovesBaseIntoReach) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
@@ -156,7 +155,7 @@ TEST(PlanAdvice, PlansWhereALoadBringsTheBaseIntoReach) {
 
 // --- Gains ---
 
-TEST(PlanAdvice, NamesGainsThatAreTooLargeForTheClock) {
+TEST(PlanAdvice, NamesGainsTooLargeForSampleTime) {
   CaptureProblem p = thesis_case();
   use_pd(p, 49, 40);
   p.approach->tracking.mode = JointControl::computed_torque;

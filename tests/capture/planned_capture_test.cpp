@@ -31,7 +31,7 @@ CaptureProblem plan_of(CaptureProblem p, PlanSetup::Objective measure = PlanSetu
 class ThesisPlan : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Cases, ThesisPlan, ::testing::Values(1, 2, 3, 4));
 
-TEST_P(ThesisPlan, ArrivesWithTheMotionAskedFor) {
+TEST_P(ThesisPlan, ArrivesWithRequiredMotion) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   for (int rates = 0; rates < 4; ++rates) {
     SCOPED_TRACE("rates " + std::to_string(rates));
@@ -226,7 +226,7 @@ double excursion(const CaptureProblem& p, const CaptureResult& r) {
   return sum;
 }
 
-TEST(Objective, IsLeastForThePlanThatMadeItSo) {
+TEST(Objective, MinimumForItsOwnPlan) {
   std::vector<CaptureProblem> problems;
   std::vector<CaptureResult> results;
   for (PlanSetup::Objective m :
@@ -282,7 +282,7 @@ double hands_apart(const CaptureResult& r) {
 }
 
 // Two models made independently of this project found the angles, and the impulses of a rigid plastic impact there.
-TEST(ClosedLoop, IsPlannedToTheReferenceSolutionAndItsImpulses) {
+TEST(ClosedLoop, MatchesReferenceSolutionAndImpulses) {
   const CaptureProblem p = closed_loop("closed-loop");
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -329,14 +329,14 @@ TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
   }
 }
 
-TEST(ClosedLoop, OfThePublishedAnglesStaysOpenByThePublishedGap) {
+TEST(ClosedLoop, PublishedAnglesLeavePublishedGap) {
   const CaptureResult r = simulate_capture(closed_loop("closed-loop-published-angles"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_NEAR(hands_apart(r), 1.064, 5e-4);  // measured 1.06387: a sphere of 1 m
 }
 
 // The forks are the third links of Table 4.1 in pieces.
-TEST(ClosedLoop, HasTheThirdLinksOfTheTable) {
+TEST(ClosedLoop, ThirdLinksMatchTable) {
   const CaptureProblem p = closed_loop("closed-loop");
   for (const std::string arm : {"arm-1", "arm-2"}) {
     double mass = 0, first = 0, second = 0;  // moments about the joint
@@ -356,17 +356,17 @@ TEST(ClosedLoop, HasTheThirdLinksOfTheTable) {
   }
 }
 
-TEST(ClosedLoop, ThatCannotCloseIsAnsweredWithTheGap) {
+TEST(ClosedLoop, InfeasibleClosureReportsGap) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult far =
       simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[3, 0, 0]"},
                                                    {"targets.sphere.grasp_points.left.position", "[-3.4, 0, 0]"}}));
   EXPECT_EQ(far.status, CaptureStatus::failed);
-  EXPECT_THAT(far.failure,
-              HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' "
-                        "of target 'sphere' at once, wherever the base is: these are 6.4 m apart, the "
-                        "end-effectors come at most 6 m apart; a gap of 0.4 m remains between 'tip-2' and 'left' "
-                        "when 'tip-1' is at 'right'"));
+  EXPECT_THAT(
+      far.failure,
+      HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot reach grasp points 'right' and 'left' of target 'sphere' "
+                "simultaneously for any base pose: the grasp points are 6.4 m apart, the end-effectors come at most 6 "
+                "m apart; a gap of 0.4 m remains between 'tip-2' and 'left' when 'tip-1' is at 'right'"));
   const CaptureResult aside =
       simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[0, 0, 0.5]"}}));
   EXPECT_THAT(aside.failure, HasSubstr("end-effector 'tip-1' comes no closer than 0.5 m and 0 rad to grasp point "
@@ -392,7 +392,7 @@ CaptureProblem with_torso() {
   return p;
 }
 
-TEST(Torso, ServesBothArmsAtOnce) {
+TEST(Torso, ServesBothArms) {
   for (int kind = 0; kind < 2; ++kind) {
     CaptureProblem p = plan_of(with_torso());
     if (kind == 1) p.robot.bodies[1].joint.type = JointType::prismatic, p.robot.bodies[1].joint.axis = {0, 1, 0};
@@ -409,7 +409,7 @@ TEST(Torso, ServesBothArmsAtOnce) {
   }
 }
 
-TEST(IdleArm, StaysOrMovesAndTheOtherArrives) {
+TEST(IdleArm, HeldOrUsedWhileOtherArrives) {
   CaptureProblem p = plan_of(thesis_case());
   p.targets.pop_back(), p.grasps.pop_back();
   p.approach->match = RateMatch::twist;
@@ -422,7 +422,7 @@ TEST(IdleArm, StaysOrMovesAndTheOtherArrives) {
 }
 
 // The base itself grasps: it moves by the arms' reaction alone.
-TEST(HandOnTheBase, IsMovedByReactionAndSaysWhenItCannot) {
+TEST(HandOnTheBase, MovedByReactionOrReportsError) {
   CaptureProblem p = plan_of(thesis_case());
   p.impact.reset(), p.approach->match.reset();
   p.robot.end_effectors = {{{"nose", "base", {Rotationd::identity(), {0.5, 0.4, 0}}}}};
@@ -446,7 +446,7 @@ TEST(HandOnTheBase, IsMovedByReactionAndSaysWhenItCannot) {
   EXPECT_THAT(far.failure, HasSubstr("'nose'"));
 }
 
-TEST(NoJoints, ArrivesByDriftAloneOrSaysThatItCannot) {
+TEST(NoJoints, ArrivesByDriftOrReportsError) {
   for (bool straight : {false, true}) {
     CaptureProblem p = plan_of(thesis_case());
     p.impact.reset(), p.approach->match.reset();
@@ -469,7 +469,7 @@ TEST(NoJoints, ArrivesByDriftAloneOrSaysThatItCannot) {
   }
 }
 
-TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
+TEST(Failure, AfterPlanningKeepsPlanAndSamples) {
   CaptureProblem p = plan_of(thesis_case());
   p.output_interval = 0.1;
   const CaptureResult whole = simulate_capture(p);
@@ -502,7 +502,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   EXPECT_FALSE(gap.impact);
 }
 
-TEST(NothingToPlan, IsSaidBeforeAnythingRuns) {
+TEST(NothingToPlan, ReportedBeforeRun) {
   CaptureProblem p = plan_of(thesis_case());
   p.impact.reset(), p.approach->match.reset(), p.grasps.clear();
   EXPECT_THROW(

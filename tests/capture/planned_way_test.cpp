@@ -1,5 +1,5 @@
-/// What a plan keeps on its way and what it minimizes, from the run that flies it: distances by the run's own watch,
-/// efforts and rates from its time series, impulses from its impact.
+/// Constraints and objectives of plans, checked in simulated trajectories: distances by the run's checks, efforts and
+/// rates from its time series, impulses from its impact.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ double term_of(const CaptureResult& r, Objective objective) {
 // --- Clearance
 
 // The plan goes as near as it may and no nearer; near_grasp leaves the hand alone.
-TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
+TEST(PlannedClearance, HoldsAndIsActive) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const double direct = minimum_of(flown(p));
@@ -86,9 +86,9 @@ TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
   }
 }
 
-// The hand is watched against its own target farther away from the grasp point than near_grasp, and comes as near to it
-// as is asked for there.
-TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
+// The distance of the hand from its own target is checked farther from the grasp point than near_grasp, and reaches the
+// required value there.
+TEST(PlannedClearance, IncludesHandUntilNearGrasp) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.2, plan_of(p).near_grasp = 0.3;
   const CaptureResult r = flown(p);
@@ -97,15 +97,15 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   EXPECT_EQ(r.plan->way->body_b, "debris");
   EXPECT_GE(*r.plan->way->clearance, 0.2 - 1e-6);
   if (test::kSanitized) return;  // a search that finds nothing takes a minute there
-  plan_of(p).clearance = 0.31;   // but the hand's link is within 0.3 m when its end is so near to the grasp point
+  plan_of(p).clearance = 0.31;   // the hand's link is within 0.3 m when its end is this close to the grasp point
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
   EXPECT_THAT(none.failure, HasSubstr("'arm-1-link-3' and 'debris' come within 0."));
-  EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
+  EXPECT_THAT(none.failure, HasSubstr("the minimum is 0.31 m"));
 }
 
 // A box on the debris that the arm has to go round: no single polynomial does, splines do.
-TEST(PlannedClearance, FindsTheWayRoundABox) {
+TEST(PlannedClearance, FindsTrajectoryAroundBox) {
   struct Box {
     Vector3d size, p_TB;
   };
@@ -130,8 +130,8 @@ TEST(PlannedClearance, FindsTheWayRoundABox) {
   }
 }
 
-// Bodies are as far from each other at the start as they are, so that no plan has more; the best one has as much.
-TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
+// The distance at the start bounds the clearance of every plan; the best one reaches it.
+TEST(PlannedClearance, ObjectiveReachesInitialClearance) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const CaptureResult direct = flown(p);
@@ -150,8 +150,8 @@ TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
   }
 }
 
-// What was not looked at has no value: a search that ends before has none of the way's terms.
-TEST(PlannedObjective, OfNoPlanIsUnknown) {
+// Terms that were not evaluated have no value: a search that ends early has none of the trajectory's terms.
+TEST(PlannedObjective, UnknownWithoutPlan) {
   CaptureProblem p = first_plan();
   p.targets[0].X_WT.p = {9, -2, 0};
   plan_of(p).objective = Objective::base_motion;
@@ -162,16 +162,16 @@ TEST(PlannedObjective, OfNoPlanIsUnknown) {
   EXPECT_TRUE(std::isnan(term_of(r, Objective::base_motion)));
 }
 
-TEST(PlannedClearance, WithoutShapesIsNoPlan) {
+TEST(PlannedClearance, FailsWithoutShapes) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.1;
   p.robot.geometry.clear();
   for (TargetSetup& t : p.targets) t.geometry.clear();
   const CaptureResult r = simulate_capture(p);
-  EXPECT_THAT(r.failure, HasSubstr("there are no two bodies whose distance could be looked at"));
+  EXPECT_THAT(r.failure, HasSubstr("there is no pair of bodies to check"));
 }
 
-// --- Limits on the way
+// --- Limits during the approach
 
 double largest_share(const CaptureResult& r, const std::string& path, std::size_t joints, double limit) {
   double largest = 0;
@@ -191,7 +191,7 @@ void limit_joints(CaptureProblem& p, double rate, double effort) {
   }
 }
 
-TEST(PlannedLimits, HoldInTheFlight) {
+TEST(PlannedLimits, HoldInSimulation) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   p.targets[0].V_WT.angular = Vector3d::zero();  // from rest to rest: no rate is asked for at the end
@@ -216,7 +216,7 @@ TEST(PlannedLimits, HoldInTheFlight) {
 
 // --- Attitude of the base
 
-TEST(PlannedAttitude, StaysWithinTheAngle) {
+TEST(PlannedAttitude, StaysWithinAngle) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   EXPECT_GT(largest_turn(flown(p)), 0.1);
@@ -230,7 +230,7 @@ TEST(PlannedAttitude, StaysWithinTheAngle) {
   }
 }
 
-TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
+TEST(PlannedAttitude, ObjectiveReachesInitialAttitude) {
   CaptureProblem p = first_plan();
   plan_of(p).objective = Objective::base_attitude;
   const CaptureResult r = flown(p);
@@ -239,7 +239,7 @@ TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
 }
 
 // Splines give the joints that have to arrive with rates a shorter way there.
-TEST(Splines, ShortenTheWay) {
+TEST(Splines, ShortenTrajectory) {
   CaptureProblem p = first_plan();
   const double simple = flown(p).plan->objective_value;
   plan_of(p).knots = 4;
@@ -248,9 +248,9 @@ TEST(Splines, ShortenTheWay) {
   EXPECT_LT(r.plan->objective_value, 0.7 * simple);
 }
 
-// A base that is to be quiet beside much else: found from another solution than the one that moves the joints least,
-// and by a close look at what happens between nodes; without either of them a single polynomial is left, with 74.
-TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
+// A quiet base among many other requirements: found from another solution than the one of minimum joint motion, and by
+// evaluation between nodes; without either of them a single polynomial remains, with 74.
+TEST(PlannedObjective, NeedsOtherStartsAndFinerSampling) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/quiet-approach.yaml");
   p.approach->tracking = {};
@@ -267,7 +267,7 @@ TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
 
 // An objective that leads away from every way that keeps what is asked: none is found but from one that is kept without
 // the objective.
-TEST(PlannedObjective, BeginsFromAWayThatIsKeptWithoutIt) {
+TEST(PlannedObjective, StartsFromFeasibleTrajectory) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   p.impact.reset();
@@ -302,7 +302,7 @@ double energy_of_impulses(const CaptureProblem& p, const CaptureResult& r) {
   return energy;
 }
 
-TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
+TEST(PlannedImpulse, MatchesImpactAndIsReduced) {
   SKIP_UNDER_SANITIZERS();
   for (const ImpactSetup::Joints joints :
        {ImpactSetup::Joints::free, ImpactSetup::Joints::braked, ImpactSetup::Joints::driven}) {
@@ -321,7 +321,7 @@ TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
   }
 }
 
-TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
+TEST(PlannedImpulse, IndexIsReduced) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   plan_of(p).weights.emplace();
@@ -338,7 +338,7 @@ TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
 
 // --- Idle joints and roll
 
-TEST(IdleJoints, AreHeldOrUsed) {
+TEST(IdleJoints, HeldOrUsed) {
   CaptureProblem p = first_plan();
   const CaptureResult used = flown(p);
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
@@ -360,7 +360,7 @@ TEST(IdleJoints, AreHeldOrUsed) {
 }
 
 // A plan that is corrected by flights holds them too.
-TEST(IdleJoints, AreHeldWhereSomethingDisturbs) {
+TEST(IdleJoints, HeldUnderDisturbance) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   LoadSetup push;
@@ -373,7 +373,7 @@ TEST(IdleJoints, AreHeldWhereSomethingDisturbs) {
   }
 }
 
-TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
+TEST(StraightIn, MatchedRollFollowsTarget) {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
   p.approach->tracking = {};
   p.impact.reset(), p.post_impact.reset();
@@ -398,11 +398,11 @@ TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
   EXPECT_LT(matched, 1e-9);
 }
 
-// --- Of a robot that bends
+// --- Flexible robots
 
 // The plan is of the rigid robot, with final values that bring the one that bends to its points: what it keeps is kept
 // to within what bending does to it.
-TEST(PlannedWay, IsKeptByRobotsThatBend) {
+TEST(PlannedWay, HoldsForFlexibleRobots) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
   p.post_impact.reset();
@@ -416,12 +416,12 @@ TEST(PlannedWay, IsKeptByRobotsThatBend) {
   const CaptureResult r = flown(p);
   std::printf("[ measured ] turned by %.6f rad, %.6f allowed, %.6f without that\n", largest_turn(r), 0.5 * free, free);
   EXPECT_NEAR(largest_turn(r), 0.5 * free, 5e-3);  // measured 1.5e-3 less: what bending does to the base
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("kept by the plan of the robot that does not bend")));
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("path constraints for a robot that is rigid")));
 }
 
-// Straight in: what the rigid robot is to do at the points is changed until the hands that bend are on them, in the
-// direction and with the motion asked for.
-TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
+// Final straight approach: the rigid robot's references at the points are changed until the flexible hands reach them,
+// with the required direction and motion.
+TEST(StraightIn, FlexibleHandsReachPoints) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
   p.post_impact.reset();
@@ -443,19 +443,20 @@ TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
       EXPECT_NEAR(r.plan->miss[g].velocity.value(), m.velocity, 1e-9);
       EXPECT_NEAR(r.plan->miss[g].angular_velocity.value(), m.spin, 1e-9);
     }
-    EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("straight_in brings the end-effectors of the robot that "
-                                                          "bends to where they are to be, moving as they are to")));
+    EXPECT_THAT(
+        r.warnings,
+        ::testing::Contains(HasSubstr(
+            "straight_in brings the end-effectors of the flexible robot to the demanded poses and velocities")));
   };
   const CaptureResult r = flown(p);
   arrives(r);
-  const char* const of_limits = "so are limits and what else is asked of the way, which the run watches";
+  const char* const of_limits = "the same holds for joint limits and other path constraints, which the run checks";
   EXPECT_THAT(r.warnings, ::testing::Not(::testing::Contains(HasSubstr(of_limits))));
 
   plan_of(p).limits = PlanSetup::Limits::on_the_way;
   EXPECT_THAT(flown(p).warnings, ::testing::Contains(HasSubstr(of_limits)));
 
-  // In the direction in which they come to point by themselves, which they are then asked for, at targets that turn
-  // little meanwhile.
+  // With the natural direction of arrival as the required one, at slowly rotating targets.
   plan_of(p).limits = {};
   for (TargetSetup& target : p.targets) target.V_WT.angular = {0, 0, 0.02};
   const CaptureResult by_itself = flown(p);
@@ -477,7 +478,7 @@ void control_base(CaptureProblem& p, bool feedforward) {
 }
 
 // With control that feeds forward what the joints take the base keeps its attitude exactly, as the plan has it.
-TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
+TEST(PlannedWay, HoldsWithControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, true);
@@ -489,7 +490,8 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   EXPECT_TRUE(r.plan->way->attitude_kept);
   EXPECT_LT(largest_turn(r), 1e-9);
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-5);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
+  EXPECT_THAT(r.warnings,
+              ::testing::Contains(HasSubstr("a robot that holds its base's attitude exactly; the simulated")));
   // Efforts are those of joints on a base that does not turn.
   plan_of(p).clearance.reset(), plan_of(p).near_grasp.reset();
   limit_joints(p, 1e6, 1e6);
@@ -504,8 +506,8 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   EXPECT_NEAR(*efforts.plan->way->effort_share, effort, 1e-2);
 }
 
-// Without feeding forward the base lags, and what is kept is off by what it lags.
-TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
+// Without feedforward the base lags, and constraints are violated by the lag.
+TEST(PlannedWay, HoldsUpToLagOfControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, false);
@@ -518,23 +520,23 @@ TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 5e-3);
 }
 
-TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
+TEST(PlannedWay, ControlledBaseHasNoRotation) {
   CaptureProblem p = first_plan();
   control_base(p, false);
   plan_of(p).base_turn = 0.1, plan_of(p).objective = Objective::base_motion;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_THAT(r.failure, HasSubstr("base_turn, base_motion: the plan is made for a base that keeps its attitude"));
+  EXPECT_THAT(r.failure, HasSubstr("base_turn, base_motion: no base rotation is planned"));
   // Control that is too weak to keep it lets the base float, whose turn is planned.
   for (Vector3d* gains : {&p.approach->base_control->kp, &p.approach->base_control->kd}) *gains = {1e-3, 1e-3, 1e-3};
   const CaptureResult weak = flown(p);
   EXPECT_FALSE(weak.plan->way->attitude_kept);
   EXPECT_NEAR(largest_turn(weak), weak.plan->way->base_turn, 5e-3);
   EXPECT_LT(largest_turn(weak), 0.1 + 5e-3);
-  EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to keep the attitude")));
+  EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to hold the attitude")));
 }
 
-TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
+TEST(PlannedWay, CorrectsPlanForLoads) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   LoadSetup push;
@@ -545,7 +547,7 @@ TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
   const CaptureResult r = flown(p);
   std::printf("[ measured ] %.5f m, %.5f m asked for, %.5f m without that\n", minimum_of(r), direct + 0.05, direct);
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-2);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that bears no loads; how far")));
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("a robot that has no loads; the simulated")));
 }
 
 }  // namespace planned_way_test

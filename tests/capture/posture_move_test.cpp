@@ -39,7 +39,7 @@ double reference(double start, double end, double t) {
 
 // The impact leaves a joint its rate: the error e of q'' = r'' - kd e' - kp e is that of a damped oscillator that is
 // struck, whatever the captured bodies are and however the base turns.
-TEST(ComputedTorque, OfTheCapturedSystemMakesErrorsDecayAsItsGainsSay) {
+TEST(ComputedTorque, ErrorsOfCapturedSystemDecayByGains) {
   const CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -60,7 +60,7 @@ TEST(ComputedTorque, OfTheCapturedSystemMakesErrorsDecayAsItsGainsSay) {
   EXPECT_GT(largest, 1e-3);  // the impact did strike them
 }
 
-TEST(Pd, MovesToThePostureAndHoldsIt) {
+TEST(Pd, MovesToPostureAndHolds) {
   const CaptureProblem p = with_move(PostImpactSetup::Joints::pd);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -76,7 +76,7 @@ TEST(Pd, MovesToThePostureAndHoldsIt) {
 }
 
 // Joints of an arm that holds its target early wait for the end of the approach.
-TEST(AMove, CountsFromTheBeginOfPostImpact) {
+TEST(AMove, StartsAtBeginOfPostImpact) {
   CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   p.grasps[0].closes = GraspSetup::Closes::at_time;
   p.grasps[0].closes_at = 5;
@@ -97,18 +97,19 @@ std::vector<std::string> conflicts(const CaptureProblem& p) {
   return texts;
 }
 
-TEST(AMove, ThatCannotBeIsRefused) {
+TEST(AMove, RejectsInvalidMove) {
   using ::testing::ElementsAre;
   CaptureProblem p = with_move(PostImpactSetup::Joints::braked);
   p.post_impact->move->duration = 57;
-  EXPECT_THAT(conflicts(p),
-              ElementsAre("post_impact.move: joints that are braked follow nothing; use joints: pd or computed_torque",
-                          "post_impact.move ends after 61 [s], must end within post_impact's 60"));
+  EXPECT_THAT(
+      conflicts(p),
+      ElementsAre("post_impact.move: joints that are braked follow no reference; use joints: pd or computed_torque",
+                  "post_impact.move ends after 61 [s], must end within post_impact's 60"));
   p = with_move(PostImpactSetup::Joints::computed_torque);
   p.grasps[1].target = p.grasps[0].target;
   EXPECT_THAT(conflicts(p),
               ElementsAre("post_impact.joints is computed_torque, but grasps[0] and grasps[1] hold one target, and "
-                          "joints of a closed loop cannot be accelerated one by one; use pd"));
+                          "joints of a closed loop cannot be accelerated independently; use pd"));
   p = with_move(PostImpactSetup::Joints::pd);
   p.post_impact->move->joints.pop_back();
   EXPECT_THROW(simulate_capture(p), CaptureProblemError);

@@ -14,7 +14,7 @@ namespace random_capture_test {
 
 constexpr int kCaptures = 60;
 
-TEST(RandomCapture, KeepsItsLedgerWithMomentumThatIsNotZero) {
+TEST(RandomCapture, LedgerPassesWithNonzeroMomentum) {
   SKIP_UNDER_SANITIZERS();
   Worst linear("linear momentum"), angular("angular momentum"), work("work-energy"), energy("energy"),
       identity("impact energy identity");
@@ -79,7 +79,7 @@ void expect_same(const CaptureResult& a, const CaptureResult& b) {
   }
 }
 
-TEST(RandomCapture, IsBitIdenticalAgainAndInThreads) {
+TEST(RandomCapture, BitIdenticalOnRepeatAndInThreads) {
   SKIP_UNDER_SANITIZERS();
   std::vector<CaptureResult> first(4), threaded(8);
   for (int i = 0; i < 4; ++i) first[i] = simulate_capture(random_capture(i));
@@ -99,7 +99,7 @@ TEST(RandomCapture, IsBitIdenticalAgainAndInThreads) {
 }
 
 // The whole capture in a world that is moved, turned and drifting at a constant velocity: the same impulses, turned.
-TEST(RandomCapture, DoesNotDependOnTheInertialFrame) {
+TEST(RandomCapture, IndependentOfInertialFrame) {
   SKIP_UNDER_SANITIZERS();
   Worst worst("impulses in another inertial frame");
   const Posed X_VW{rotation_about({0.48, 0.6, 0.64}, 1.1), {3, -7, 11}};

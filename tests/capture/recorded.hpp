@@ -24,7 +24,7 @@ struct Meeting {
   double pose_angle() const { return rotation_angle(transpose(X_WG.R) * X_WE.R); }
   double axis_angle() const { return std::atan2(norm(cross(direction_W, axis_W)), dot(direction_W, axis_W)); }
 
-  /// What a piece straight in misses of what its grasp asks for.
+  /// Deviation of the final straight approach from the requirements of its grasp.
   struct Missed {
     double distance = 0, angle = 0, velocity = 0, spin = 0;  // [m, rad, m/s, rad/s]
     double largest() const { return std::max({distance, angle, velocity, spin}); }

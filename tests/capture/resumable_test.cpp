@@ -54,7 +54,7 @@ Resumable<Question> asks(Record& record, const int& times) {
   if (times == 0) throw std::invalid_argument("nothing to ask");
 }
 
-TEST(Resumable, HandsOutWhatItNeedsAndGoesOnWithTheAnswer) {
+TEST(Resumable, SuspendsAndResumesWithAnswer) {
   Record record;
   const int times = 3;
   Resumable<Question> body = asks(record, times);
@@ -69,7 +69,7 @@ TEST(Resumable, HandsOutWhatItNeedsAndGoesOnWithTheAnswer) {
   EXPECT_EQ(record.alive, 0);
 }
 
-TEST(Resumable, WhatIsThrownWhereItIsResumedBelongsToTheBody) {
+TEST(Resumable, ExceptionAtResumptionReachesBody) {
   Record record;
   const int times = 2;
   Resumable<Question> body = asks(record, times);
@@ -79,7 +79,7 @@ TEST(Resumable, WhatIsThrownWhereItIsResumedBelongsToTheBody) {
   EXPECT_EQ(record.alive, 0);
 }
 
-TEST(Resumable, WhatLeavesTheBodyIsThrownToWhoResumedIt) {
+TEST(Resumable, ExceptionFromBodyReachesCaller) {
   Record record;
   const int times = 0;
   Resumable<Question> body = asks(record, times);
@@ -89,7 +89,7 @@ TEST(Resumable, WhatLeavesTheBodyIsThrownToWhoResumedIt) {
   EXPECT_EQ(record.alive, 0);
 }
 
-TEST(Resumable, FreesWhatIsAliveWhereItIsGivenUp) {
+TEST(Resumable, DestructorFreesSuspendedFrame) {
   Record record;
   const int times = 2;
   {

@@ -67,7 +67,7 @@ SceneDeviation scene_deviation(const CaptureResult& result) {
 
 void expect_complete_scene(const CaptureResult& result, const CaptureProblem& problem) {
   const Scene& scene = result.scene;
-  // Pieces of what bends are bodies of their own; what lies between two joints of one place is none.
+  // Pieces of flexible links are separate bodies; bodies between two joints of one place are not included.
   std::vector<BodyDescription> bodies = flexible_robot(problem.robot).bodies;
   for (const TargetSetup& t : problem.targets) {
     for (BodyDescription& body : target_bodies(t).bodies) bodies.push_back(std::move(body));

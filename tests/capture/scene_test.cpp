@@ -22,7 +22,7 @@ TEST(Scene, OfRandomRobots) {
   }
 }
 
-TEST(Scene, SaysWhatTheProblemSays) {
+TEST(Scene, MatchesProblem) {
   CaptureProblem p = thesis_case();
   p.robot.geometry = {{p.robot.bodies[2].name,
                        {Geometry::Shape::capsule, {0.05, 0.9, 0}, {rotation_about({0, 1, 0}, 1.5), {0.5, 0, 0}}}},
@@ -79,7 +79,7 @@ TEST(Scene, SharesMeshes) {
 }
 
 // What takes a planar capture out of its plane, one thing at a time.
-TEST(Scene, PlanarOnlyIfEverythingIs) {
+TEST(Scene, PlanarOnlyIfAllQuantitiesAre) {
   const CaptureProblem planar = thesis_case();
   ASSERT_TRUE(scene_of(planar).planar);
   const auto with = [&](auto change) {
@@ -126,7 +126,7 @@ TEST(Scene, PlanarOnlyIfEverythingIs) {
   EXPECT_FALSE(with([&](auto& p) { p.robot.bodies.push_back(prong); }));
 }
 
-TEST(Scene, IsThereAlsoIfTheRunFails) {
+TEST(Scene, PresentInFailedRun) {
   CaptureProblem p = thesis_case();
   p.contact = {ContactSetup::Gap::refuse, 1e-12};
   p.targets[0].X_WT.p[0] += 0.1;

@@ -23,7 +23,7 @@ namespace sensors_test {
 
 constexpr double kPeriod = 0.1, kApproach = 90;
 
-// A servicer with wheels and a seven-joint arm catches a tumbling satellite of 1 t; all is sampled at 10 Hz.
+// A servicer with wheels and a seven-joint arm captures a tumbling satellite of 1 t; all is sampled at 10 Hz.
 CaptureProblem sampled(double after) {
   CaptureProblem p = scenario("bias-momentum.yaml");
   p.control.emplace();
@@ -52,7 +52,7 @@ SensorSetup noisy() {
 }
 
 // 40 000 numbers of one channel against the neighbours in time, channel, sensor and seed.
-TEST(SensorNoise, IsWhiteNormalAndIndependentOfItsNeighbours) {
+TEST(SensorNoise, WhiteNormalAndIndependent) {
   constexpr int kCount = 40000;
   const double expected = 1 / std::sqrt(double{kCount});
   double sum = 0, squares = 0, fourths = 0, next = 0, channel = 0, sensor = 0, seed = 0;
@@ -71,7 +71,7 @@ TEST(SensorNoise, IsWhiteNormalAndIndependentOfItsNeighbours) {
   EXPECT_EQ(normal_number(1, 2, 3, 5), normal_number(1, 2, 3, 5));
 }
 
-TEST(Sensors, ReadMultiplesOfTheirQuantumAtTheirSampleTimesWithTheirBias) {
+TEST(Sensors, QuantumSampleTimeAndBias) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(5);
   p.sensors.emplace();
@@ -110,7 +110,7 @@ TEST(Sensors, ReadMultiplesOfTheirQuantumAtTheirSampleTimesWithTheirBias) {
   EXPECT_GT(changes, 100);
 }
 
-TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
+TEST(Sensors, NoiseDeviationMomentumAndReproducibility) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(20);
   p.approach->tracking.mode = JointControl::computed_torque;
@@ -146,7 +146,7 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
 
 // Without noise a reading is off by its bias alone, in the axes of what is read; a random walk of rates over the root
 // of the sample time.
-TEST(Sensors, BiasesAndRandomWalksAreWhatIsRead) {
+TEST(Sensors, BiasesAndRandomWalks) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(5);
   p.sensors.emplace();
@@ -175,7 +175,7 @@ TEST(Sensors, BiasesAndRandomWalksAreWhatIsRead) {
 
 // What attitude sensor and tachometers read is what the laws work with: the base goes where the sensor says that it is
 // right, the wheels' speeds to where their sensors say zero.
-TEST(Sensors, LawsGoByWhatIsRead) {
+TEST(Sensors, LawsUseReadings) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(60);
   p.post_impact->base_control->wheel_speed_rate = 0.1;
@@ -212,7 +212,7 @@ CaptureProblem estimated(const TargetEstimate& error) {
   return p;
 }
 
-TEST(Navigation, OnAnExactEstimateIsThePlanOnTheTruthBitForBit) {
+TEST(Navigation, ExactEstimateGivesIdenticalPlan) {
   CaptureProblem exact = estimated({}), truth = exact;
   truth.targets[0].estimate.reset();
   const CaptureResult a = simulate_capture(exact), b = simulate_capture(truth);
@@ -223,7 +223,7 @@ TEST(Navigation, OnAnExactEstimateIsThePlanOnTheTruthBitForBit) {
   EXPECT_EQ(norm(a.approach_end->base.position - b.approach_end->base.position), 0);
 }
 
-TEST(Navigation, ErrorOfTheEstimateIsTheGapAndReplanningByAPerfectSensorTakesItOut) {
+TEST(Navigation, EstimateErrorIsGapAndReplanningRemovesIt) {
   TargetEstimate error;
   error.position_error = {0.03, -0.04, 0.12};
   CaptureProblem p = estimated(error);
@@ -261,7 +261,7 @@ TEST(Navigation, ErrorOfTheEstimateIsTheGapAndReplanningByAPerfectSensorTakesItO
   EXPECT_NEAR(measured.grasps[0].distance, last, 1e-6);
 }
 
-TEST(Navigation, IsPlannedAnewUntilThen) {
+TEST(Navigation, ReplansUntilLimit) {
   CaptureProblem p = estimated({});
   p.approach->replan = ReplanSetup{5};
   p.approach->replan->until = 12;
@@ -285,7 +285,7 @@ CaptureProblem identified(double after) {
   return p;
 }
 
-TEST(IdentificationInARun, FindsTheTargetToRoundingWithoutNoise) {
+TEST(IdentificationInARun, ExactWithoutNoise) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(identified(45));
   expect_passes(r);
@@ -303,7 +303,7 @@ TEST(IdentificationInARun, FindsTheTargetToRoundingWithoutNoise) {
   EXPECT_NEAR(found.used_from.value(), kApproach + 42, 1e-9);
 }
 
-TEST(IdentificationInARun, IsWithinThreeDeviationsWithNoise) {
+TEST(IdentificationInARun, WithinThreeSigmaWithNoise) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.sensors.emplace();
@@ -323,7 +323,7 @@ TEST(IdentificationInARun, IsWithinThreeDeviationsWithNoise) {
   EXPECT_NEAR(r.identification->residual, 1, 0.2);
 }
 
-TEST(IdentificationInARun, SaysWhatAMotionDoesNotShow) {
+TEST(IdentificationInARun, ReportsUnobservableParameters) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.post_impact->identify->excitation.reset();
@@ -333,10 +333,10 @@ TEST(IdentificationInARun, SaysWhatAMotionDoesNotShow) {
   ASSERT_TRUE(r.identification) << r.failure;
   EXPECT_LT(r.identification->rank, 10);
   EXPECT_FALSE(r.identification->unseen.empty());
-  EXPECT_FALSE(r.identification->used_from);  // so that laws go on with what is assumed
+  EXPECT_FALSE(r.identification->used_from);  // so that laws continue with the assumed values
 }
 
-TEST(IdentificationInARun, WeighsBySensorsNoiseAndRounding) {
+TEST(IdentificationInARun, WeightsFromNoiseAndRounding) {
   CaptureProblem p = sampled(5);
   p.sensors.emplace();
   p.sensors->gyro.emplace();
@@ -349,7 +349,7 @@ TEST(IdentificationInARun, WeighsBySensorsNoiseAndRounding) {
   EXPECT_NEAR(noise.joint_rate, std::sqrt(2 * (4e-10 + 1e-8 / 12)) / (2 * kPeriod), 1e-18);
 }
 
-TEST(IdentificationInARun, EndsWhereTheTargetIsLetGo) {
+TEST(IdentificationInARun, EndsAtRelease) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.post_impact->releases.push_back({20, {}});
@@ -371,7 +371,7 @@ double tracking_error(const CaptureResult& r, double from) {
   return largest;
 }
 
-TEST(AssumedTarget, ComputedTorqueErrsWithAWrongGuessAndNotWithTheEstimate) {
+TEST(AssumedTarget, ComputedTorqueErrorWithWrongAssumption) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(90);
   // Held for 0.1 s, torques err by more than a wrong mass does: the arm's self-motion is light.

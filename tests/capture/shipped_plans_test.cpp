@@ -21,7 +21,7 @@ struct ShippedPlan {
 
 class ShippedPlans : public ::testing::TestWithParam<ShippedPlan> {};
 
-TEST_P(ShippedPlans, AreAsGoodAsTheyWere) {
+TEST_P(ShippedPlans, QualityUnchanged) {
   SKIP_UNDER_SANITIZERS();
   const CaptureProblem problem =
       load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + GetParam().scenario + ".yaml");

@@ -91,9 +91,9 @@ bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_n
   return false;
 }
 
-// Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may go on as a
-// parallelogram or an antiparallelogram.
-TEST(Parallelogram, IsDrivenThroughItsFlatConfiguration) {
+// Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may continue
+// as a parallelogram or an antiparallelogram.
+TEST(Parallelogram, DrivenThroughFlatConfiguration) {
   SKIP_UNDER_SANITIZERS();
   for (const GraspModel model : {GraspModel::hinge, GraspModel::point}) {
     for (const RobotSetup::Base base : {RobotSetup::Base::fixed, RobotSetup::Base::free}) {
@@ -160,7 +160,7 @@ TEST(CrankAndRocker, PassesItsDeadPoints) {
   EXPECT_TRUE(answered(p, r)) << r.failure;  // no change point: dead points of the rocker are regular for the crank
 }
 
-TEST(FlatLoops, EveryJointControlIsAnswered) {
+TEST(FlatLoops, EveryJointControlHasResult) {
   SKIP_UNDER_SANITIZERS();
   for (const Joints joints : {Joints::free, Joints::pd, Joints::braked}) {
     for (const double angle : {0.0, 1e-9, 1e-6, 1e-3}) {
@@ -232,7 +232,7 @@ CaptureProblem stretched(double speed, double bend, GraspModel model, bool in_li
   return p;
 }
 
-TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
+TEST(StretchedArms, StraightAndNearlyStraight) {
   SKIP_UNDER_SANITIZERS();
   int through = 0, all = 0;
   for (const double speed : {0.1, -0.1, 0.0}) {
@@ -250,9 +250,8 @@ TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
   EXPECT_GT(through, 0);
 }
 
-// Two arms that coincide, grasping at one point: every row twice. Rigid hands on bent arms come to a configuration
-// where the rank falls: at most bends the run stops there and says so; where a step slips over it, the conservation
-// checks say that the result is none.
+// Two coincident arms that grasp at one point: every row twice. Rigid hands on bent arms reach a configuration where
+// the rank drops: for most bends the run stops there with an error; if a step skips it, the conservation checks fail.
 TEST(StretchedArms, TwoGraspsAtOnePoint) {
   SKIP_UNDER_SANITIZERS();
   for (const double bend : {0.0, 0.3}) {
@@ -270,7 +269,7 @@ TEST(StretchedArms, TwoGraspsAtOnePoint) {
 }
 
 // The target pulls bent arms straight, to the stretched configuration and out of it again.
-TEST(StretchedArms, ATargetThatFliesAwayPullsThemStraight) {
+TEST(StretchedArms, DepartingTargetStretchesArms) {
   for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge}) {
     CaptureProblem p = stretched(0.6, 0.5, model, false);  // flies away until the arms are stretched, and further
     p.post_impact->duration = 20;
@@ -287,8 +286,8 @@ TEST(StretchedArms, ATargetThatFliesAwayPullsThemStraight) {
 // --- Drives against loops
 
 // A waist that follows its path exactly while both arms on it hold one target, and a joint of a third arm: only settled
-// joints give way, so nothing may contradict.
-TEST(DrivesAgainstLoops, ExactPathsOfTheOthersGoOn) {
+// joints are overpowered, so there is no contradiction.
+TEST(DrivesAgainstLoops, OtherPrescribedMotionsContinue) {
   for (int index = 100; index < 104; ++index) {
     SCOPED_TRACE(seed_note(index));
     CaptureProblem p = random_loops({{0, 0, 1}, {}, 3, 0.2, 2}, index);
@@ -320,7 +319,7 @@ TEST(DrivesAgainstLoops, BrakesOnALoopWithoutMobility) {
   }
 }
 
-TEST(BoundedWork, TooFewStepsEndTheRunWithItsResults) {
+TEST(BoundedWork, StepLimitEndsRunWithResults) {
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.3, 50}, 106);
   p.integration.max_steps = 40;
   const CaptureResult r = simulate_capture(p);
@@ -330,7 +329,7 @@ TEST(BoundedWork, TooFewStepsEndTheRunWithItsResults) {
   expect_finite(r);
   EXPECT_GT(r.series.time.size(), 3u);
   EXPECT_LT(r.series.time.back(), 50);
-  // A failure names the step limit; loops say how they were kept as far as it came.
+  // A failure names the step limit; the report of loops covers the time up to it.
   ASSERT_EQ(r.loops.size(), 1u);
   EXPECT_EQ(r.loops[0].rows, 6);
 }

@@ -40,7 +40,7 @@ CaptureProblem staged(const std::vector<int>& targets, const std::vector<double>
   return p;
 }
 
-TEST(SecondGraspLater, IsAnImpactOfTheJoinedSystem) {
+TEST(SecondGraspLater, ImpactOfJoinedSystem) {
   for (int index = 40; index < 44; ++index) {
     SCOPED_TRACE(seed_note(index));
     const CaptureProblem p = staged({0, 0, 0}, {0, 1.5, 3}, index, 5);
@@ -83,8 +83,8 @@ TEST(SecondGraspLater, IsAnImpactOfTheJoinedSystem) {
   }
 }
 
-// Two grasps half a second apart on one target, a third on another target that is only then caught.
-TEST(SecondGraspLater, MayBeOnAnotherTarget) {
+// Two grasps half a second apart on one target, a third on another target that is captured later.
+TEST(SecondGraspLater, OnAnotherTarget) {
   const CaptureProblem p = staged({0, 0, 1}, {0, 1, 1.5}, 45, 3);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -100,7 +100,7 @@ TEST(SecondGraspLater, MayBeOnAnotherTarget) {
   EXPECT_GT(norm(vector_at(r, "targets/target1/linear_momentum", last_sample(r, "post_impact_3")) - h), 1e-3 * norm(h));
 }
 
-TEST(SecondGraspLater, ThatMissesLeavesAnOpenChain) {
+TEST(SecondGraspLater, MissedCaptureLeavesOpenChain) {
   CaptureProblem p = staged({0, 0}, {0, 1}, 46, 3);
   p.robot.end_effectors[1].envelope.emplace();
   p.robot.end_effectors[1].envelope->position = 1e-4;
@@ -138,7 +138,7 @@ CaptureProblem approaching(const std::vector<double>& times, int index) {
   return p;
 }
 
-TEST(GraspsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
+TEST(GraspsInTheApproach, OtherArmsFollowTrajectories) {
   for (int index = 50; index < 53; ++index) {
     SCOPED_TRACE(seed_note(index));
     const CaptureProblem p = approaching({1, 2, 0}, index);  // the third closes at the approach's end, at 3 s
@@ -150,7 +150,7 @@ TEST(GraspsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
     EXPECT_NEAR(r.impact->time, 1, 1e-12);
     EXPECT_NEAR(r.later_impacts[0].time, 2, 1e-12);
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
-    // Ideal drives keep the rates of the arms that grasp nothing yet, whatever that takes; the others give way.
+    // Ideal drives keep the rates of the arms that do not grasp yet, with any effort; the others are overpowered.
     for (std::size_t j = 0; j < 18; ++j) {
       const double first = r.impact->joint_velocity_change[j], second = r.later_impacts[0].joint_velocity_change[j];
       if (j >= 6) {
@@ -182,7 +182,7 @@ TEST(GraspsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
   }
 }
 
-TEST(GraspsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
+TEST(GraspsInTheApproach, AllCloseBeforeOrAfterEnd) {
   const CaptureResult early = simulate_capture(approaching({0.5, 1, 1.5}, 54));
   expect_passes(early);
   EXPECT_EQ(early.series.time.back(), 5);
@@ -203,7 +203,7 @@ TEST(GraspsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
   EXPECT_NEAR(edge.later_impacts[0].time, 5, 1e-12);
 }
 
-TEST(GraspsInTheApproach, WorkWithDrivesThatGiveWay) {
+TEST(GraspsInTheApproach, WithOverpoweredDrives) {
   for (const JointControl mode : {JointControl::pd, JointControl::computed_torque}) {
     for (const PostImpactSetup::Joints after :
          {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {
@@ -276,7 +276,7 @@ CaptureProblem swinging_bar(double approach) {
   return p;
 }
 
-TEST(OnArrival, TheGraspClosesAtTheEdgeOfItsEnvelope) {
+TEST(OnArrival, ClosesAtEdgeOfEnvelope) {
   const CaptureProblem p = swinging_bar(0);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -297,7 +297,7 @@ TEST(OnArrival, TheGraspClosesAtTheEdgeOfItsEnvelope) {
   EXPECT_LT(o.position, 2e-12);
 }
 
-TEST(OnArrival, NothingHappensIfItNeverComes) {
+TEST(OnArrival, NoClosingWithoutArrival) {
   CaptureProblem p = swinging_bar(0);
   p.targets[0].V_WT.angular = {0, 0, 0.05};  // away
   const CaptureResult r = simulate_capture(p);
@@ -307,7 +307,7 @@ TEST(OnArrival, NothingHappensIfItNeverComes) {
   EXPECT_EQ(r.grasps[1].reason, "did not come within its envelope before the run's end");
 }
 
-TEST(OnArrival, AlsoInTheApproachWithTheDrivesOn) {
+TEST(OnArrival, DuringApproachWithDrives) {
   for (const double duration : {1.0, 6.0}) {
     const CaptureProblem p = swinging_bar(duration);
     const CaptureResult r = simulate_capture(p);
@@ -324,7 +324,7 @@ TEST(OnArrival, AlsoInTheApproachWithTheDrivesOn) {
   }
 }
 
-TEST(OnArrival, AHandThatIsThereAlreadyClosesAtOnce) {
+TEST(OnArrival, ClosesImmediatelyInsideEnvelope) {
   CaptureProblem p = swinging_bar(0);
   p.robot.end_effectors[1].envelope->position = 5;
   const CaptureResult r = simulate_capture(p);
@@ -335,12 +335,12 @@ TEST(OnArrival, AHandThatIsThereAlreadyClosesAtOnce) {
 
 // --- Letting go
 
-TEST(Release, CarriesAllMotionOver) {
+TEST(Release, KeepsMotion) {
   for (int index = 60; index < 64; ++index) {
     SCOPED_TRACE(seed_note(index));
     CaptureProblem p =
         random_loops({{0, 0, 0}, {GraspModel::rigid, GraspModel::hinge, GraspModel::rigid}, 6, 0.2, 6}, index);
-    // First the hand that carries the target in the tree: another takes over; then all that are left.
+    // First the hand that carries the target in the tree: another takes over; then all remaining ones.
     p.post_impact->releases = {{1, {"hand0"}}, {3, {}}};
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
@@ -377,7 +377,7 @@ TEST(Release, CarriesAllMotionOver) {
   }
 }
 
-TEST(Release, OfWhatNobodyHoldsDoesNothing) {
+TEST(Release, WithoutHeldTargetHasNoEffect) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 65, 4);
   p.post_impact->releases = {{1, {"hand1"}}};  // it closes later
   const CaptureResult r = simulate_capture(p);
@@ -387,7 +387,7 @@ TEST(Release, OfWhatNobodyHoldsDoesNothing) {
   EXPECT_FALSE(r.grasps[1].released);
 }
 
-TEST(Release, AGraspMayCloseAfterAnotherHasLetGo) {
+TEST(Release, GraspClosesAfterRelease) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 66, 4);
   p.post_impact->releases = {{1, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
@@ -404,7 +404,7 @@ TEST(Release, AGraspMayCloseAfterAnotherHasLetGo) {
 }
 
 // At one instant: what closes then closes first.
-TEST(Release, AtTheInstantAtWhichAnotherCloses) {
+TEST(Release, AtClosingInstantOfAnotherGrasp) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 67, 4);
   p.post_impact->releases = {{2, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
@@ -416,7 +416,7 @@ TEST(Release, AtTheInstantAtWhichAnotherCloses) {
   EXPECT_LT(opening(p, r, 1, last_sample(r, "contact_2"), r.series.time.size() - 1).position, 2e-12);
 }
 
-TEST(Release, WorksForAllBasesAndJoints) {
+TEST(Release, AllBasesAndJoints) {
   for (const RobotSetup::Base base : {RobotSetup::Base::free, RobotSetup::Base::held, RobotSetup::Base::fixed}) {
     for (const PostImpactSetup::Joints joints :
          {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {

@@ -1,5 +1,5 @@
-/// Limits on the piece straight in, from the run that flies it: joints' positions, rates and efforts by its time
-/// series, hands against their lines by formulas of their own.
+/// Limits of the final straight approach, checked in simulated trajectories: joints' positions, rates and efforts by
+/// the time series, hands relative to their lines by independent formulas.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 PlanSetup& plan_of(CaptureProblem& p) { return *p.approach->plan; }
 
-// Two arms of seven joints at two tumbling targets at once.
+// Two arms of seven joints at two tumbling targets simultaneously.
 CaptureProblem two_arms() {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-tumbling-targets.yaml");
   p.approach->tracking = {};
@@ -115,9 +115,9 @@ CaptureResult flown(const CaptureProblem& p) {
   return r;
 }
 
-// Where the way there, a spline with knots, meets the piece, rates must not jump, or the energy misses its bound; nor
-// where the piece found first passes a singularity.
-TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
+// Where the approach, a spline with knots, meets the final segment, rates must not jump, otherwise the energy exceeds
+// its bound; nor where the first solution of the segment passes a singularity.
+TEST(StraightInLimits, LedgerPassesAtSegmentBoundary) {
   SKIP_UNDER_SANITIZERS();
   for (const int knots : {4, 5}) {
     for (const double gravity : {0.0, -1e-3}) {
@@ -139,7 +139,7 @@ TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
 }
 
 // A joint of each arm that goes farther in the piece than ever before is kept from it.
-TEST(StraightInLimits, OfPositionsOfTwoArmsAtOnce) {
+TEST(StraightInLimits, PositionsOfTwoArms) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   const CaptureResult direct = flown(p);
@@ -187,7 +187,7 @@ TEST(StraightInLimits, OfPositionsOfTwoArmsAtOnce) {
               kept.plan->straight_in->self_motion, kept.plan->rhs_evaluations, beyond.plan->rhs_evaluations);
 }
 
-TEST(StraightInLimits, OfRates) {
+TEST(StraightInLimits, Rates) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   const CaptureResult direct = flown(p);
@@ -209,9 +209,9 @@ TEST(StraightInLimits, OfRates) {
   EXPECT_LT(off_the_line(p, kept), 1e-9);
 }
 
-// Three joints and three rows leave no freedom but the choice of the arm's configuration: it is made, and where it is
-// no choice either, what stands in the way is said.
-TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
+// Three joints and three rows leave no freedom except the choice of the arm's configuration: it is used, and if that
+// fails, too, the error names the obstacle.
+TEST(StraightInLimits, OtherConfigurationOrErrorWithoutFreedom) {
   CaptureProblem p = one_planar_arm(GraspSetup::Orientation::pose);
   const CaptureResult direct = flown(p);
   const Extremes e = extremes(direct, 2, begin_of(p));
@@ -234,7 +234,7 @@ TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
   limits_of(p, direct, 2).lower = extremes(direct, 2, 0).lowest - 0.05;
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
-  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' goes 0.01"));
+  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' moves 0.01"));
   EXPECT_THAT(none.failure, HasSubstr("beyond its upper limit of "));
   EXPECT_THAT(none.failure, HasSubstr("at t = 19."));
   EXPECT_THAT(none.failure, HasSubstr("no freedom"));
@@ -252,9 +252,9 @@ TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
 struct Outside {
   std::string name;
   double matters;  // by how much it changes the final joint values at least [rad]
-  double bound;    // of what is missed in the end [m, rad and their rates]
+  double bound;    // bound of the final deviation [m, rad and their rates]
   std::function<void(CaptureProblem&)> change;
-  double line = 1e-7;  // bound of the distance from the line on the way [m]
+  double line = 1e-7;  // bound of the distance from the line during the approach [m]
 };
 
 std::vector<Outside> outside() {
@@ -293,7 +293,7 @@ std::vector<Outside> outside() {
           {"an attitude control that keeps the attitude", 1e-3, 1e-7, control(200, 2000)}};
 }
 
-TEST(StraightInFlown, ArrivesUnderWhatActsFromOutside) {
+TEST(StraightInFlown, ArrivesUnderExternalLoads) {
   SKIP_UNDER_SANITIZERS();
   for (const Outside& one : outside()) {
     for (const StraightIn::Roll roll : {StraightIn::Roll::free, StraightIn::Roll::matched}) {
@@ -321,7 +321,7 @@ TEST(StraightInFlown, ArrivesUnderWhatActsFromOutside) {
 }
 
 // A pose has three angles and all of the spin. What leads out of the plane is not for a planar arm.
-TEST(StraightInFlown, ArrivesInThePoseAskedFor) {
+TEST(StraightInFlown, ArrivesInRequiredPose) {
   SKIP_UNDER_SANITIZERS();
   const auto in_the_plane = [](CaptureProblem& p, const Outside& one) {
     one.change(p);
@@ -347,7 +347,7 @@ TEST(StraightInFlown, ArrivesInThePoseAskedFor) {
 
 // A planar arm cannot turn as its target does about the direction in which it comes in. What it misses is said, beside
 // what flights correct.
-TEST(StraightInFlown, SaysWhatTheJointsCannotGive) {
+TEST(StraightInFlown, ReportsInfeasibleJointMotion) {
   CaptureProblem p = one_planar_arm(GraspSetup::Orientation::free);
   p.approach->straight_in->roll = StraightIn::Roll::matched;
   TargetSetup& target = p.targets[0];
@@ -361,12 +361,12 @@ TEST(StraightInFlown, SaysWhatTheJointsCannotGive) {
   EXPECT_LT(std::max({miss.distance, miss.angle, *miss.velocity}), 1e-8);
   EXPECT_NEAR(*miss.angular_velocity, 0.03, 1e-8);
   EXPECT_TRUE(warns(r,
-                    "leaves the end-effectors up to 0.03 rad/s from the relative angular velocity asked for, no less: "
-                    "the joints cannot give more"));
+                    "leaves the end-effectors up to 0.03 rad/s from the demanded relative angular velocity, and "
+                    "corrections do not reduce this: the joints cannot produce the required motion"));
 }
 
 // Self-motion as the plan without it has it; what the flown one is nearer to its limits is watched.
-TEST(StraightInFlown, GoesWithLimits) {
+TEST(StraightInFlown, RespectsLimits) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   outside()[0].change(p);
@@ -379,7 +379,7 @@ TEST(StraightInFlown, GoesWithLimits) {
   const double fastest = extremes(r, 6, 0).fastest;
   std::printf("[ measured ] %.4g rad/s\n", fastest);
   EXPECT_LT(fastest, 0.042 * 1.02);
-  EXPECT_TRUE(warns(r, "are kept by the plan of the robot that bears no loads"));
+  EXPECT_TRUE(warns(r, "path constraints for a robot that has no loads"));
 }
 
 }  // namespace straight_in_limits_test

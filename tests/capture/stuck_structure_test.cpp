@@ -32,7 +32,7 @@ TEST(StuckStructure, ReportsUndeterminedFrictionWithinBreakaway) {
 }
 
 // A joint without friction at rest is no stuck joint.
-TEST(StuckStructure, FrictionOfZeroHoldsNothing) {
+TEST(StuckStructure, ZeroFrictionHoldsNothing) {
   CaptureProblem p = scene();
   for (BodyDescription& body : p.robot.bodies) {
     if (body.joint.name == "right-joint") body.joint.friction.coulomb = 0;

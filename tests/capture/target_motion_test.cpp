@@ -1,4 +1,4 @@
-/// Free targets: what propagate_target() makes of them in closed books against the general integration.
+/// Free targets: closed-form propagate_target() against the general integration.
 
 #include "grapnel/approach/target_motion.hpp"
 
@@ -27,7 +27,7 @@ double difference(const TargetMotion& a, const TargetMotion& b) {
   return std::max(most, norm(a.V_WT.linear - b.V_WT.linear));
 }
 
-TEST(TargetMotion, FreeFlightIsTheIntegratedMotion) {
+TEST(TargetMotion, FreeMotionMatchesIntegration) {
   const Vector3d gravity{0.01, -0.02, 0.005};
   LoadSetup nothing;  // a load, if of no force: the general way
   nothing.body = target_body_name("tumbler");
@@ -42,7 +42,7 @@ TEST(TargetMotion, FreeFlightIsTheIntegratedMotion) {
   }
 }
 
-TEST(TargetMotion, ThereAndBackAgainWhateverTheTolerances) {
+TEST(TargetMotion, ForwardAndBackwardForAnyTolerance) {
   IntegrationSetup coarse;
   coarse.relative_tolerance = coarse.absolute_tolerance = 1e-3;
   const TargetMotion there = propagate_target(tumbler(), start(), 0, 30, Vector3d::zero(), coarse);

@@ -49,7 +49,7 @@ TEST(ThesisApproach, ReDySimStates) {
   std::printf("[ measured ] largest difference from ReDySim %.3g\n", worst);
 }
 
-TEST(ThesisApproach, IdealTrackingEndsWhereThesisFactsSay) {
+TEST(ThesisApproach, IdealTrackingMatchesThesisEnd) {
   CaptureProblem p = thesis_case();
   p.approach->match.reset();  // zero final rates
   p.impact.reset();
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(Thesis, FixedPoint,
                          [](const auto& test) { return test.param.name; });
 
 // With these angles and the rates found here the tips arrive at the grasp points, moving with them.
-TEST_P(FixedPoint, MeetsTheGraspPoints) {
+TEST_P(FixedPoint, ReachesGraspPoints) {
   const Planned& planned = GetParam();
   CaptureProblem p = thesis_case();
   p.approach->final_position = planned.angles;
@@ -119,7 +119,7 @@ TEST_P(FixedPoint, MeetsTheGraspPoints) {
     std::printf("[ measured ] miss %.3g, relative velocity %.3g\n", e.miss_distance, norm(e.relative_velocity));
   }
   for (std::size_t j = 0; j < 6; ++j) EXPECT_EQ(end.joints.velocity[j], r.plan->final_rates[j]);
-  // Matched motion, no impact: the target's spin alone is caught where it was not matched.
+  // Matched motion, no impact: only the target's unmatched spin remains.
   for (const GraspImpulse& g : r.impact->grasps) {
     if (planned.match == RateMatch::twist) {
       EXPECT_LT(g.impulse_magnitude, 3e-6);  // of the angles' six digits; measured 1.3e-06

@@ -17,7 +17,7 @@ CaptureProblem open_loop(int number) {
                        ".yaml");
 }
 
-TEST_P(OpenLoop, KeepsItsLedger) {
+TEST_P(OpenLoop, LedgerPasses) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(open_loop(GetParam()));
   expect_passes(r);
@@ -38,7 +38,7 @@ TEST_P(OpenLoop, KeepsItsLedger) {
 }
 
 // thesis-facts: orders of magnitude with PD lag, a rigid grasp and the linear velocity matched.
-TEST(OpenLoopCase1, ImpulseIsOfTheOrderThatThesisFactsGive) {
+TEST(OpenLoopCase1, ImpulseHasThesisOrderOfMagnitude) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(open_loop(1));
   EXPECT_NEAR(r.impact->grasps[0].impulse_magnitude, 0.12, 0.015);
@@ -46,8 +46,8 @@ TEST(OpenLoopCase1, ImpulseIsOfTheOrderThatThesisFactsGive) {
   EXPECT_NEAR(r.approach_end->end_effectors[1].miss_distance, 0.06, 0.01);
 }
 
-// The file says what this test's own description of the case says.
-TEST(OpenLoopCase1, FileIsTheProblemWrittenDownInTheTests) {
+// The file equals this test's own description of the case.
+TEST(OpenLoopCase1, FileEqualsTestProblem) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem written = thesis_case_pd();
   written.contact.gap = ContactSetup::Gap::translate_target;

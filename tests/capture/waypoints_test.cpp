@@ -1,5 +1,5 @@
-/// The way to the grasp: waypoints, the last piece straight in, motions from samples. What was passed is computed here
-/// from the time series.
+/// The approach: waypoints, the final straight approach, motions from samples. Passing points are computed here from
+/// the time series.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void expect_continuous(const CaptureResult& r) {
   }
 }
 
-TEST(Waypoints, OfJointsArePassedWithTheirRates) {
+TEST(Waypoints, JointWaypointsPassedWithRates) {
   CaptureProblem p = on_the_way();
   p.output_interval = 0.05;
   p.approach->waypoints.resize(2);
@@ -119,7 +119,7 @@ void expect_places(const CaptureProblem& p, const CaptureResult& r, double toler
   }
 }
 
-TEST(Waypoints, OfPlacesArePassedInTheFramesTheyAreGivenIn) {
+TEST(Waypoints, PositionWaypointsPassedInTheirFrames) {
   CaptureProblem p = places();
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -131,7 +131,7 @@ TEST(Waypoints, OfPlacesArePassedInTheFramesTheyAreGivenIn) {
   expect_continuous(simulate_capture(p));
 }
 
-TEST(Waypoints, OutOfReachAreNamedWithTheirTime) {
+TEST(Waypoints, UnreachableNamedWithTime) {
   CaptureProblem p = on_the_way();
   Waypoint w;
   w.time = 6.5;
@@ -145,7 +145,7 @@ TEST(Waypoints, OutOfReachAreNamedWithTheirTime) {
 }
 
 // Loads and attitude control disturb the whole way, not only its end.
-TEST(Waypoints, OfPlacesUnderAttitudeControlAndLoadsArePassed) {
+TEST(Waypoints, PositionWaypointsUnderAttitudeControlAndLoads) {
   SKIP_UNDER_SANITIZERS();
   for (double gain : {2.0, 30.0}) {
     CaptureProblem p = places();
@@ -164,7 +164,7 @@ TEST(Waypoints, OfPlacesUnderAttitudeControlAndLoadsArePassed) {
   }
 }
 
-TEST(MatchWithoutPlan, UnderAttitudeControlHoldsOrItsLackIsSaid) {
+TEST(MatchWithoutPlan, HoldsUnderAttitudeControlOrReportsError) {
   int held = 0;
   for (double gain : {0.5, 3.0, 100.0}) {
     CaptureProblem p = thesis_case();
@@ -243,7 +243,7 @@ void expect_straight(const CaptureProblem& p, const CaptureResult& r) {
   }
 }
 
-TEST(StraightInPiece, KeepsToItsLineInTheTurningTargetsFrame) {
+TEST(StraightInPiece, FollowsLineInTargetFrame) {
   SKIP_UNDER_SANITIZERS();
   for (GraspSetup::Orientation o :
        {GraspSetup::Orientation::free, GraspSetup::Orientation::axis, GraspSetup::Orientation::pose}) {
@@ -285,7 +285,7 @@ TEST(StraightInPiece, UnderGravityWithHeldBaseAndAfterAWaypoint) {
 }
 
 // A target that a load turns and pushes: the piece is planned for the motion that it then has, or it is said that not.
-TEST(StraightInPiece, ToATargetUnderALoadIsStraightOrTheMissIsSaid) {
+TEST(StraightInPiece, StraightToLoadedTargetOrReportsDeviation) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   LoadSetup load;
   load.body = "target:target-1";
@@ -303,7 +303,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   p.targets[0].V_WT = p.targets[1].V_WT = Twistd::zero();
   p.momentum.reset();
-  // Arm 1 is 3 m long from (0.5, 0): the grasp point lies just within its reach, the way there goes outwards.
+  // Arm 1 is 3 m long from (0.5, 0): the grasp point is just within its reach, and the trajectory to it leads outwards.
   p.targets[0].grasp_points[0].X_TG.p = {0, 0, 0};
   p.targets[0].grasp_points[0].approach_direction = Vector3d{0.8, -0.6, 0};
   int near = 0, beyond = 0;
@@ -312,7 +312,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
     const CaptureResult r = simulate_capture(p);
     if (r.status == CaptureStatus::failed) {
       EXPECT_NE(r.failure.find("end-effector 'tip-1' ends 0.0"), std::string::npos) << r.failure;
-      EXPECT_NE(r.failure.find("comes to a singularity"), std::string::npos) << r.failure;
+      EXPECT_NE(r.failure.find("reaches a singularity"), std::string::npos) << r.failure;
       EXPECT_GT(r.plan->miss.at(0).distance, 1e-3);
       EXPECT_FALSE(r.plan->found);
       ++beyond;
@@ -332,7 +332,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
 
 // --- Samples --------------------------------------------------------------------------------------------------------
 
-TEST(SampledWay, IsFollowedThroughItsSamplesWithTheirRates) {
+TEST(SampledWay, FollowsSamplesWithRates) {
   for (bool with_rates : {false, true}) {
     CaptureProblem p = thesis_case();
     p.impact.reset();

@@ -55,7 +55,7 @@ double largest_share(const CaptureProblem& p, const CaptureResult& r) {
   return *std::max_element(all.begin(), all.end());
 }
 
-TEST(WheelBudget, IsKeptInTheFlight) {
+TEST(WheelBudget, HoldsInSimulation) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   for (const bool turns_to_speeds : {false, true}) {
@@ -83,7 +83,7 @@ TEST(WheelBudget, IsKeptInTheFlight) {
 }
 
 // A base that turns slightly under control without feeding forward takes a little of the momentum.
-TEST(WheelBudget, IsKeptToTheControllersAccuracy) {
+TEST(WheelBudget, HoldsToControllerAccuracy) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   p.approach->base_control->feedforward = false;
@@ -93,11 +93,12 @@ TEST(WheelBudget, IsKeptToTheControllersAccuracy) {
   std::printf("[ measured ] %.4f of what wheels can hold, %.4f allowed, %.4f without that\n", largest_share(p, r),
               0.9 * direct, direct);
   EXPECT_NEAR(largest_share(p, r), 0.9 * direct, 0.05 * direct);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
+  EXPECT_THAT(r.warnings,
+              ::testing::Contains(HasSubstr("a robot that holds its base's attitude exactly; the simulated")));
 }
 
 // Wheels whose momenta do not add up to none at the start, so that what there is belongs to no motion of the joints.
-TEST(WheelBudget, CountsTheMomentumThatThereIs) {
+TEST(WheelBudget, IncludesInitialMomentum) {
   CaptureProblem p = reaching();
   p.wheel_rate = {60, -10, 5, 30};
   plan_of(p).weights.emplace();
@@ -108,7 +109,7 @@ TEST(WheelBudget, CountsTheMomentumThatThereIs) {
   EXPECT_GT(in_run[0], 0.55);
 }
 
-TEST(WheelBudget, AsObjectiveIsLeastAndThatOfTheRun) {
+TEST(WheelBudget, ObjectiveIsMinimalAndMatchesRun) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   p.wheel_rate.clear();
@@ -131,17 +132,17 @@ TEST(WheelBudget, AsObjectiveIsLeastAndThatOfTheRun) {
   EXPECT_LT(in_run(r), 0.8 * direct);
 }
 
-TEST(WheelBudget, ThatCannotBeMetIsAnsweredWithTheReason) {
+TEST(WheelBudget, InfeasibleBudgetReportsReason) {
   CaptureProblem p = reaching();
   plan_of(p).wheel_momentum = 0.3;
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("wheel 'wheel-1' has to hold 0.314159"));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("wheel 'wheel-1' needs 0.314159"));
   plan_of(p).wheel_momentum = 0.3143;
   plan_of(p).starts = 2;
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("of the momentum that it can hold at t = "));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("of its momentum capacity at t = "));
   plan_of(p).wheel_momentum = 0.5;
   BaseControlSetup& control = *p.approach->base_control;
   control.feedforward = false, control.kp = {0.01, 0.01, 0.01}, control.kd = {0.01, 0.01, 0.01};
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak for that"));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak to hold the attitude"));
 }
 
 // The controlled base comes to need a little more than the first plan allowed; the rest is planned all the same.
@@ -159,11 +160,11 @@ TEST(WheelBudget, DoesNotEndReplanning) {
     return std::count_if(r.warnings.begin(), r.warnings.end(),
                          [&](const std::string& w) { return w.find(what) != std::string::npos; });
   };
-  EXPECT_GE(said("planned anew, wheel 'wheel-2' has to hold 0.09"), 1);
-  EXPECT_EQ(said("flown with joints that follow exactly"), 1);
+  EXPECT_GE(said("replanned, wheel 'wheel-2' needs 0.09"), 1);
+  EXPECT_EQ(said("in a simulation with exact joint tracking"), 1);
 }
 
-TEST(PlannedBase, KeepsItsAttitudeByGains) {
+TEST(PlannedBase, HoldsAttitudeByGains) {
   BaseControlSetup control;
   const Symmetric3d inertia = Symmetric3d::diagonal(100, 200, 300);
   EXPECT_FALSE(keeps_attitude(control, inertia, 60));
@@ -184,9 +185,10 @@ TEST(PlannedBase, KeepsItsAttitudeByGains) {
 // What plans leave out is said.
 TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   CaptureProblem p = reaching();
-  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, ::testing::Not(Contains(HasSubstr("thrusters switch"))));
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings,
+              ::testing::Not(Contains(HasSubstr("thrusters switch on and off"))));
   p.approach->base_control->actuators = BaseControlSetup::Actuators::thrusters;
-  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, Contains(HasSubstr("thrusters switch")));
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, Contains(HasSubstr("thrusters switch on and off")));
   CaptureProblem handles = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
   LoadSetup push;
   push.body = handles.robot.base, push.amplitude = {{0, 0, 0.05}, {0, 0.05, 0}};
@@ -194,7 +196,7 @@ TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   plan_of(handles).objective = Objective::as_found, plan_of(handles).base_turn = 1;
   const ApproachPlan plan = plan_approach(handles, plan_targets(handles));
   EXPECT_TRUE(plan.failure.empty()) << plan.failure;
-  EXPECT_THAT(plan.warnings, Contains(HasSubstr("are kept by the plan of the robot that bears no loads")));
+  EXPECT_THAT(plan.warnings, Contains(HasSubstr("path constraints for a robot that has no loads")));
 }
 
 }  // namespace wheel_budget_test

@@ -1,4 +1,4 @@
-/// Captures in which drives are told to hold rates that the grasps do not allow.
+/// Captures in which drives hold rates that contradict the grasps.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ void expect_told(const CaptureResult& r, const ImpactReport& impact) {
 }
 
 // Two arms and three, redundant ones and such that cannot follow at all; joints free, held or braked afterwards.
-TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
+TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
   int most = 0;
   for (const std::vector<int>& targets :
        {std::vector<int>{0, 0}, std::vector<int>{0, 0, 0}, std::vector<int>{0, 0, 1}}) {
@@ -63,7 +63,7 @@ TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
         expect_told(r, *r.impact);
         EXPECT_GT(gave_way(*r.impact), 0);
         most = std::max(most, gave_way(*r.impact));
-        // The third arm has a target of its own: its drives hold what they are told.
+        // The third arm has a separate target: its drives hold the prescribed rates.
         for (const HeldJoint& held : r.impact->held_joints) {
           if (targets.back() == 1 && held.joint.starts_with("arm2")) {
             EXPECT_EQ(held.rate_after, held.told_rate);
@@ -71,8 +71,8 @@ TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
         }
         EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
         ASSERT_FALSE(r.warnings.empty());
-        EXPECT_THAT(r.warnings[0], HasSubstr("the grasps do not allow the rates that drives are to hold"));
-        EXPECT_THAT(r.warnings[0], HasSubstr("rad/s (told "));
+        EXPECT_THAT(r.warnings[0], HasSubstr("the grasps contradict the rates held by drives"));
+        EXPECT_THAT(r.warnings[0], HasSubstr("rad/s (commanded "));
       }
     }
   }
@@ -80,7 +80,7 @@ TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
 }
 
 // Grasps that close one after the other: each later one makes the loop that its drives contradict.
-TEST(YieldingDrives, GiveWayAtEachGraspOfASeries) {
+TEST(YieldingDrives, OverpoweredAtEachGrasp) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 240);
   for (std::size_t g = 1; g < 3; ++g)
     p.grasps[g].closes = GraspSetup::Closes::at_time, p.grasps[g].closes_at = 0.5 * static_cast<double>(g);
@@ -96,7 +96,7 @@ TEST(YieldingDrives, GiveWayAtEachGraspOfASeries) {
 }
 
 // The same while the others fly their approach exactly: these keep their paths.
-TEST(YieldingDrives, LeaveTheOthersOnTheirPaths) {
+TEST(YieldingDrives, OtherDrivesKeepTrajectories) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 250);
   p.approach.emplace();
   p.approach->duration = 1.5;
@@ -120,7 +120,7 @@ TEST(YieldingDrives, LeaveTheOthersOnTheirPaths) {
   }
 }
 
-TEST(YieldingDrives, GiveWayUnderOtherLaws) {
+TEST(YieldingDrives, OverpoweredUnderOtherLaws) {
   for (const Law law : {Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}) {
     SCOPED_TRACE(static_cast<int>(law));
     CaptureProblem p = driven_loops({0, 0, 0}, 6, 260);
@@ -131,7 +131,7 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
       p.impact->grasp = {1e5, 2e3, 5e3, 200};
       p.impact->compliant.longest = 0.2;
     } else if (law != Law::bilateral_restitution) {
-      // Two hands grasp; the third only touches, later, while they hold.
+      // Two hands grasp; the third only touches, later, during the hold.
       p.grasps[2].contact = true;
       p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.1;
       p.targets[0].grasp_points[2].normal = Vector3d{0, 0, 1};
@@ -146,7 +146,7 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
     EXPECT_GT(gave_way(*r.impact), 0);
     if (law == Law::compliant) {
-      // Springs let the drives go on pulling until the time is over; then grasps are rigid and drives give way.
+      // Springs let the drives continue to pull until the end; then grasps are rigid and drives are overpowered.
       EXPECT_EQ(r.impact->compliant->end, "time_over");
       EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
     } else if (r.status == CaptureStatus::completed) {

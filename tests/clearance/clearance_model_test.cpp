@@ -1,4 +1,4 @@
-// Which pairs are checked, and that excluding pairs by bounds changes nothing.
+// Selection of pairs, and exclusion of pairs by bounds without effect on the result.
 #include "grapnel/clearance/clearance_model.hpp"
 
 #include <gmock/gmock.h>
@@ -45,23 +45,23 @@ Model arm() {
       .build();
 }
 
-TEST(ClearancePairs, AllButNeighboursAndBodiesFixedTogether) {
+TEST(ClearancePairs, ExcludeAdjacentAndRigidlyConnectedBodies) {
   EXPECT_THAT(
       pair_names(arm(), {"base", "camera", "l1", "l2", "l3", "hand", "target"}),
       UnorderedElementsAre("base-l2", "base-l3", "base-hand", "base-target", "camera-l2", "camera-l3", "camera-hand",
                            "camera-target", "l1-l3", "l1-hand", "l1-target", "l2-target", "l3-target", "hand-target"));
 }
 
-TEST(ClearancePairs, BodiesWithoutShapesArePassedOver) {
-  // l2 and l1 have none: l3 is then the base's neighbour; the target is nobody's.
+TEST(ClearancePairs, SkipBodiesWithoutShapes) {
+  // l2 and l1 have no shape: l3 is then adjacent to the base; the target is adjacent to no body.
   EXPECT_THAT(pair_names(arm(), {"base", "l3", "target"}), UnorderedElementsAre("base-target", "l3-target"));
-  // A shape on a body fixed to the one without counts as that one's.
+  // A shape on a rigidly attached body counts for the body without a shape.
   EXPECT_THAT(pair_names(arm(), {"l2", "hand"}), IsEmpty());
   EXPECT_THAT(pair_names(arm(), {"l1", "hand"}), IsEmpty());
   EXPECT_THAT(pair_names(arm(), {"camera", "l2", "hand"}), UnorderedElementsAre("camera-hand"));
 }
 
-TEST(ClearancePairs, SiblingsAreCheckedEvenIfTheirParentHasNoShape) {
+TEST(ClearancePairs, IncludeSiblingsOfAParentWithoutShape) {
   const Model model = ModelBuilder()
                           .add(body_on("base", "", JointType::free))
                           .add(body_on("left", "base", JointType::revolute))
@@ -71,14 +71,14 @@ TEST(ClearancePairs, SiblingsAreCheckedEvenIfTheirParentHasNoShape) {
   EXPECT_THAT(pair_names(model, {"base", "left", "right"}), UnorderedElementsAre("left-right"));
 }
 
-TEST(ClearancePairs, OfEveryShapeOfABody) {
+TEST(ClearancePairs, IncludeEveryShapeOfABody) {
   const Model model = free_bodies(3);
   const ClearanceModel clearance(model, {{0, kBall}, {0, kBall}, {1, kBall}, {2, kBall}, {1, kBall}});
   EXPECT_EQ(clearance.pairs().size(), 2u * 2 + 2 + 2);
   for (const ClearancePair& p : clearance.pairs()) EXPECT_NE(p.body_a, p.body_b);
 }
 
-TEST(ClearancePairs, BodiesFixedToTheWorldCannotMoveAgainstEachOther) {
+TEST(ClearancePairs, ExcludeBodiesFixedToTheWorld) {
   const Model model = ModelBuilder()
                           .add(body_on("wall", "", JointType::fixed))
                           .add(body_on("stand", "", JointType::fixed))
@@ -87,7 +87,7 @@ TEST(ClearancePairs, BodiesFixedToTheWorldCannotMoveAgainstEachOther) {
   EXPECT_THAT(pair_names(model, {"wall", "stand", "arm"}), IsEmpty());
 }
 
-TEST(ClearancePairs, TargetHeldByAHandIsPartOfIt) {
+TEST(ClearancePairs, HeldTargetBelongsToTheEndEffector) {
   const Model held = ModelBuilder(arm())
                          .attach("target", "hand", Posed::identity(), body_on("grasp", "", JointType::fixed).joint)
                          .build();
@@ -95,7 +95,7 @@ TEST(ClearancePairs, TargetHeldByAHandIsPartOfIt) {
   EXPECT_THAT(pair_names(held, {"l1", "l3", "hand", "target"}), IsEmpty());
   EXPECT_THAT(pair_names(held, {"base", "l1", "l2", "target"}),
               UnorderedElementsAre("base-l2", "base-target", "l1-target"));
-  // Held at a point, it is the hand's neighbour.
+  // Held at a point, it is adjacent to the hand.
   const Model hinged =
       ModelBuilder(arm())
           .attach("target", "hand", Posed::identity(), body_on("grasp", "", JointType::spherical).joint)
@@ -103,14 +103,14 @@ TEST(ClearancePairs, TargetHeldByAHandIsPartOfIt) {
   EXPECT_THAT(pair_names(hinged, {"l2", "hand", "target"}), UnorderedElementsAre("l2-target"));
 }
 
-TEST(ClearancePairs, IgnoredInEitherOrder) {
+TEST(ClearancePairs, IgnoredPairsInEitherOrder) {
   const Model model = arm();
   const int base = model.body_index("base"), l3 = model.body_index("l3"), target = model.body_index("target");
   EXPECT_THAT(pair_names(model, {"base", "l1", "l3", "target"}, {{l3, base}, {base, target}}),
               UnorderedElementsAre("l1-target", "l3-target"));
 }
 
-TEST(ClearanceModel, SaysWhatIsWrong) {
+TEST(ClearanceModel, RejectsInvalidArguments) {
   const Model model = arm();
   const auto build = [&](int body, const Geometry& g) {
     return [&model, body, g] { ClearanceModel(model, {{body, g}}); };
@@ -126,7 +126,7 @@ TEST(ClearanceModel, SaysWhatIsWrong) {
   EXPECT_THROW(ClearanceModel(model, {}, ignored), std::invalid_argument);
 }
 
-TEST(ClearanceModel, NothingToCheckIsInfinitelyFar) {
+TEST(ClearanceModel, WithoutPairsTheDistanceIsInfinite) {
   const Model model = arm();
   const ClearanceModel clearance(model, {{0, {}}, {1, kBall}});
   EXPECT_EQ(clearance.shapes().size(), 1U);
@@ -157,7 +157,7 @@ Case random_case(int index, int most_bodies, double most_size) {
   return c;
 }
 
-TEST(ClearanceModel, BoundsExcludeOnlyPairsThatAreFarther) {
+TEST(ClearanceModel, BoundsExcludeOnlyMoreDistantPairs) {
   int overlapping = 0, apart = 0;
   for (int i = 0; i < 400; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -184,7 +184,7 @@ TEST(ClearanceModel, BoundsExcludeOnlyPairsThatAreFarther) {
   EXPECT_GT(apart, 50);
 }
 
-// Distances change no faster than the bound on speed, along exact motions.
+// The rate of the distance is within the speed bound, along exact motions.
 TEST(ClearanceModel, SpeedBoundHolds) {
   Worst ratio("rate of distance over its bound");
   for (int i = 0; i < 200; ++i) {

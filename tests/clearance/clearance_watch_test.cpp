@@ -32,7 +32,7 @@ ClearanceWatch watch(const Model& model, const ClearanceModel& clearance, const 
 }
 
 // Distance of centres^2 = miss^2 + speed^2 (t - t_c)^2.
-TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
+TEST(ClearanceWatch, FindsPassageBetweenSamples) {
   Random random(31);
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.3)}, {1, ball(0.2)}});
@@ -68,8 +68,8 @@ TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
   }
 }
 
-// A pair that is nearest at no sample but dips in between, while another stays at a smaller distance at the samples.
-TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
+// A pair that is never the closest at samples but dips in between, while another pair stays closer at the samples.
+TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
   const Model model = free_bodies(4);
   const ClearanceModel clearance(model, {{0, ball(0.1)}, {1, ball(0.1)}, {2, ball(0.1)}, {3, ball(0.1)}});
   const std::vector<SteadyBody> bodies = {
@@ -82,8 +82,8 @@ TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
   EXPECT_NEAR(found.events()[0].begin_time, 0.5 - std::sqrt(0.3 * 0.3 - 0.0625) / 4, 1e-9);
 }
 
-// What is required and what overlaps begin at different times.
-TEST(ClearanceWatch, OverlapsBeginLaterThanWhatIsTooNear) {
+// The event and the overlap begin at different times.
+TEST(ClearanceWatch, OverlapBeginsAfterTheEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   // Nearer by 1 m/s: 0.4 m apart at t = 1.6 s, touching at 2 s, out again at 4 s.
@@ -105,8 +105,8 @@ TEST(ClearanceWatch, OverlapsBeginLaterThanWhatIsTooNear) {
   EXPECT_EQ(within.events().at(0).overlap_begin, 2.5);
 }
 
-// The far tip of a thin rod that turns about a point of its own passes a ball.
-TEST(ClearanceWatch, TurningRodPassesABall) {
+// The far tip of a thin rod that rotates about one of its points passes a ball.
+TEST(ClearanceWatch, RotatingRodPassesABall) {
   Random random(32);
   const Model model = free_bodies(2);
   Geometry rod{Shape::capsule, {0.002, 4, 0}, {rotation_about({0, 1, 0}, M_PI_2), {1, 0, 0}}};
@@ -126,8 +126,8 @@ TEST(ClearanceWatch, TurningRodPassesABall) {
   }
 }
 
-// Two bodies are too near from the first of their shapes that is, to the last, whichever the pairs of shapes are.
-TEST(ClearanceWatch, EventsAreThoseOfBodies) {
+// Two bodies are too close from the first violation of any of their shapes to the last one, for any pairs of shapes.
+TEST(ClearanceWatch, MergesEventsOfBodies) {
   const auto ball_at = [](double x) {
     return Geometry{Shape::sphere, {0.1, 0, 0}, {Rotationd::identity(), {x, 0, 0}}};
   };
@@ -148,7 +148,7 @@ TEST(ClearanceWatch, EventsAreThoseOfBodies) {
   EXPECT_NEAR(found.least()[0].distance, -0.2, 1e-6);
 }
 
-TEST(ClearanceWatch, PhasesAreApart) {
+TEST(ClearanceWatch, PhasesAreSeparate) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
   const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
@@ -192,43 +192,43 @@ ClearanceWatch watch_parting(const Model& model, const ClearanceModel& balls, co
   return w;
 }
 
-TEST(ClearanceWatch, APairThatTouchedMayPart) {
+TEST(ClearanceWatch, PartingPairMakesNoEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   for (const double start : {1.0, 1 - 1e-12, 0.95, 0.7}) {
     SCOPED_TRACE(start);
     const ClearanceWatch w = watch_parting(model, balls, {start, start, 1.001, 1.03, 1.2}, 0.1);
     EXPECT_THAT(w.events(), SizeIs(0));
-    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts since it has parted
+    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts after its separation
   }
-  // It need not part: held to the millimetre where it was, it makes no event either.
+  // A pair that stays in contact within a millimetre makes no event either.
   const ClearanceWatch w = watch_parting(model, balls, {0.95, 0.9495, 0.9502, 0.95}, 0);
   EXPECT_THAT(w.events(), SizeIs(0));
   EXPECT_EQ(w.least()[0].distance, INFINITY);
 }
 
-TEST(ClearanceWatch, APairThatTouchedMayNotComeBack) {
+TEST(ClearanceWatch, ReturningPairMakesAnEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
-  // From touching straight in.
+  // From contact to penetration.
   ClearanceWatch w = watch_parting(model, balls, {1, 0.9, 0.861, 0.861}, 0.02);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, -0.139, 1e-6);
   EXPECT_NEAR(w.events()[0].overlap_begin.value(), 0, 1e-3);
   EXPECT_EQ(w.least()[0].distance, w.events()[0].least.distance);
-  // From an overlap by design deeper in.
+  // From a designed overlap to a deeper one.
   w = watch_parting(model, balls, {0.9, 0.95, 0.85}, 0);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, -0.15, 1e-9);
-  // Parted, it is a pair like any other.
+  // After separation the pair is treated like any other.
   w = watch_parting(model, balls, {0.9, 1.3, 1.05}, 0.1);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, 0.05, 1e-9);
   EXPECT_FALSE(w.events()[0].overlap_begin.has_value());
 }
 
-// What has been reached counts on in the next phase, unless the pair is held in between.
-TEST(ClearanceWatch, PartingGoesOnFromPhaseToPhase) {
+// The maximum distance carries over to the next phase, unless the pair is held in between.
+TEST(ClearanceWatch, PartingContinuesAcrossPhases) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
   const auto at = [&](double distance) { return steady_state(model, {{{0, 0, 0}, {}}, {{distance, 0, 0}, {}}}, 0); };
@@ -252,7 +252,7 @@ TEST(ClearanceWatch, PartingGoesOnFromPhaseToPhase) {
   }
 }
 
-TEST(ClearanceWatch, SaysWhatIsWrong) {
+TEST(ClearanceWatch, RejectsInvalidArguments) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   EXPECT_THROW(ClearanceWatch{NAN}, std::invalid_argument);

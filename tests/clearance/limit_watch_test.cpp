@@ -1,4 +1,4 @@
-// Times at which joints leave and regain their limits, against closed forms.
+// Times at which joints exceed and re-enter their limits, against closed forms.
 #include "grapnel/clearance/motion_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -105,7 +105,7 @@ TEST(LimitWatch, RatesOfACubic) {
 
 // Acceleration 2, coasting at the limit of the rate, deceleration to rest on the limit of the position, rest; samples
 // not at the breaks.
-TEST(LimitWatch, MotionsThatKeepExactlyToTheirLimitsAreNoViolation) {
+TEST(LimitWatch, MotionExactlyAtItsLimitsIsNoViolation) {
   JointLimits l = position_limits(0, 0.75);
   l.rate = 0.5, l.effort = 2;
   const auto acceleration = [](double t) { return t < 0.25 ? 2.0 : t < 1.5 ? 0.0 : t < 1.75 ? -2.0 : 0.0; };
@@ -130,7 +130,7 @@ TEST(LimitWatch, MotionsThatKeepExactlyToTheirLimitsAreNoViolation) {
   EXPECT_EQ(events[3].end_time, 2);
 }
 
-TEST(LimitWatch, EffortsThatAreCutAreKeptApart) {
+TEST(LimitWatch, SaturatedEffortsAreSeparateEvents) {
   JointLimits l;
   l.effort = 3;
   const auto still = [](double) { return 0.0; };
@@ -145,7 +145,7 @@ TEST(LimitWatch, EffortsThatAreCutAreKeptApart) {
   EXPECT_EQ(events[0].limit, -3);
   EXPECT_NEAR(events[1].begin_time, 6.5, 1e-12);
   EXPECT_EQ(events[1].end_time, 10);
-  // Beyond the limit it is a violation, cut or not.
+  // Beyond the limit it is a violation, with or without saturation.
   const std::vector<LimitEvent> beyond = watch(
       l, still, still, 10, 100, [](double t) { return 0.4 * t; }, true);
   ASSERT_THAT(beyond, SizeIs(2));
@@ -162,7 +162,7 @@ TEST(LimitWatch, JointsWithoutLimitsHaveNoEvents) {
       IsEmpty());
 }
 
-TEST(LimitWatch, SaysWhatIsWrong) {
+TEST(LimitWatch, RejectsInvalidArguments) {
   const Model model = joint_model({});
   LimitWatch w;
   EXPECT_THROW(w.sample(0, zero_state(model)), std::logic_error);
@@ -197,15 +197,15 @@ std::vector<LimitEvent> watch_steps(const JointLimits& limits, const Curve& posi
   return w.events();
 }
 
-// A joint that is stopped at its limit passes it nowhere.
-TEST(LimitWatch, AJointThatIsStoppedAtItsLimitStaysWithinIt) {
+// A joint stopped at its limit never exceeds it.
+TEST(LimitWatch, JointStoppedAtItsLimitIsNoViolation) {
   const Curve position = [](double t) { return 0.9 - std::max(0.55 - t, 0.0); };
   const Curve rate = [](double t) { return t < 0.55 ? 1.0 : 0.0; };
   EXPECT_THAT(watch_steps(position_limits(-0.9, 0.9), position, rate, {0, 0.3, 0.55, 0.8, 1}), IsEmpty());
-  EXPECT_THAT(watch(position_limits(-0.9, 0.85), position, rate, 1, 3), SizeIs(1));  // it is evaluated at all
+  EXPECT_THAT(watch(position_limits(-0.9, 0.85), position, rate, 1, 3), SizeIs(1));  // the watch is active
 }
 
-TEST(LimitWatch, TurnsAndLargestRatesInsideALongStep) {
+TEST(LimitWatch, ReversalsAndMaximumRatesInsideALongStep) {
   const Curve position = [](double t) { return std::sin(5 * t); };
   const Curve rate = [](double t) { return 5 * std::cos(5 * t); };
   const std::vector<LimitEvent> turns = watch_steps(position_limits(-2, 0.999), position, rate, {0, 0.6});

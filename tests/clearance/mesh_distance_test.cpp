@@ -50,8 +50,8 @@ void expect_consistent(const ShapeDistance& d) {
   EXPECT_LT(norm(d.point_b - d.point_a - d.distance * d.normal), 1e-12);
 }
 
-// A mesh that is a box is as far from everything as the box.
-TEST(MeshDistance, OfABoxIsTheBoxs) {
+// A box-shaped mesh has the distances of the box.
+TEST(MeshDistance, BoxMeshEqualsBox) {
   Random random(3);
   double apart = 0, overlapping = 0;
   int overlaps = 0;
@@ -178,7 +178,7 @@ double brute_distance(const Polyhedron& a, const Polyhedron& b) {
   return depth > 0 ? -depth : least;
 }
 
-TEST(MeshDistance, OfRandomHullsIsBruteForces) {
+TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
   Random random(5);
   double apart = 0, overlapping = 0;
   int overlaps = 0;
@@ -220,8 +220,8 @@ TEST(MeshDistance, OfRandomHullsIsBruteForces) {
   std::printf("[ measured ] hulls and brute force: %.2g apart, %.2g overlapping\n", apart, overlapping);
 }
 
-// A hull of many faces overlaps by searches: never less than the truth, and near it.
-TEST(MeshDistance, OfAFineSphere) {
+// Penetration of a hull with many faces is found by searches: at least the true depth, and close to it.
+TEST(MeshDistance, FineSphereMesh) {
   Points points;
   Triangles triangles;
   constexpr int kRings = 24, kSides = 48;
@@ -249,8 +249,8 @@ TEST(MeshDistance, OfAFineSphere) {
   }
 }
 
-// What is not convex counts as its hull: never farther than it is.
-TEST(MeshDistance, IsThatOfTheHull) {
+// A nonconvex mesh is replaced by its hull: its distance is at most that of the mesh.
+TEST(MeshDistance, UsesTheConvexHull) {
   // An L: a ball in its corner touches the hull though it is clear of the mesh.
   const Points l{{0, 0, 0}, {2, 0, 0}, {2, 0.1, 0}, {0.1, 0.1, 0}, {0.1, 2, 0}, {0, 2, 0},
                  {0, 0, 1}, {2, 0, 1}, {2, 0.1, 1}, {0.1, 0.1, 1}, {0.1, 2, 1}, {0, 2, 1}};
@@ -261,8 +261,8 @@ TEST(MeshDistance, IsThatOfTheHull) {
   EXPECT_NEAR(shape_distance(mesh, Posed::identity(), beyond, Posed::identity()).distance, 0.9, 1e-14);
 }
 
-// Bounds that exclude pairs must not exclude meshes that are near, wherever their file's origin is.
-TEST(MeshDistance, BoundsAreBelow) {
+// Bounds must not exclude close meshes, for any origin of their file.
+TEST(MeshDistance, BoundsAreLowerBounds) {
   Random random(11);
   const Model model = free_bodies(4);
   for (int i = 0; i < 200; ++i) {
@@ -291,7 +291,7 @@ TEST(MeshDistance, BoundsAreBelow) {
   }
 }
 
-TEST(MeshDistance, NeedsAHull) {
+TEST(MeshDistance, RequiresAHull) {
   const Model model = free_bodies(1);
   Geometry mesh = box_mesh({1, 1, 1}, {0, 0, 0});
   EXPECT_NO_THROW(ClearanceModel(model, {{0, mesh}}));

@@ -1,4 +1,4 @@
-// Shapes that overlap: always noticed, and the depth is one that parts them and that no other direction beats by much.
+// Overlapping shapes: always detected; the depth separates them and is nearly minimal.
 #include <gtest/gtest.h>
 
 #include "clearance/random_shape.hpp"
@@ -32,7 +32,7 @@ Vector3d inner_point(const Geometry& g, Random& random) {
 }
 
 // A common point and the largest balls about it in each shape bound the depth from below.
-TEST_P(Overlap, IsNoticedWhereverAPointIsCommon) {
+TEST_P(Overlap, IsDetectedForEveryCommonPoint) {
   Random random(11);
   Worst closest("largest signed distance over the bound of common balls [m]");
   for (int i = 0; i < 30'000; ++i) {
@@ -49,7 +49,7 @@ TEST_P(Overlap, IsNoticedWhereverAPointIsCommon) {
   }
 }
 
-TEST_P(Overlap, DepthPartsThemAndIsNearlyTheLeast) {
+TEST_P(Overlap, DepthSeparatesAndIsNearlyMinimal) {
   Random random(12);
   Worst excess("depth above the least one sampled, relative, of " + std::string(shape_name(a())) + " and " +
                shape_name(b()));
@@ -64,7 +64,7 @@ TEST_P(Overlap, DepthPartsThemAndIsNearlyTheLeast) {
       return extent(a_shape, transposed_times(X_WA.R, n)) + extent(b_shape, transposed_times(X_WB.R, n)) -
              dot(n, X_WB.p - X_WA.p);
     };
-    // The depth is that of its own normal: moved by it along the normal, the shapes just touch.
+    // The depth is that along the normal: moved by it along the normal, the shapes just touch.
     ASSERT_NEAR(depth_along(d.normal), -d.distance, 1e-7);  // measured 2.2e-9, rods in cylinders
     const Posed apart{X_WB.R, X_WB.p - d.distance * d.normal};
     ASSERT_LT(parted.note(std::abs(shape_distance(a_shape, X_WA, b_shape, apart).distance), i),

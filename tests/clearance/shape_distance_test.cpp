@@ -1,4 +1,4 @@
-// Distances of shapes that are apart: placed at a known distance, and proved optimal by a separating plane.
+// Distances of separated shapes: placed at a known distance, and proved optimal by a separating plane.
 #include "grapnel/clearance/clearance_model.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(, ShapePair, ::testing::Combine(::testing::ValuesIn(kSh
                                   shape_name(std::get<1>(i.param));
                          });
 
-// What every answer must satisfy: points on the surfaces, at the distance along the normal.
+// Checks every result: points on the surfaces, at the distance along the normal.
 void check_points(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB, const ShapeDistance& d,
                   double tolerance) {
   ASSERT_NEAR(norm(d.normal), 1, 1e-12);
@@ -34,12 +34,12 @@ void check_points(const Geometry& a, const Posed& X_WA, const Geometry& b, const
   ASSERT_GT(inside(b, inverse(X_WB) * d.point_b), -tolerance);
 }
 
-// The gap between the planes normal to n that touch the shapes: no more than the distance, whatever n.
+// The gap between the planes normal to n that touch the shapes: at most the distance, for any n.
 double plane_gap(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB, const Vector3d& n) {
   return dot(n, X_WB.p - X_WA.p) - extent(a, transposed_times(X_WA.R, n)) - extent(b, transposed_times(X_WB.R, n));
 }
 
-TEST_P(ShapePair, FindsTheDistanceAtWhichTheyWerePlaced) {
+TEST_P(ShapePair, FindsTheGivenDistance) {
   Random random(1);
   Worst error("distance of " + names() + " [m]"), bound("separating plane [m]");
   for (int i = 0; i < kCases; ++i) {
@@ -90,7 +90,7 @@ TEST_P(ShapePair, TouchingAndBarelyOverlapping) {
   }
 }
 
-TEST_P(ShapePair, DoesNotDependOnOrderOrFrame) {
+TEST_P(ShapePair, IsIndependentOfOrderAndFrame) {
   Random random(4);
   Worst order("order of " + names() + " [m]"), frame("frame of " + names() + " [m]");
   for (int i = 0; i < kCases / 20; ++i) {
@@ -108,7 +108,7 @@ TEST_P(ShapePair, DoesNotDependOnOrderOrFrame) {
   }
 }
 
-TEST_P(ShapePair, ShapesAreWhereTheirBodiesCarryThem) {
+TEST_P(ShapePair, ShapesMoveWithTheirBodies) {
   Random random(5);
   for (int i = 0; i < 200; ++i) {
     Geometry a_shape = random_shape(a(), 0.1, 1, random), b_shape = random_shape(b(), 0.1, 1, random);
@@ -139,7 +139,7 @@ TEST_P(ShapePair, ConcentricShapes) {
   }
 }
 
-TEST_P(ShapePair, NumbersThatAreNotFiniteComeBack) {
+TEST_P(ShapePair, NonFinitePosesGiveNonFiniteDistances) {
   Random random(7);
   const Geometry a_shape = random_shape(a(), 0.1, 1, random), b_shape = random_shape(b(), 0.1, 1, random);
   Posed X_WB = Posed::identity();
@@ -152,7 +152,7 @@ TEST(ShapeDistance, NoneIsInfinitelyFar) {
             INFINITY);
 }
 
-TEST(ShapeDistance, ByHand) {
+TEST(ShapeDistance, KnownDistances) {
   const Geometry box{Shape::box, {2, 4, 6}, Posed::identity()}, rod{Shape::capsule, {0.1, 2, 0}, Posed::identity()},
       can{Shape::cylinder, {0.5, 2, 0}, Posed::identity()}, ball{Shape::sphere, {0.25, 0, 0}, Posed::identity()};
   const auto at = [](double x, double y, double z) { return Posed{Rotationd::identity(), {x, y, z}}; };

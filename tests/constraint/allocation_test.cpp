@@ -20,7 +20,7 @@
 namespace grapnel::testing {
 namespace {
 
-TEST(LoopSolver, AllocatesNothingAfterSetUp) {
+TEST(LoopSolver, DoesNotAllocateAfterSetup) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   for (int i = 0; i < 40; ++i) {
     SCOPED_TRACE(seed_note(i));

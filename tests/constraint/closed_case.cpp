@@ -69,7 +69,7 @@ std::string add_target(ModelBuilder& builder, int number, const std::string& par
   return t.name;
 }
 
-// Frames C and D where they are now, so that the loop is closed as it is.
+// Frames C and D at the present poses, so that the loop is closed.
 LoopClosure close_here(const Model& model, const State& state, const std::string& hand, const std::string& target,
                        bool planar, Random& random) {
   LoopClosure c;
@@ -99,14 +99,14 @@ ClosedCase draw(int index, int stream) {
     const int joints = planar ? random.integer(3, 4) : random.integer(3, 7);
     hands.push_back(add_arm(builder, arm, joints, planar, random));
   }
-  // The second target hangs on arm 1; without one, arm 1 holds the first.
+  // The second target is carried by arm 1; otherwise arm 1 holds the first target.
   const bool two_targets = arms > 2 && index % 2 == 1;
   std::vector<std::string> targets = {add_target(builder, 0, hands[0], planar, random)};
   if (two_targets) targets.push_back(add_target(builder, 1, hands[1], planar, random));
   ClosedCase c{builder.build(), {}, {}, {}};
   c.state = random_state(c.model, random, 1.5);
   for (int arm = two_targets ? 2 : 1; arm < arms; ++arm) {
-    // Of three arms with two targets, two share one and the other has its own.
+    // Of three arms with two targets, two share one target.
     const std::string& target = targets[arm % 2 == 1 ? targets.size() - 1 : 0];
     c.closures.push_back(close_here(c.model, c.state, hands[arm], target, planar, random));
   }
@@ -136,7 +136,7 @@ int clear_rank(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, double& least
 }  // namespace
 
 ClosedCase random_closed(int index) {
-  // Near-singular loops are left out: there the references lose their digits; and what cannot move at all.
+  // Excludes near-singular loops, for which the references lose accuracy, and immobile systems.
   for (int draw_number = 0;; ++draw_number) {
     ClosedCase c = draw(index, index + 1'000'000 * draw_number);
     const DenseLoops dense(c.model, c.state, c.closures);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Random servicers whose arms hold targets in loops, with a state that fits the closures and loads, and the dense
-/// matrices that say what must come out.
+/// Random servicers whose arms hold targets in loops, with a state on the closures, loads, and dense reference
+/// matrices.
 
 #include <Eigen/Core>
 
@@ -22,14 +22,13 @@ struct ClosedCase {
   oracle::MaximalLoads loads;  // torques, wrenches, gravity; nothing prescribed
 };
 
-/// A free or fixed base with two to four arms of three to seven joints, some of them slides, some with rotors, some
-/// bodies welded on. Arm 0 carries a target by a fixed, revolute or spherical joint; of the others, each holds that
-/// target, or a second one that hangs on arm 1, by a closure of any kind: dual and triple arms on one target, two pairs
-/// on two targets, and arms that hold a target of their own.
+/// A free or fixed base with two to four arms of three to seven joints, some prismatic, some with rotors, and some
+/// rigidly attached bodies. Arm 0 carries a target by a fixed, revolute or spherical joint. Each other arm holds that
+/// target, or a second one carried by arm 1, by a closure of any kind. This includes dual and triple arms on one
+/// target, two pairs on two targets, and arms with separate targets.
 ClosedCase random_closed(int index);
 
-/// What holds and what is driven: joints, or the whole base, whose acceleration is given; drawn so that the closures
-/// can still be kept. None for some cases.
+/// Prescribed joints, or a prescribed base, drawn such that the closures remain feasible. None for some cases.
 oracle::MaximalLoads with_prescribed(const ClosedCase& c, int index);
 
 /// Dense matrices of the velocities that are not prescribed, at `state`.
@@ -43,14 +42,14 @@ struct DenseLoops {
 
   DenseLoops(const Model& model, const State& state, std::span<const LoopClosure> closures,
              const std::vector<std::uint8_t>& prescribed = {});
-  /// The velocity that fits the closures and is nearest to v in the metric of M among those with the prescribed ones
-  /// unchanged; by singular values.
+  /// The velocity on the closures closest to v in the metric of M with unchanged prescribed velocities; by singular
+  /// value decomposition.
   Eigen::VectorXd closed(const Eigen::VectorXd& v) const;
   /// J_f M_f^-1 J_f^T.
   Eigen::MatrixXd contact_inertia() const;
 };
 
-/// Loads as the kernel takes them. Spans refer to `loads`, `state` and `workspace`, which must outlive the result.
+/// Loads in the kernel's format. Spans refer to `loads`, `state` and `workspace`, which must outlive the result.
 DynamicsInput<double> dynamics_input(const Model& model, const State& state, const oracle::MaximalLoads& loads,
                                      Workspace& workspace);
 

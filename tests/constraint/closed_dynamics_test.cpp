@@ -85,7 +85,7 @@ TEST(ClosedCases, CoverLoopsOfEveryKind) {
   EXPECT_GT(spherical, kClosed / 10);
 }
 
-TEST(LoopSolver, AcceleratesAsMaximalCoordinatesDo) {
+TEST(LoopSolver, AgreesWithMaximalCoordinates) {
   // Measured 1e-12, 6e-12 and 1e-11; wrenches 1e-10, contradictions 2e-15. Ten times that over 25 seeds.
   Worst accelerations("accelerations"), force("generalized forces of the closures"), bias("with nothing acting");
   Worst wrench("wrenches at the closures, all rows independent"), contradiction("contradiction");
@@ -129,7 +129,7 @@ TEST(LoopSolver, AcceleratesAsMaximalCoordinatesDo) {
   }
 }
 
-TEST(LoopSolver, MovesPrescribedJointsAsTold) {
+TEST(LoopSolver, FollowsPrescribedJoints) {
   // Measured 9e-12 for both; over 25 seeds 2e-10.
   Worst accelerations("accelerations"), force("forces at prescribed joints");
   int tried = 0;
@@ -179,7 +179,7 @@ TEST(LoopSolver, AgreesWithCoordinatePartitioning) {
   }
 }
 
-TEST(LoopSolver, ContactInertiaIsThatOfDenseMatrices) {
+TEST(LoopSolver, ContactInertiaAgreesWithDenseMatrices) {
   Worst worst("J M^-1 J^T");  // measured 2e-14; over 25 seeds 2e-13
   for (int i = 0; i < kClosed; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -238,7 +238,7 @@ TEST(ClosureJacobian, IsTheRateOfTheRelativePose) {
 }
 
 // u' + 2 u / T + e / T^2 = 0, each part alone.
-TEST(LoopSolver, FeedbackPullsTowardsTheClosures) {
+TEST(LoopSolver, FeedbackReducesClosureDefects) {
   constexpr double kRate = 7, kStep = 1e-7;
   // Measured 2e-14 and 2e-7, the step's own error.
   Worst velocity("2 u / T"), position("e / T^2");
@@ -270,7 +270,7 @@ TEST(LoopSolver, FeedbackPullsTowardsTheClosures) {
   }
 }
 
-TEST(LoopSolver, WithoutClosuresIsTheRecursion) {
+TEST(LoopSolver, WithoutClosuresEqualsTheRecursion) {
   for (int i = 0; i < 10; ++i) {
     SCOPED_TRACE(seed_note(i));
     ClosedCase c = random_closed(i);
@@ -292,7 +292,7 @@ TEST(LoopSolver, WithoutClosuresIsTheRecursion) {
   }
 }
 
-TEST(LoopSolver, SaysWhenPrescribedJointsContradictTheClosures) {
+TEST(LoopSolver, ReportsContradictingPrescribedJoints) {
   for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ClosedCase c = random_closed(i);
@@ -310,7 +310,7 @@ TEST(LoopSolver, SaysWhenPrescribedJointsContradictTheClosures) {
   }
 }
 
-TEST(LoopSolver, RefusesWhatIsNoLoop) {
+TEST(LoopSolver, RejectsInvalidLoops) {
   ModelBuilder builder;
   const auto add = [&](const char* name, const char* parent, JointType type) {
     BodyDescription b;

@@ -1,4 +1,4 @@
-/// What closes loops: the plastic impact on velocities, the projection of coordinates, both in the mass metric.
+/// Closing of loops: the plastic impact on velocities and the projection of coordinates, both in the mass metric.
 
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ TEST(CloseVelocities, IsTheProjectionInTheMassMetric) {
   EXPECT_GT(balanced, kClosed / 5);
 }
 
-TEST(CloseVelocities, LeavesWhatFits) {
+TEST(CloseVelocities, LeavesConsistentVelocitiesUnchanged) {
   Worst worst("change of velocities that fit");  // measured 4e-13; 1e-12 and more at -O1
   for (int i = 0; i < kClosed; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -96,7 +96,7 @@ TEST(CloseVelocities, LeavesWhatFits) {
   }
 }
 
-// Largest defects by this file's own reading of poses and twists.
+// Maximum defects, computed independently from poses and twists.
 ClosureDefect defects(const ClosedCase& c, const State& state) {
   const Kinematics k = forward_kinematics(c.model, state);
   ClosureDefect most;
@@ -118,7 +118,7 @@ ClosureDefect defects(const ClosedCase& c, const State& state) {
   return most;
 }
 
-TEST(Project, BringsCoordinatesAndVelocitiesBack) {
+TEST(Project, RestoresCoordinatesAndVelocities) {
   // Measured 1e-14, 1e-15, 4e-14, 1e-14.
   Worst position("position"), angle("angle"), velocity("velocity"), angular("angular velocity"),
       own("reported defects");
@@ -126,8 +126,8 @@ TEST(Project, BringsCoordinatesAndVelocitiesBack) {
     SCOPED_TRACE(seed_note(i));
     const Opening o = opening(i);
     const ClosedCase& c = o.c;
-    // From far larger to far smaller than an integrator's errors, less where a loop is near a singular configuration
-    // and could not be closed from there (prescribed joints stay where they are).
+    // From much larger to much smaller than an integrator's errors; smaller if a loop is near a singular configuration
+    // and could not be closed from there (prescribed joints do not move).
     const double size = std::pow(10, -2 - 2 * (i % 5)) * DenseLoops(c.model, c.state, c.closures, o.prescribed).least;
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
@@ -152,7 +152,7 @@ TEST(Project, BringsCoordinatesAndVelocitiesBack) {
   }
 }
 
-TEST(Project, ChangesLeastInTheMassMetricToFirstOrder) {
+TEST(Project, IsMinimalInTheMassMetricToFirstOrder) {
   // Measured 1e-4, 2e-5, 6e-7 and 6e-7, all of second order; over 17 seeds 1e-3, 3e-5, 1e-6 and 6e-6.
   Worst coordinates("coordinates against the dense projection"), velocities("velocities"), center("centre of mass"),
       changed_momentum("momentum");
@@ -200,7 +200,7 @@ TEST(Project, ChangesLeastInTheMassMetricToFirstOrder) {
   EXPECT_GT(free_roots, kClosed / 5);
 }
 
-TEST(Project, SaysWhenALoopCannotBeClosed) {
+TEST(Project, ReportsLoopsThatCannotClose) {
   // Two links of one metre each whose ends should meet at three metres.
   ModelBuilder builder;
   const char* names[] = {"base", "one", "two"};
@@ -226,8 +226,8 @@ TEST(Project, SaysWhenALoopCannotBeClosed) {
   for (double q : state.q) EXPECT_TRUE(std::isfinite(q));
 }
 
-// A frame that is half a turn off has no sine to tell it by.
-TEST(Project, DoesNotTakeAHalfTurnForClosed) {
+// A rotation by half a turn has a vanishing sine.
+TEST(Project, HalfTurnIsNotClosed) {
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));
     ClosedCase c = random_closed(i);

@@ -1,4 +1,4 @@
-/// Grasps: which directions they forbid, their Jacobian, the target's share of the contact-space inertia.
+/// Grasps: constrained directions, Jacobian, and the target's share of the contact-space inertia.
 
 #include <gtest/gtest.h>
 

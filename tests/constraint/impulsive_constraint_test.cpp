@@ -58,7 +58,7 @@ TEST(ImpulsiveConstraint, SolvesBothEquationsWithTheRightRank) {
   }
 }
 
-TEST(ImpulsiveConstraint, NullSpaceIsOfSelfStressesAndTheImpulseIsLeast) {
+TEST(ImpulsiveConstraint, NullSpaceHoldsSelfStressesAndTheImpulseIsMinimal) {
   Worst stress("|J^T N|"), slope("slope of P^T D P along N");
   for (int i = 1; i < kCases; i += 2) {
     SCOPED_TRACE(seed_note(i));
@@ -87,7 +87,7 @@ TEST(ImpulsiveConstraint, VelocityDoesNotDependOnTheMetric) {
   EXPECT_GT(largest, 0.1);  // the impulse does
 }
 
-TEST(ImpulsiveConstraint, ConstraintsOfVeryDifferentSizeCount) {
+TEST(ImpulsiveConstraint, CountsConstraintsOfVeryDifferentScale) {
   // A mass of 1 and one of 1e6 each on its own constraint, measured in the metric of what each does alone.
   const Eigen::MatrixXd M = Eigen::Vector2d(1, 1e6).asDiagonal(), J = Eigen::MatrixXd::Identity(2, 2);
   const Eigen::MatrixXd D = Eigen::Vector2d(1, 1e-6).asDiagonal();
@@ -107,7 +107,7 @@ TEST(ImpulsiveConstraint, NoRowsChangeNothing) {
   EXPECT_EQ(s.null_space.cols(), 0);
 }
 
-TEST(ImpulsiveConstraint, RefusesWhatIsNoProblem) {
+TEST(ImpulsiveConstraint, RejectsInvalidProblems) {
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(2, 2), J = Eigen::MatrixXd::Identity(1, 2),
                         D = Eigen::MatrixXd::Identity(1, 1);
   const Eigen::VectorXd v = Eigen::VectorXd::Ones(2);
@@ -120,7 +120,7 @@ TEST(ImpulsiveConstraint, RefusesWhatIsNoProblem) {
     return "accepted";
   };
   EXPECT_EQ(message([&] { solve_impulsive_constraint(one, J, v, one); }),
-            "solve_impulsive_constraint: sizes of M, J, v and D do not fit");
+            "solve_impulsive_constraint: sizes of M, J, v and D do not match");
   EXPECT_EQ(message([&] { solve_impulsive_constraint(-one, J, v, D); }),
             "solve_impulsive_constraint: M is not positive definite");
   EXPECT_EQ(message([&] { solve_impulsive_constraint(one, J, v, -D); }),

@@ -75,7 +75,7 @@ class Motion {
   double defect_ = 0, left_ = 0, least_pivot_ = INFINITY;
 };
 
-TEST(LinkageDynamics, OfTheFourBarOnTheGround) {
+TEST(LinkageDynamics, FixedFourBar) {
   Worst worst("acceleration"), force("force at the last pivot");  // measured 1e-14, 4e-15
   const GroundedFourBar g{crank_rocker(), {0.4, -1.2}};
   for (LinkageCut cut : kCuts) {
@@ -103,7 +103,7 @@ TEST(LinkageDynamics, OfTheFourBarOnTheGround) {
   }
 }
 
-TEST(LinkageDynamics, OfTheFloatingFourBar) {
+TEST(LinkageDynamics, FloatingFourBar) {
   Worst worst("acceleration");
   const FloatingFourBar g{crank_rocker()};
   for (LinkageCut cut : kCuts) {
@@ -122,7 +122,7 @@ TEST(LinkageDynamics, OfTheFloatingFourBar) {
   }
 }
 
-TEST(LinkageDynamics, OfTheFiveBar) {
+TEST(LinkageDynamics, FiveBar) {
   Worst worst("acceleration");
   const oracle::FiveBar bars = oracle::five_bar();
   for (LinkageCut cut : kCuts) {
@@ -141,7 +141,7 @@ TEST(LinkageDynamics, OfTheFiveBar) {
   }
 }
 
-TEST(LinkageMotion, FourBarTurnsAsTheQuadratureSays) {
+TEST(LinkageMotion, FourBarAgreesWithQuadrature) {
   const GroundedFourBar g{crank_rocker(), {0.1, -0.3}};
   constexpr double kStart = 0.5, kRate = 2.5, kTime = 4;
   const double expected = g.angle_at(kTime, kStart, kRate);
@@ -167,7 +167,7 @@ TEST(LinkageMotion, FourBarTurnsAsTheQuadratureSays) {
   }
 }
 
-TEST(LinkageMotion, FloatingFourBarTurnsAsTheQuadratureSays) {
+TEST(LinkageMotion, FloatingFourBarAgreesWithQuadrature) {
   const FloatingFourBar g{crank_rocker()};
   constexpr double kStart = 0.5, kRate = 2.5, kTime = 3, kMomentum = 1.4;
   const double E = g.energy(kStart, kRate, kMomentum), expected = g.angle_at(kTime, kStart, E, kMomentum);
@@ -198,7 +198,7 @@ TEST(LinkageMotion, FloatingFourBarTurnsAsTheQuadratureSays) {
   }
 }
 
-TEST(LinkageMotion, FiveBarMovesAsLagrangesEquationsSay) {
+TEST(LinkageMotion, FiveBarAgreesWithLagrangesEquations) {
   const oracle::FiveBar bars = oracle::five_bar();
   Vector2 x(2.2, 0.7), rate(0.8, -0.5);
   const Vector2 x0 = x, rate0 = rate;
@@ -218,8 +218,8 @@ TEST(LinkageMotion, FiveBarMovesAsLagrangesEquationsSay) {
   }
 }
 
-// Two ways to integrate the same loops: tree coordinates with projection, every body on its own without.
-TEST(LoopMotion, IsThatOfMaximalCoordinates) {
+// Two integrations of the same loops: tree coordinates with projection, and maximal coordinates without.
+TEST(LoopMotion, AgreesWithMaximalCoordinates) {
   SKIP_UNDER_SANITIZERS();
   constexpr double kTime = 0.25;
   Worst place("places"), turn("orientations"), defect("defect of a step before its projection");

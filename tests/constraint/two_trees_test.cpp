@@ -1,5 +1,5 @@
-/// Closures between bodies of different trees: hands and targets with roots of their own, free or fixed, against dense
-/// matrices.
+/// Closures between bodies of different trees: end-effectors and targets with separate roots, free or fixed, against
+/// dense matrices.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ TreeCase random_trees(int index) {
   }
 }
 
-TEST(TwoTrees, AccelerateAsCoordinatePartitioningSays) {
+TEST(TwoTrees, AgreeWithCoordinatePartitioning) {
   // Measured 2e-12, 1e-12 and 1e-13.
   Worst accelerations("accelerations"), force("J^T lambda"), inertia("J M^-1 J^T");
   int deficient = 0;
@@ -122,7 +122,7 @@ TEST(TwoTrees, CloseInVelocityAndConserveMomentum) {
   EXPECT_GT(free_roots, kCases / 2);
 }
 
-TEST(TwoTrees, AreBroughtTogetherAgain) {
+TEST(TwoTrees, AreProjectedTogether) {
   // Measured 2e-14 and 4e-8.
   Worst after("what a projection leaves open [m, rad]"), center("centre of mass, free roots [m]");
   for (int i = 0; i < kCases; ++i) {
@@ -149,8 +149,8 @@ TEST(TwoTrees, AreBroughtTogetherAgain) {
   }
 }
 
-// Two roots that are fixed to the world cannot be held together.
-TEST(TwoTrees, FixedRootsCannotMoveAgainstEachOther) {
+// Two roots fixed to the world cannot be connected by a closure.
+TEST(TwoTrees, RejectsTwoFixedRoots) {
   ModelBuilder builder;
   for (const char* name : {"post", "wall"}) {
     BodyDescription b;
@@ -166,7 +166,7 @@ TEST(TwoTrees, FixedRootsCannotMoveAgainstEachOther) {
     LoopSolver(model, std::span(&closure, 1));
     FAIL();
   } catch (const std::invalid_argument& e) {
-    EXPECT_STREQ(e.what(), "loop closure 'bolt': bodies 'post' and 'wall' cannot move against each other");
+    EXPECT_STREQ(e.what(), "loop closure 'bolt': bodies 'post' and 'wall' have no relative motion");
   }
 }
 

@@ -15,11 +15,11 @@ struct ArmOptions {
   int joints = 7;
   double effort = std::numeric_limits<double>::infinity();
   JointFriction friction = {};
-  bool wheel = false;  // the base carries one, whose joint comes first
+  bool wheel = false;  // the base has a wheel, whose joint comes first
 };
 
-/// Axes z, y, x in turn, links of 0.5 m along x of 20 kg; base of 600 kg, triaxial target of 300 kg whose centre of
-/// mass is off the arm's line.
+/// Axes alternately z, y, x; links of 0.5 m along x with 20 kg; base of 600 kg; triaxial target of 300 kg whose centre
+/// of mass is off the arm's line.
 inline Model arm_with_target(const ArmOptions& options) {
   ModelBuilder builder;
   BodyDescription base;
@@ -64,7 +64,7 @@ inline std::vector<int> arm_joints(const Model& model) {
   return joints;
 }
 
-/// Bent away from singular configurations, everything moving.
+/// A state away from singular configurations, with all joints moving.
 inline State moving_state(const Model& model, double rates) {
   State s = zero_state(model);
   const double bent[] = {0.4, -0.7, 0.3, 1.1, -0.9, 0.5, 0.8}, moving[] = {1, -0.6, 0.8, -0.9, 0.5, 0.7, -0.4};

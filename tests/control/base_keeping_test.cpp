@@ -1,4 +1,5 @@
-/// Reactionless motion and distributed momentum: the base stays, joint rates are those of the published law.
+/// Reactionless motion and distributed momentum control: the base keeps its attitude, joint rates are those of the
+/// published law.
 
 #include <gtest/gtest.h>
 
@@ -29,8 +30,9 @@ double base_angle(const Model& model, const BaseKeeping& law, const State& state
   return norm(attitude_deviation(law.law(), root_pose(model, state, 0).R));
 }
 
-// Four of seven freedoms of the arm do not turn the base: towards a posture within them, for two minutes.
-TEST(BaseKeeping, ReactionlessMotionLeavesTheBaseAlone) {
+// Four of the arm's seven degrees of freedom do not rotate the base: motion towards a posture within them, for two
+// minutes.
+TEST(BaseKeeping, ReactionlessMotionKeepsTheBaseAttitude) {
   SKIP_UNDER_SANITIZERS();
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
@@ -55,8 +57,8 @@ TEST(BaseKeeping, ReactionlessMotionLeavesTheBaseAlone) {
   EXPECT_GT(moved, 0.2);
 }
 
-// H_wq and h_w: angular momentum about the centre of mass, which does not depend on the base's translation, column by
-// column from momentum_about(): another route than the law's.
+// H_wq and h_w: angular momentum about the centre of mass, independent of the base's translation, column by column from
+// momentum_about(); computed independently of the law.
 struct AngularPart {
   Eigen::MatrixXd of_joints;
   Eigen::Vector3d wheel;
@@ -81,9 +83,9 @@ AngularPart angular_part(const Model& model, const State& s, const std::vector<i
   return part;
 }
 
-// With momentum in the system and a wheel that spins: the base comes to rest at its attitude and stays, while the
-// joints go on with q' = H_wq^+ (L - h_w) (and a null part that has been damped away).
-TEST(BaseKeeping, ArmsHoldTheMomentumThatWheelsDoNot) {
+// With momentum in the system and a rotating wheel: the base comes to rest at its desired attitude, while the joints
+// continue with q' = H_wq^+ (L - h_w) (and a damped null-space part).
+TEST(BaseKeeping, ArmsAbsorbTheRemainingMomentum) {
   const Model model = arm_with_target({.joints = 7, .wheel = true});
   State start = moving_state(model, 0.004);
   start.v[model.bodies()[model.body_index("wheel")].v] = 8;
@@ -109,11 +111,11 @@ TEST(BaseKeeping, ArmsHoldTheMomentumThatWheelsDoNot) {
   EXPECT_GT(part.wheel.norm(), 0.1);
   EXPECT_LT(held.norm(), 1e-7);
   EXPECT_GT(rates.norm(), 1e-4);
-  EXPECT_LT((rates - expected).norm(), 0.05 * rates.norm());  // the null part lags behind what the posture makes of it
+  EXPECT_LT((rates - expected).norm(), 0.05 * rates.norm());  // the null-space part lags behind the posture's demand
 }
 
-// A joint that cannot deliver gives up the motion beside, not the base.
-TEST(BaseKeeping, EffortLimitsTakeFromTheMotionBeside) {
+// A saturated joint reduces the reactionless motion, not the base control.
+TEST(BaseKeeping, EffortLimitsReduceTheReactionlessMotion) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0);
   std::vector<double> posture(7, 1.5);

@@ -1,5 +1,4 @@
-/// Detumbling through the grasp: the exact motion, the bound on the torque, limits of efforts, what is known and what
-/// not.
+/// Detumbling through the grasp: the exact motion, the bound on the torque, effort limits, known and unknown forces.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +34,7 @@ Target target_of(const Model& model, const State& state) {
   return {k.X_WB[body].R, k.V_WB[body].angular, motion.angular_momentum, motion.velocity};
 }
 
-// Angular velocity of the target if it were free, at the time `t`, from another integration.
+// Angular velocity of the free target at the time `t`, from a separate integration.
 Vector3d free_rate(const Model& model, const Target& start, double t) {
   BodyDescription alone = model.bodies()[model.body_index("target")].description;
   alone.parent = "", alone.joint = {}, alone.X_PF = Posed::identity(), alone.com = {0, 0, 0};
@@ -51,7 +50,8 @@ Vector3d free_rate(const Model& model, const Target& start, double t) {
   return root_twist(one, o.end_state, 0).angular;
 }
 
-// omega(t) = (1 - t/t_f) omega_free(t - t^2/(2 t_f)), |L| falls linearly, the centre of mass comes to rest with it.
+// omega(t) = (1 - t/t_f) omega_free(t - t^2/(2 t_f)), |L| decreases linearly, and the centre of mass comes to rest at
+// the same time.
 void expect_exact_motion(const Model& model, const PhaseSetup& setup, const State& start) {
   const Target first = target_of(model, start);
   const double t_f = norm(first.L) / kTorque;
@@ -75,10 +75,10 @@ void expect_exact_motion(const Model& model, const PhaseSetup& setup, const Stat
   EXPECT_LT(rate_error, 1e-10);
   EXPECT_LT(momentum_error, 1e-9);  // of 4
   EXPECT_LT(speed_error, 1e-10);
-  EXPECT_GT(turned, 1e-4);  // its axis wanders, as that of a free triaxial body does
+  EXPECT_GT(turned, 1e-4);  // its axis varies, as for a free triaxial body
 }
 
-TEST(Detumbling, FollowsTheExactMotionWithSixJointsAndWithSeven) {
+TEST(Detumbling, FollowsTheExactMotionWithSixAndSevenJoints) {
   for (int joints : {6, 7}) {
     SCOPED_TRACE(joints);
     const Model model = arm_with_target({.joints = joints});
@@ -88,8 +88,8 @@ TEST(Detumbling, FollowsTheExactMotionWithSixJointsAndWithSeven) {
   }
 }
 
-// Friction, attitude control and a wheel that turns by itself are known to it.
-TEST(Detumbling, MakesUpForWhatItKnows) {
+// Friction, attitude control and a driven wheel are known to the law.
+TEST(Detumbling, CompensatesKnownForces) {
   const Model model = arm_with_target({.joints = 7, .friction = {3, 0, 1e-3}, .wheel = true});
   State start = moving_state(model, 0.03);
   start.v[model.bodies()[model.body_index("wheel")].v] = 200;
@@ -99,7 +99,7 @@ TEST(Detumbling, MakesUpForWhatItKnows) {
   expect_exact_motion(model, setup, start);
 }
 
-// With drives that are too weak the torque is scaled: no effort beyond its limit, L keeps its direction.
+// With weak drives the torque is scaled: no effort exceeds its limit, L keeps its direction.
 TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0.03);
@@ -128,10 +128,10 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   EXPECT_GT(least, 0.01);
   EXPECT_LE(largest, limit * (1 + 1e-12));
   EXPECT_LT(direction, 1e-8);
-  EXPECT_GT(norm(target_of(model, o.end_state).L), 0.1 * norm(first.L) * (1 + 1e-6));  // it is later
+  EXPECT_GT(norm(target_of(model, o.end_state).L), 0.1 * norm(first.L) * (1 + 1e-6));  // the motion takes longer
 }
 
-// The gripper's rating: neither force nor moment at the grasp exceeds it, and the torque is scaled for that.
+// The gripper's rating: neither force nor moment at the grasp exceeds it, and the torque is scaled accordingly.
 TEST(Detumbling, ScalesTheTorqueToTheGripper) {
   const Model model = arm_with_target({.joints = 7});
   const int target = model.body_index("target");
@@ -176,11 +176,11 @@ TEST(Detumbling, ScalesTheTorqueToTheGripper) {
   }
 }
 
-// Limits that not even the slowest motion keeps: everything is scaled down, nothing exceeds a limit, and by how much
-// they are too small is known; the efforts are continuous, so that the motion takes no more steps than another.
-TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
+// Limits that even the slowest motion exceeds: everything is scaled down, no limit is exceeded, and the excess is
+// reported. The efforts are continuous, so the number of steps does not increase.
+TEST(Detumbling, ReportsInsufficientLimits) {
   const Model strong = arm_with_target({.joints = 7});
-  const State start = moving_state(strong, 0.5);  // fast: to let the target turn freely takes efforts already
+  const State start = moving_state(strong, 0.5);  // fast: even free rotation of the target requires efforts
   const DetumblingCommand full = [&] {
     EffortResponse response(strong, arm_joints(strong), {});
     return detumbling_command(detumbling(strong)->law(), start, {}, {0, 0, 0}, response);
@@ -202,9 +202,9 @@ TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
   EXPECT_LT(o.steps, 5000);
 }
 
-// Random postures of six joints, some of them near a singular one: there the weak direction is left out, and the
-// efforts stay within what other postures take. The plain inverse would ask for up to 1/condition.
-TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
+// Random postures of six joints, some close to a singular one: the weak direction is ignored, and the efforts stay
+// within those of other postures. The plain inverse would require up to 1/condition.
+TEST(Detumbling, ContinuesWithReducedRank) {
   const Model model = arm_with_target({.joints = 6});
   const auto law = detumbling(model);
   EXPECT_TRUE(law->goes_on());
@@ -222,12 +222,12 @@ TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
   std::sort(largest.begin(), largest.end());
   const double median = largest[largest.size() / 2];
   std::printf("  least condition %.2g; efforts: median %.4g, largest %.4g N m\n", least, median, largest.back());
-  EXPECT_LT(least, 1e-3);  // there the law ended before
+  EXPECT_LT(least, 1e-3);  // below the former limit of the law
   EXPECT_LT(largest.back(), 100 * median);
 }
 
-// At the ticks of a clock, held between them: as far from the exact motion as the period is long.
-TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
+// Sampled with zero-order hold: the deviation from the exact motion is proportional to the period.
+TEST(Detumbling, SampledLawConvergesToTheContinuousOne) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0.03);
   const Target first = target_of(model, start);
@@ -246,8 +246,8 @@ TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
   EXPECT_NEAR(error[0] / error[1], 2, 0.1);
 }
 
-// By another route: forward dynamics under random efforts, closed loops as the solver of the phases has them.
-TEST(EffortResponse, IsForwardDynamics) {
+// Independent check: forward dynamics under random efforts, with the loop solver of the phases.
+TEST(EffortResponse, AgreesWithForwardDynamics) {
   double worst = 0;
   for (int i = 0; i < 10; ++i) {
     SCOPED_TRACE(seed_note(i));

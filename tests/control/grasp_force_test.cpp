@@ -1,4 +1,4 @@
-/// Motion and internal force of a target that two arms hold: the one does not know of the other.
+/// Motion and internal force of a target held by two arms are decoupled.
 
 #include "grapnel/control/grasp_force.hpp"
 
@@ -19,7 +19,8 @@ struct TwoArms {
   std::vector<LoopClosure> closures;
 };
 
-// Two arms hold a target; the first carries it in the tree. At rest against each other, all of it drifting and turning.
+// Two arms hold a target; the first carries it in the tree. At rest relative to each other, while the whole system
+// drifts and rotates.
 TwoArms two_arms(int joints, double effort, GraspModel second) {
   ModelBuilder builder;
   BodyDescription base;
@@ -71,7 +72,7 @@ GraspForceLaw law_of(const TwoArms& t, double force, double begin, double ramp) 
   law.target = t.model.body_index("target"), law.base = 0;
   const Kinematics k = forward_kinematics(t.model, t.state);
   law.X_BT = inverse(k.X_WB[0]) * k.X_WB[law.target];
-  law.X_BT.p += Vector3d{0.01, -0.02, 0.015};  // it has somewhere to go
+  law.X_BT.p += Vector3d{0.01, -0.02, 0.015};  // a nonzero initial error
   law.holds = {{-1, Posed::identity(), GraspModel::rigid, {0, 0, 1}},
                {0, t.closures[0].X_BD, t.closures[0].model, t.closures[0].hinge_C}};
   if (force != 0) law.pairs = {{0, 1, force, begin, ramp}};
@@ -86,7 +87,7 @@ std::shared_ptr<GraspForce> law_for(const TwoArms& t, const GraspForceLaw& law) 
 struct Flown {
   std::vector<Posed> target;  // relative to the base
   std::vector<double> squeeze, time;
-  double others = 0;  // of the internal wrench
+  double others = 0;  // other components of the internal wrench
   Momentumd change = Momentumd::zero();
   PhaseOutcome outcome;
   double work_error = 0;
@@ -105,11 +106,11 @@ Flown fly(const TwoArms& t, const GraspForceLaw& law) {
     const Kinematics k = forward_kinematics(t.model, s.state);
     f.target.push_back(inverse(k.X_WB[0]) * k.X_WB[law.target]);
     f.time.push_back(s.time);
-    // The solver's wrench on the second arm, and so on the target, in W.
+    // The solver's wrench on the second arm, and therefore on the target, in W.
     const LoopClosure& c = t.closures[0];
     const Posed X_WC = k.X_WB[c.body_a] * c.X_AC;
     const Wrenchd F = X_WC.R * closure_wrench(c, s.dynamics->loops()->multipliers());
-    // The first arm's from the target's motion.
+    // The first arm's wrench from the target's motion.
     const auto A = body_accelerations(t.model, k, s.dynamics->acceleration())[law.target];
     const BodyDescription& body = t.model.bodies()[law.target].description;
     const Vector3d w = k.V_WB[law.target].angular, arm = k.X_WB[law.target].R * body.com;
@@ -139,7 +140,7 @@ Flown fly(const TwoArms& t, const GraspForceLaw& law) {
   return f;
 }
 
-TEST(GraspForce, StepsLeaveTheMotionAndTheGrasp) {
+TEST(GraspForce, ForceStepsDoNotMoveTheTarget) {
   SKIP_UNDER_SANITIZERS();
   constexpr double kForce = 40;
   for (int joints : {6, 7}) {
@@ -171,7 +172,7 @@ TEST(GraspForce, StepsLeaveTheMotionAndTheGrasp) {
   }
 }
 
-// Held critically damped relative to the base, which the arms push about.
+// Held with critical damping relative to the base, which the arms accelerate.
 TEST(GraspForce, HoldsTheTargetRelativeToTheBase) {
   const TwoArms t = two_arms(7, std::numeric_limits<double>::infinity(), GraspModel::rigid);
   const GraspForceLaw law = law_of(t, 25, 0, 2);
@@ -189,8 +190,8 @@ TEST(GraspForce, HoldsTheTargetRelativeToTheBase) {
   EXPECT_GT(norm(first), 0.01);
 }
 
-// G (1 - G_M^+ G) = 0: what is internal moves nothing; and the distribution is the least in the metric.
-TEST(GraspForce, InternalWrenchesMoveNothing) {
+// G (1 - G_M^+ G) = 0: internal wrenches cause no motion, and the distribution is minimal in the metric.
+TEST(GraspForce, InternalWrenchesCauseNoMotion) {
   for (const GraspModel second : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     const TwoArms t = two_arms(7, std::numeric_limits<double>::infinity(), second);
     const GraspForceLaw law = law_of(t, 1, 0, 0);
@@ -213,8 +214,8 @@ TEST(GraspForce, InternalWrenchesMoveNothing) {
   }
 }
 
-// Where efforts are limited the internal force is what is given up, not the motion.
-TEST(GraspForce, LimitsTakeFromTheInternalForce) {
+// Effort limits reduce the internal force, not the motion.
+TEST(GraspForce, EffortLimitsReduceTheInternalForce) {
   const TwoArms strong = two_arms(7, std::numeric_limits<double>::infinity(), GraspModel::rigid);
   const JointLawCommand motion = law_for(strong, law_of(strong, 0, 0, 0))->at(0, strong.state, {});
   const double limit = 3 * motion.effort.cwiseAbs().maxCoeff();

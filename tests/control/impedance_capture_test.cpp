@@ -1,4 +1,4 @@
-/// Impedance and grasp forces in whole captures: the shipped scenarios, sampled control, what is refused.
+/// Impedance and grasp forces in complete captures: the shipped scenarios, sampled control, rejected settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,8 +25,8 @@ CaptureProblem waiting_hand() {
   return p;
 }
 
-// Without spring and damper of the law the masses alone decide.
-TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
+// Without spring and damper of the law only the masses matter.
+TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.impedance->damping = p.impedance->stiffness = {0, 0, 0};
@@ -46,8 +46,8 @@ TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
 
-// A slow on-board computer: efforts are held between ticks, during the contact too.
-TEST(ImpedanceCapture, SampledNearlyTheSame) {
+// A slow on-board computer: efforts are held between ticks, also during the contact.
+TEST(ImpedanceCapture, SampledControlAgrees) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.post_impact->duration = 1;
@@ -70,7 +70,7 @@ CaptureProblem squeeze() {
   return p;
 }
 
-TEST(ImpedanceCapture, RefusesWhatItCannotDo) {
+TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   using ::testing::Contains;
   using ::testing::HasSubstr;
   EXPECT_THAT(faults(waiting_hand()), ::testing::IsEmpty());
@@ -83,13 +83,13 @@ TEST(ImpedanceCapture, RefusesWhatItCannotDo) {
   EXPECT_THAT(faults(p), Contains(HasSubstr("approach.tracking.mode is impedance, which needs its section")));
   p = waiting_hand();
   p.impact->law = ImpactSetup::Law::restitution;
-  EXPECT_THAT(faults(p), Contains(HasSubstr("impact.joints is impedance, which belongs to law compliant")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("impact.joints is impedance, which needs law compliant")));
   p = waiting_hand();
   p.impedance->motion = ImpedanceSetup::Motion::pose;
   for (BodyDescription& body : p.robot.bodies) {
     if (body.joint.name == "arm-1-joint-6" || body.joint.name == "arm-1-joint-7") body.joint.type = JointType::fixed;
   }
-  EXPECT_THAT(faults(p), Contains(HasSubstr("takes 6 moving joints or more; the arm of 'tip-1' has 5")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("needs at least 6 moving joints; the arm of 'tip-1' has 5")));
   p = waiting_hand();
   p.impedance->force = ImpedanceSetup::Force::not_sensed;
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs law operational_space and force sensed")));
@@ -101,7 +101,7 @@ TEST(ImpedanceCapture, RefusesWhatItCannotDo) {
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs two grasps or more of one target")));
   p = squeeze();
   p.post_impact->joints = Joints::pd;
-  EXPECT_THAT(faults(p), Contains(HasSubstr("post_impact.grasp_force belongs to joints: grasp_force; they are pd")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("post_impact.grasp_force requires joints: grasp_force; they are pd")));
 }
 
 }  // namespace impedance_capture_test

@@ -1,4 +1,5 @@
-/// Impedance at the hand: exact oscillators of free-floating arms, the contact that stops its target, sampled and not.
+/// Impedance control of an end-effector: exact oscillators of free-floating arms, the contact that stops its target,
+/// with and without sampling.
 
 #include "grapnel/control/impedance.hpp"
 
@@ -33,7 +34,7 @@ ImpedanceLaw gains() {
   return law;
 }
 
-// A floating base with an arm of random links; in a plane all axes are z and nothing turns out of it.
+// A floating base with an arm of random links; in the planar case all axes are z and the motion is planar.
 Model random_arm(Random& random, int joints, bool plane) {
   ModelBuilder builder;
   BodyDescription base;
@@ -57,7 +58,7 @@ Model random_arm(Random& random, int joints, bool plane) {
   return builder.build();
 }
 
-// In a plane the state has no part out of it.
+// In the planar case the state has no out-of-plane components.
 State moving(const Model& model, Random& random, bool plane, double rates) {
   State s = zero_state(model);
   const double bent[] = {0.5, -0.9, 0.7, 1.1, -0.9, 0.6, 0.8};
@@ -80,8 +81,8 @@ std::shared_ptr<Impedance> law_of(const Model& model, const State& start, Impeda
   return std::make_shared<Impedance>(model, std::move(law), LawScope{arm_joints(model)});
 }
 
-// The hand is the oscillator that M, D and K make, whatever base and arm do, with momentum in the system.
-TEST(Impedance, HandIsTheOscillatorOfItsGains) {
+// The end-effector is an oscillator with M, D and K for any motion of base and arm, with momentum in the system.
+TEST(Impedance, EndEffectorIsAnOscillator) {
   for (int index = 0; index < 6; ++index) {
     SCOPED_TRACE(seed_note(index));
     Random random(index);
@@ -115,8 +116,9 @@ TEST(Impedance, HandIsTheOscillatorOfItsGains) {
   }
 }
 
-// D's velocity and acceleration are the derivatives of its place; it begins as the hand moves, and arrives as it is to.
-TEST(Impedance, ReferenceOnABodyMovesAsItSays) {
+// D's velocity and acceleration are the derivatives of its pose; it begins with the end-effector's motion and arrives
+// as commanded.
+TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
   BodyDescription body;
   body.name = body.joint.name = "target", body.joint.type = JointType::free;
   body.mass = 100, body.inertia = Symmetric3d::diagonal(20, 20, 20);
@@ -127,7 +129,7 @@ TEST(Impedance, ReferenceOnABodyMovesAsItSays) {
   for (int index = 0; index < 20; ++index) {
     SCOPED_TRACE(seed_note(index));
     Random random(index);
-    // A ball that nothing pushes: it moves and turns uniformly.
+    // A free ball: it translates and rotates uniformly.
     const Vector3d p_0 = random.vector(1), v = random.vector(0.2), w = random.vector(0.6);
     const auto at = [&](double t) {
       Kinematics k(model);
@@ -171,8 +173,8 @@ TEST(Impedance, ReferenceOnABodyMovesAsItSays) {
   EXPECT_LT(of_acceleration, 1e-7);
 }
 
-// From rest a hand that is turned off its reference about one axis turns back as an oscillator about it.
-TEST(Impedance, HandTurnsBackAsAnOscillator) {
+// From rest an end-effector rotated off its reference about one axis returns as an oscillator about that axis.
+TEST(Impedance, EndEffectorRotationIsAnOscillator) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
@@ -199,8 +201,8 @@ TEST(Impedance, HandTurnsBackAsAnOscillator) {
   EXPECT_LT(error, 1e-9);
 }
 
-// The transpose law knows no model: its work is that of a spring and a damper at the hand.
-TEST(Impedance, TransposeLawIsASpringAtTheHand) {
+// The transpose law uses no model: its work is that of a spring and a damper at the end-effector.
+TEST(Impedance, TransposeLawActsAsASpring) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
@@ -253,7 +255,7 @@ struct Meeting {
   double speed;
 };
 
-// The hand of an arm at rest is met by a ball, centrally.
+// A ball hits the end-effector of an arm at rest centrally.
 Meeting ball_meets_arm(const CompliantContact& like) {
   Random random(3);
   const Model arm = random_arm(random, 7, false);
@@ -288,7 +290,7 @@ std::shared_ptr<Impedance> matched(const Meeting& m, double mass) {
   return std::make_shared<Impedance>(m.model, std::move(law), LawScope{arm_joints(m.model)});
 }
 
-// v_t' = v_t (m_t - e m) / (m_t + m): with e m = m_t the ball is stopped, whatever the contact's law.
+// v_t' = v_t (m_t - e m) / (m_t + m): with e m = m_t the ball is stopped, for any contact law.
 TEST(Impedance, MatchedContactStopsTheTarget) {
   CompliantContact soft;
   soft.stiffness = 800, soft.damping = 2;
@@ -319,7 +321,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
     EXPECT_LT(o.energy_residual, 1e-9);
     EXPECT_GT(std::abs(o.drive_work), 1e-4 * o.kinetic_energy_before);
     EXPECT_LT(momentum_error(m.model, m.state, o.after), 1e-13);
-    // Another mass: the formula's speed.
+    // Another mass: the speed of the formula.
     const double other = 0.4 * mass, e_other = restitution_of(m.contact, other * 12 / (other + 12), m.speed);
     const double expected = m.speed * (12 - e_other * other) / (12 + other);
     const CompliantOutcome p = run(other);
@@ -330,7 +332,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
 }
 
 // J M^-1 J^T of the whole is J* H*^-1 J*^T: the generalized Jacobian, block by block.
-TEST(Impedance, EffectiveMassIsThatOfTheGeneralizedJacobian) {
+TEST(Impedance, EffectiveMassAgreesWithTheGeneralizedJacobian) {
   Random random(5);
   const Model model = random_arm(random, 7, false);
   const State s = moving(model, random, false, 0);
@@ -346,15 +348,15 @@ TEST(Impedance, EffectiveMassIsThatOfTheGeneralizedJacobian) {
   const Eigen::MatrixXd H_star = H.bottomRightCorner(7, 7) - H_bm.transpose() * back;
   const Eigen::VectorXd row = J_star.bottomRows<3>().transpose() * Eigen::Vector3d(n[0], n[1], n[2]);
   const double expected_joints = row.dot(lu_solution(H_star, row));
-  // Besides, the base gives way as a whole: with it held by nothing, n^T J_b H_b^-1 J_b^T n.
+  // The base also moves as a whole: for a free base, n^T J_b H_b^-1 J_b^T n.
   const Eigen::VectorXd base = J.leftCols(6).bottomRows<3>().transpose() * Eigen::Vector3d(n[0], n[1], n[2]);
   const double whole = expected_joints + base.dot(lu_solution(H_b, base));
   EXPECT_NEAR(effective_mass(model, s, hand, p, n), 1 / whole, 1e-10 / whole);
   EXPECT_GT(expected_joints, whole - expected_joints);
 }
 
-// A limit cuts what moves the hand, and says so; damping beside goes first.
-TEST(Impedance, SaysWhereLimitsCutIt) {
+// A limit clips the efforts for the end-effector, and this is reported; the damping is reduced first.
+TEST(Impedance, ReportsClippedEfforts) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0.02);
   const auto full = law_of(strong, start, gains(), {0.3, 0.1, 0.2}, Vector3d::zero())->at(0, start, {});
@@ -366,8 +368,8 @@ TEST(Impedance, SaysWhereLimitsCutIt) {
   EXPECT_LT(cut.scale, 0.8);
 }
 
-// Outstretched in the plane, the arm cannot move its hand along itself: the condition says so.
-TEST(Impedance, ConditionFallsWhereRankIsLost) {
+// A fully extended planar arm cannot move its end-effector along itself: the condition shows it.
+TEST(Impedance, ConditionDropsNearRankLoss) {
   Random random(9);
   const Model model = random_arm(random, 3, true);
   State s = zero_state(model);

@@ -1,4 +1,4 @@
-/// Laws in whole captures: the shipped scenario, what ends a law, what is refused.
+/// Laws in complete captures: the shipped scenario, the end of a law, rejected settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,14 +16,14 @@ namespace law_capture_test {
 
 using Joints = PostImpactSetup::Joints;
 
-// Both arms in a closed loop, friction known to the law: without the approach, from its end.
+// Both arms in a closed loop, with friction known to the law; starts at the end of the approach.
 CaptureProblem shipped() {
   CaptureProblem p = scenario("dual-arm-detumbling.yaml");
   p.output_interval = 0.5;
   return p;
 }
 
-// A law that is over quickly: one arm, the capture at the start.
+// A short motion: one arm, with the capture at the start.
 CaptureProblem one_arm() {
   CaptureProblem p = scenario("seven-joint-dual-capture.yaml");
   p.approach->duration = 5;
@@ -49,18 +49,18 @@ TEST(DetumblingCapture, BothArmsBringTheShippedSatelliteToRest) {
   ASSERT_TRUE(r.detumbling);
   const DetumblingReport& d = *r.detumbling;
   EXPECT_EQ(d.ended, LawEnd::at_rest);
-  EXPECT_NEAR(d.end - d.begin, d.expected_duration * (1 - 1e-6), 1e-9 * d.expected_duration);  // a millionth is left
+  EXPECT_NEAR(d.end - d.begin, d.expected_duration * (1 - 1e-6), 1e-9 * d.expected_duration);  // a millionth remains
   EXPECT_NEAR(d.largest_torque, d.torque_bound, 1e-11);
   EXPECT_GT(d.angular_momentum_before, 1);
   EXPECT_EQ(d.least_scale, 1);
   EXPECT_GT(d.least_condition, 0.01);
-  // Afterwards the joints hold: nothing moves much against anything.
+  // Afterwards the joints hold: little relative motion.
   const std::size_t last = r.series.time.size() - 1;
   EXPECT_LT(norm(vector_at(r, "targets/satellite/angular_velocity", last)), 1e-3);
 }
 
-// Without samples and loads it is the same motion and the same report.
-TEST(DetumblingCapture, IsTheSameInColumns) {
+// Without samples and loads the motion and the report are the same.
+TEST(DetumblingCapture, IsIndependentOfDetailColumns) {
   SKIP_UNDER_SANITIZERS();
   const CaptureProblem p = one_arm();
   const CaptureResult full = simulate_capture(p), columns = simulate_capture(p, {}, CaptureDetail::columns);
@@ -72,7 +72,7 @@ TEST(DetumblingCapture, IsTheSameInColumns) {
   EXPECT_EQ(full.post_impact_end->base.angular_velocity[0], columns.post_impact_end->base.angular_velocity[0]);
 }
 
-// Panels that bend: the target is braked as a rigid body of its present shape.
+// Flexible panels: the target is braked as a rigid body in its present shape.
 TEST(DetumblingCapture, BringsATargetWithPanelsToRest) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
@@ -94,7 +94,7 @@ TEST(DetumblingCapture, BringsATargetWithPanelsToRest) {
               0.02 * r.detumbling->expected_duration);
 }
 
-// Not in lanes, and the columns of studies and campaigns have what the report says.
+// Not supported in lanes; the columns of studies and campaigns contain the values of the report.
 TEST(DetumblingCapture, InStudiesAndCampaigns) {
   CaptureProblem p = one_arm();
   p.clearance.enabled = false;
@@ -121,7 +121,7 @@ TEST(DetumblingCapture, InStudiesAndCampaigns) {
   EXPECT_EQ(found, expected.size());
 }
 
-TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
+TEST(DetumblingCapture, EndsAtAJointStopOrRelease) {
   CaptureProblem p = one_arm();
   p.post_impact->releases.push_back({6, {"tip-2"}});
   CaptureResult r = simulate_capture(p);
@@ -137,7 +137,7 @@ TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
     if (body.joint.name.starts_with("arm-2-joint")) body.joint.limits.lower = -3.2, body.joint.limits.upper = 3.2;
   }
   const std::size_t first = first_sample(r, "post_impact");
-  int moving = 0;  // the joint of the arm that moves most, and where it stands after 3 s
+  int moving = 0;  // the joint with the largest motion, and its value after 3 s
   double most = 0;
   for (int j = 7; j < 14; ++j) {
     const double turn = value_at(r, "joints/position", first + 6, j) - value_at(r, "joints/position", first, j);
@@ -155,7 +155,7 @@ TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
   EXPECT_NEAR(r.detumbling->end, 8, 0.02);
 }
 
-TEST(BaseKeepingCapture, TheBaseComesBackAndStays) {
+TEST(BaseKeepingCapture, BaseReturnsToItsAttitude) {
   CaptureProblem p = one_arm();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset();
@@ -166,19 +166,19 @@ TEST(BaseKeepingCapture, TheBaseComesBackAndStays) {
   const BaseKeepingReport& b = *r.base_keeping;
   EXPECT_EQ(b.ended, LawEnd::running);
   EXPECT_EQ(b.rank, 3);
-  EXPECT_GT(b.largest_angle, 1e-4);  // the impact had turned it
+  EXPECT_GT(b.largest_angle, 1e-4);  // rotated by the impact
   EXPECT_LT(b.angle_after, 0.05 * b.largest_angle);
   EXPECT_LT(b.angular_velocity_after, 1e-4);
 }
 
-TEST(Laws, RefuseWhatTheyCannotDo) {
+TEST(Laws, RejectUnsupportedSettings) {
   using ::testing::ElementsAre;
   using ::testing::HasSubstr;
   EXPECT_THAT(faults(one_arm()), ::testing::IsEmpty());
   CaptureProblem p = one_arm();
   p.post_impact->detumble->target = "";
   EXPECT_THAT(faults(p),
-              ElementsAre(HasSubstr("the grasps hold 2 targets; say which by 'target', 'box-120' or 'box-80'")));
+              ElementsAre(HasSubstr("the grasps hold 2 targets; name one with 'target', 'box-120' or 'box-80'")));
   p.post_impact->detumble->target = "box-8";
   EXPECT_THAT(faults(p), ElementsAre(HasSubstr("'box-8', which no grasp holds; did you mean 'box-80'?")));
   p = one_arm();
@@ -194,19 +194,19 @@ TEST(Laws, RefuseWhatTheyCannotDo) {
     }
   }
   EXPECT_THAT(faults(p), ::testing::Contains(HasSubstr(
-                             "the arm of grasps[1] has 5 moving joints; the six motions of 'box-80' take 6 or more")));
+                             "the arm of grasps[1] has 5 moving joints; the six motions of 'box-80' need at least 6")));
   p = one_arm();
   p.post_impact->joints = Joints::pd;
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.detumble belongs to joints: detumble; they are pd")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.detumble requires joints: detumble; they are pd")));
   p = one_arm();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset();
   p.post_impact->base_control = BaseControlSetup{};
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("the joints keep the base's attitude already")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("the joints already control the base's attitude")));
   p = shipped();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset(), p.post_impact->base_control.reset();
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("this law is not there for closed loops; use detumble or pd")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("this law does not support closed loops; use detumble or pd")));
 }
 
 }  // namespace law_capture_test

@@ -25,8 +25,8 @@ std::vector<LimitedLoad> random_loads(Random& random, double size) {
   return loads;
 }
 
-// Against a fine search of the interval.
-TEST(LoadShares, AreThoseOfASearch) {
+// Against a fine grid search of the interval.
+TEST(LoadShares, AgreeWithASearch) {
   int possible = 0, impossible = 0;
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -55,8 +55,8 @@ TEST(LoadShares, AreThoseOfASearch) {
   EXPECT_GT(impossible, 50);
 }
 
-// As limits become too small the choice changes without a jump.
-TEST(LoadShares, AreContinuousWhereLimitsBecomeTooSmall) {
+// As limits become too small the choice changes continuously.
+TEST(LoadShares, AreContinuousInTheLimits) {
   double largest = 0;
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -66,7 +66,7 @@ TEST(LoadShares, AreContinuousWhereLimitsBecomeTooSmall) {
     double before = -1;
     for (int s = 0; s <= kSteps; ++s) {
       std::vector<LimitedLoad> scaled = loads;
-      const double factor = 3.0 * s / kSteps;  // of what acts without k
+      const double factor = 3.0 * s / kSteps;  // of the load at k = 0
       for (LimitedLoad& load : scaled) load.fixed *= factor;
       const double k = largest_within(scaled, 1.5).k;
       if (before >= 0) largest = std::max(largest, std::abs(k - before));
@@ -77,7 +77,7 @@ TEST(LoadShares, AreContinuousWhereLimitsBecomeTooSmall) {
   EXPECT_LT(largest, 0.05);
 }
 
-TEST(LoadShares, WithoutLoadsAllIsAllowed) {
+TEST(LoadShares, WithoutLoadsTheShareIsMaximal) {
   const LoadShare found = largest_within({}, 0.7);
   EXPECT_EQ(found.k, 0.7);
   EXPECT_EQ(found.share, 0);

@@ -73,7 +73,7 @@ std::vector<std::string> transcripts() {
 
 class Damaged : public testing::TestWithParam<std::string> {};
 
-TEST_P(Damaged, SaysWhatTheTranscriptSays) {
+TEST_P(Damaged, MatchesTheTranscript) {
   const auto entries = entries_of(kFolder / (GetParam() + ".transcript"));
   ASSERT_FALSE(entries.empty());
   for (const Entry& entry : entries) {
@@ -89,7 +89,7 @@ TEST_P(Damaged, SaysWhatTheTranscriptSays) {
 
 INSTANTIATE_TEST_SUITE_P(Files, Damaged, testing::ValuesIn(transcripts()), [](const auto& file) { return file.param; });
 
-TEST(DamagedFiles, EachIsInATranscriptOrWithoutFault) {
+TEST(DamagedFiles, EachIsInATranscriptOrWithoutError) {
   std::string all;
   for (const std::string& name : transcripts()) all += read(kFolder / (name + ".transcript"));
   for (const auto& entry : fs::recursive_directory_iterator(kFolder)) {

@@ -88,7 +88,7 @@ TEST(Json, FollowsTheDescription) {
       R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"hidden":false,"many":true,"marks":[1.5,"torn"]})");
 }
 
-TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
+TEST(Schema, MatchesWrittenDocumentsExactly) {
   const test::SchemaCheck schema(json_schema(type_of<Book>(), "Book, version 1"));
   const auto written = [&] { return nlohmann::json::parse(json_of(book()).dump()); };
   EXPECT_THAT(schema.faults_of(written()), IsEmpty());

@@ -34,7 +34,7 @@ template <>
 struct Described<Envelope> {
   static constexpr Field fields[] = {
       field<&Envelope::position>("position", "m", "Largest distance.").at_least(0),
-      field<&Envelope::angle>("angle", "rad", "Largest angle; absent: any."),
+      field<&Envelope::angle>("angle", "rad", "Largest angle; absent: no limit."),
       field<&Envelope::colour>("colour", "Of the gripper."),
       field<&Envelope::determined>("determined", "Per component."),
       field<&Envelope::axis>("axis", "1", "Of approach."),
@@ -42,7 +42,7 @@ struct Described<Envelope> {
       derived<[](const Envelope& e) { return 2 * e.position; }>("width", "m", "Of the whole envelope.")
           .when<[](const Envelope& e) { return e.position < 1; }>(),
   };
-  static constexpr Type type = structure<Envelope>("Envelope", "What an end-effector can close on.", fields);
+  static constexpr Type type = structure<Envelope>("Envelope", "Capture envelope of an end-effector.", fields);
 };
 template <>
 struct Described<Gripper> {
@@ -77,7 +77,7 @@ TEST(Type, ReachesMembersByTheirKeys) {
   EXPECT_EQ(field_named(type_of<Envelope>(), "positions"), nullptr);
 }
 
-TEST(Type, ComputesWhatIsDerived) {
+TEST(Type, ComputesDerivedFields) {
   Envelope envelope;
   const Field& width = field_of(type_of<Envelope>(), "width");
   EXPECT_EQ(number_in(width, &envelope), 1);

@@ -77,7 +77,7 @@ test("pages of the documentation precede the C++ reference in search results, wi
   await close();
 });
 
-test("a search without matches reports that", async () => {
+test("a search without results gives a message", async () => {
   const { page, close } = await open(address("search.html", "?q=xyzzyplugh"));
   await page.locator("#search-results").getByText(/did not match any documents/).waitFor({ timeout: 20000 });
   await close();
@@ -134,7 +134,7 @@ test("no page scrolls sideways", async () => {
   }
 });
 
-test("pages are readable on a phone, and in the dark", async () => {
+test("pages are readable on a phone and in dark mode", async () => {
   for (const name of ["index.html", "formats/scenario.html", theory]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -145,7 +145,7 @@ test("pages are readable on a phone, and in the dark", async () => {
   }
 });
 
-test("the references have what they are for", async () => {
+test("the references have their contents", async () => {
   assert.ok(existsSync(path.join(site, "doxygen", "index.html")));
   const commands = readFileSync(path.join(site, "commands.html"), "utf8");
   for (const word of ["grapnel run", "--extend", "Exit codes"]) assert.ok(commands.includes(word), word);

@@ -24,7 +24,7 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def same(shown, printed):
-    """Whether a line says what was shown: the same words, numbers within 1 %."""
+    """Whether a line matches the shown output: the same words, numbers within 1 %."""
     if shown.endswith("..."):
         return printed.startswith(shown.removesuffix("..."))
     if [" ".join(part.split()) for part in NUMBER.split(shown)] != [" ".join(part.split()) for part in NUMBER.split(printed)]:

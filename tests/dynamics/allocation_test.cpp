@@ -1,5 +1,5 @@
-// No heap allocation in the dynamics after set-up. Two traps, for each misses what the other sees: the C library's and
-// C++'s allocation functions replaced, and Eigen's own check, which also sees what would be taken from a pool.
+// No heap allocation in the dynamics after setup. Two traps, since each misses allocations that the other catches:
+// replaced allocation functions of C and C++, and Eigen's own check, which also detects pooled memory.
 #include <stdexcept>
 
 #define EIGEN_RUNTIME_NO_MALLOC
@@ -23,10 +23,10 @@ namespace {
 
 using namespace testing;
 
-// Keeps the compiler from leaving out an allocation that nobody reads.
+// Prevents the compiler from removing an unused allocation.
 void use(void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
-TEST(AllocationTrap, SeesEveryWayToAllocate) {
+TEST(AllocationTrap, CatchesEveryAllocation) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   const auto count = [](auto&& allocate) {
     AllocationTrap trap;
@@ -85,7 +85,7 @@ TEST(AllocationTrap, SeesEveryWayToAllocate) {
             1);
 }
 
-TEST(AllocationTrap, SeesEigens) {
+TEST(AllocationTrap, CatchesEigensAllocations) {
   Eigen::internal::set_is_malloc_allowed(false);
   EXPECT_THROW(
       {
@@ -100,7 +100,7 @@ TEST(AllocationTrap, SeesEigens) {
   });
 }
 
-TEST(Dynamics, AllocatesNothingAfterSetUp) {
+TEST(Dynamics, DoesNotAllocateAfterSetup) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -1,5 +1,5 @@
-// Forward dynamics against everything that must say the same: the mass matrix and the bias, inverse dynamics, the
-// partitioned equations for prescribed joints, changes of frame, and energy.
+// Forward dynamics against equivalent computations: mass matrix and bias, inverse dynamics, the partitioned equations
+// for prescribed joints, changes of frame, and energy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,14 +46,14 @@ TEST(ForwardDynamics, InvertsInverseDynamics) {
   }
 }
 
-TEST(ForwardDynamics, TakesNoForcesAsZero) {
+TEST(ForwardDynamics, EmptyForcesAreZero) {
   const Case c = random_case(2);
   Forces zero;
   zero.generalized.assign(c.model.velocities(), 0.0);
   EXPECT_EQ(forward_dynamics(c.model, c.state), forward_dynamics(c.model, c.state, zero));
 }
 
-// Joints and roots whose accelerations are given, against the mass matrix taken apart:
+// Joints and roots with given accelerations, against the partitioned mass matrix:
 //   M_ff a_f = tau_f - c_f - M_fp a_p,   tau_p = M_p a + c_p.
 TEST(ForwardDynamics, PrescribedJointsFollowThePartitionedEquations) {
   Worst accelerations("hybrid dynamics, accelerations"), forces("hybrid dynamics, forces");
@@ -119,7 +119,7 @@ TEST(ForwardDynamics, IsGalileanInvariant) {
   }
 }
 
-// Everything falls alike: gravity moves the roots and no joint.
+// Free fall: gravity accelerates the roots and no joint.
 TEST(ForwardDynamics, FallsFreely) {
   Worst difference("free fall"), joint_rates("joint accelerations in free fall from rest [rad/s^2, m/s^2]");
   for (int i = 0; i < kRobots; ++i) {
@@ -138,7 +138,7 @@ TEST(ForwardDynamics, FallsFreely) {
     const std::vector<double> vdot = forward_dynamics(c.model, c.state, c.forces);
     ASSERT_LT(difference.note(relative_difference(eigen(vdot), eigen(expected)), i), 1e-13);  // measured 7.8e-17
 
-    // At rest it takes no force at any joint, and the roots accelerate by g.
+    // At rest no joint force is needed, and the roots accelerate by g.
     State rest = c.state;
     rest.v.assign(c.model.velocities(), 0.0);
     const std::vector<double> fall = forward_dynamics(c.model, rest, {{}, {}, c.forces.gravity});
@@ -153,7 +153,7 @@ TEST(ForwardDynamics, FallsFreely) {
   }
 }
 
-// What a robot on the ground needs to stand still: minus the sum of J_c^T m g over its bodies.
+// Static equilibrium of a robot on the ground: minus the sum of J_c^T m g over its bodies.
 TEST(InverseDynamics, HoldsAgainstGravity) {
   Worst difference("static gravity torques");
   for (int i = 0; i < kRobots; ++i) {
@@ -224,7 +224,7 @@ TEST(ForwardDynamics, ChangesMomentumByExternalWrenches) {
   }
 }
 
-TEST(DynamicsArguments, OfAnotherModelAreRefused) {
+TEST(DynamicsArguments, RejectSizesOfAnotherModel) {
   const Model model = plain_robot(3), other = plain_robot(5);
   const State state = zero_state(model), other_state = zero_state(other);
   Workspace workspace(model), foreign(other);

@@ -1,4 +1,4 @@
-// What momentum says about the base, (2.3)-(2.8), against the full equations.
+// Base motion from momentum, (2.3)-(2.8), against the full equations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(FreeFloating, BaseTwistCarriesTheGivenMomentum) {
     const Kinematics kinematics = forward_kinematics(c.model, c.state);
     const int roots[] = {tree.root};
     const Momentumd total = momentum_about(c.model, kinematics, center_of_mass(c.model, kinematics, roots), roots);
-    double scale = 1 + eigen(given).norm();  // what a vanishing sum is made of
+    double scale = 1 + eigen(given).norm();  // magnitude of the terms of a vanishing sum
     for (std::size_t b = 0; b < c.model.bodies().size(); ++b) {
       if (c.model.bodies()[b].root == tree.root)
         scale += eigen(body_momentum(c.model, kinematics, static_cast<int>(b)).h).norm();
@@ -50,9 +50,8 @@ TEST(FreeFloating, BaseTwistCarriesTheGivenMomentum) {
   }
 }
 
-// The O(n) kernels of root_velocity.hpp: momenta of all trees as momentum_about has them, and back to the same
-// velocities.
-TEST(RootVelocities, ComeBackFromTheirMomenta) {
+// The O(n) kernels of root_velocity.hpp: momenta of all trees against momentum_about, and recovery of the velocities.
+TEST(RootVelocities, AreRecoveredFromMomenta) {
   Worst momenta("root_momenta against momentum_about"), back("recover_roots of root_momenta");
   for (int i = 0; i < kRobots; ++i) {
     if (i % 4 == 3) continue;
@@ -153,7 +152,7 @@ TEST(FreeFloating, ReducedEquationGivesTheSameJointAccelerations) {
   }
 }
 
-TEST(FreeFloating, RefusesWrongRoots) {
+TEST(FreeFloating, RejectsInvalidRoots) {
   const Model model = plain_robot(2), fixed = plain_robot(2, JointType::fixed);
   EXPECT_THAT([&] { mass_blocks(model, zero_state(model), 1); },
               ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr("'root' must be a root body")));

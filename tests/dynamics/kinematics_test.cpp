@@ -1,4 +1,4 @@
-// Poses by the description's own words, Jacobians and twists by finite differences of poses.
+// Poses from the descriptions, Jacobians and twists by finite differences of poses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ using namespace testing;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-// X_WB = X_WP X_PF joint(q), straight from the body's description: knows nothing of merged links and aligned frames.
+// X_WB = X_WP X_PF joint(q), directly from the body's description, independent of merged links and aligned frames.
 Posed described_pose(const Model& model, const State& state, int body) {
   const Body& b = model.bodies()[body];
   const BodyDescription& d = b.description;
@@ -129,7 +129,7 @@ TEST(RootState, RoundTrips) {
   }
 }
 
-TEST(RootState, OfAFixedRootBelongsToTheModel) {
+TEST(RootState, OfAFixedRootIsRejected) {
   const Model model = plain_robot(2, JointType::fixed);
   State s = zero_state(model);
   EXPECT_EQ(eigen(root_pose(model, s, 0).p), eigen(model.bodies()[0].description.X_PF.p));
@@ -151,7 +151,7 @@ TEST(ZeroState, HasUnitQuaternions) {
   EXPECT_TRUE(eigen(forward_kinematics(model, s).X_WB[0].R).isUnitary(1e-14));
 }
 
-TEST(KinematicsArguments, OfAnotherModelAreRefused) {
+TEST(KinematicsArguments, RejectSizesOfAnotherModel) {
   const Model model = plain_robot(3), other = plain_robot(5);
   Kinematics kinematics(model), foreign(other);
   EXPECT_THAT(
@@ -165,7 +165,7 @@ TEST(KinematicsArguments, OfAnotherModelAreRefused) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("J must be 6 x velocities")));
 }
 
-// The frames of a long chain must not drift apart: with frames aligned to their parents' an error could double per
+// The frames of a long chain must stay orthonormal: with frames aligned to their parents an error could double per
 // link.
 TEST(ForwardKinematics, StaysOrthonormalOverLongChains) {
   Random random(0);

@@ -1,4 +1,4 @@
-// The mass matrix, momentum and kinetic energy by independent routes.
+// The mass matrix, momentum and kinetic energy by independent computations.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>

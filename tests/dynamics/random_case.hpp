@@ -19,7 +19,7 @@ struct Case {
   Forces forces;
 };
 
-/// Robot `index`: in turn with a fixed root, spherical joints, targets beside it, few or many bodies.
+/// Robot `index`: alternating fixed roots, spherical joints, additional targets, and few or many bodies.
 inline Case random_case(int index) {
   RobotOptions options;
   options.least_bodies = 1;

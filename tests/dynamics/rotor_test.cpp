@@ -1,5 +1,5 @@
-/// Rotors whose spin counts, against a model in which each of them is a body of its own: a balanced rotor on a joint in
-/// the link that carries it, geared to the joint that it drives.
+/// Rotors with stated axes, against a model in which each rotor is a separate body: a balanced rotor on a joint in the
+/// link that carries it, geared to the joint that it drives.
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).lpNorm<Eigen::Infinity>() / std::max(1e-300, b.lpNorm<Eigen::Infinity>());
 }
 
-TEST(Rotors, AreBodiesGearedToTheirJoints) {
+TEST(Rotors, EqualGearedBodies) {
   double mass = 0, inverse = 0, momentum = 0, energy = 0, forward = 0, recovered = 0;
   int with_rotors = 0;
   for (int i = 0; i < 200; ++i) {
@@ -154,7 +154,7 @@ TEST(Rotors, AreBodiesGearedToTheirJoints) {
 }
 
 // Joints whose accelerations are given: the forces that they take.
-TEST(Rotors, ReactWhereJointsMoveAsPrescribed) {
+TEST(Rotors, ReactUnderPrescribedMotion) {
   double worst = 0;
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));

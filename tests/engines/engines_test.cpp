@@ -67,9 +67,9 @@ TEST(Mujoco, AgreesOnAccelerations) {
   });
 }
 
-// A free base with two beams that bend in a plane, far from straight, fast: MuJoCo's own springs and dampers on the
-// same pieces. (It has no bodies without mass, which bending in two planes takes.)
-TEST(Mujoco, AgreesOnBeamsThatBend) {
+// A free base with two beams with large planar bending at high rates: MuJoCo's own springs and dampers on the same
+// segments. (MuJoCo does not support massless bodies, which bending in two planes requires.)
+TEST(Mujoco, AgreesOnFlexibleBeams) {
   Worst difference("MuJoCo, bending beams, |a - a'| / |a|");
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -134,10 +134,10 @@ TEST(Simbody, AgreesOnAccelerations) {
              });
 }
 
-// Simbody's ball joints lose digits: on robot 715 of seed 11 (condition number 2.5e4) its accelerations are 1.0e-10
-// away from Grapnel's, MuJoCo's and a long-double solution of M a = tau - c, which agree to 1.3e-12, and leave 260
-// times Grapnel's residual. Hence another bound.
-TEST(Simbody, AgreesOnBallJointsToItsOwnAccuracy) {
+// Simbody's ball joints are less accurate. On robot 715 of seed 11 (condition number 2.5e4) its accelerations differ by
+// 1.0e-10 from those of Grapnel, MuJoCo and a long-double solution of M a = tau - c, which agree to 1.3e-12; its
+// residual is 260 times Grapnel's. Therefore the bound is larger here.
+TEST(Simbody, AgreesOnBallJointsToSimbodysAccuracy) {
   Worst difference("Simbody with ball joints, |a - a'| / |a|");
   for_robots({.rotors = false}, [&](int i, const Model& model, const State& state, const Forces& forces) {
     SimbodyEngine engine(model);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A Grapnel model in MuJoCo, and MuJoCo's answers in Grapnel's coordinates.
+/// A Grapnel model in MuJoCo, with MuJoCo's results in Grapnel's coordinates.
 
 #include <Eigen/Core>
 #include <string>

@@ -29,7 +29,7 @@ class MujocoRollout {
   /// One case: `initial` [q; v], `control` steps x joints; `states` steps x [q; v] after each step, in Grapnel's
   /// coordinates.
   void run(std::span<const double> initial, std::span<const double> control, std::span<double> states);
-  /// The same with states as MuJoCo has them, as its own rollout hands them out: what is timed.
+  /// As run(), with states in MuJoCo's format, as its own rollout returns them; used for timing.
   void run_as_it_is(std::span<const double> initial, std::span<const double> control, std::span<double> states);
 
  private:

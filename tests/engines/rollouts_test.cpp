@@ -1,5 +1,5 @@
-// Rollouts against MuJoCo's steps by the same methods on random robots: a free base or a fixed one, branches, rotors, a
-// free target beside it.
+// Rollouts against MuJoCo's steps with the same methods on random robots: a free or fixed base, branches, rotors, and a
+// free target.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Difference {
   double moved = 0;    // by how much the states changed
 };
 
-// Ours against MuJoCo's after `steps` steps.
+// Difference between Grapnel and MuJoCo after `steps` steps.
 Difference difference(const Model& model, const State& state, lanes::RolloutMethod method, double step, int steps,
                       Random& random) {
   const std::size_t controls = model.joints().size();
@@ -59,7 +59,7 @@ Model robot_without_friction(int i, Random& random) {
   return builder.build();
 }
 
-TEST(Rollouts, ByEulersMethodAreMujocos) {
+TEST(Rollouts, SemiImplicitEulerEqualsMujoco) {
   Worst worst("MuJoCo's Euler, after 20 steps");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -75,7 +75,7 @@ TEST(Rollouts, ByEulersMethodAreMujocos) {
 
 // MuJoCo's RK4 turns quaternions by weighted sums of angular velocities in a body's axes, ours are numbers during a
 // step: both tend to the same motion.
-TEST(Rollouts, ByRungeKuttaTendToMujocos) {
+TEST(Rollouts, RungeKuttaConvergesToMujoco) {
   Worst worst("MuJoCo's RK4, after 0.01 s");
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));

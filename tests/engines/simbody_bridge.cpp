@@ -41,7 +41,7 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<S
     : parts_(std::make_unique<Parts>()) {
   using SimTK::MobilizedBody;
   using SimTK::Transform;
-  // Trusted as it is: a constructor that repairs it would change it.
+  // Used without normalization: a constructor that repairs it would change it.
   const auto rotation = [](const std::array<double, 9>& r) {
     return SimTK::Rotation(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
   };

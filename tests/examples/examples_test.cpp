@@ -172,7 +172,7 @@ void expect_second_grasp_later(const CaptureResult& r) {
   }
 }
 
-// A hand that only touches: nothing is held, the satellite leaves, and the run goes on.
+// A hand that only touches: nothing is held, the satellite leaves, and the run continues.
 void expect_rebound(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_TRUE(r.ledger.feasible());
   EXPECT_FALSE(r.captured());
@@ -320,7 +320,8 @@ void expect_bias_is_reversed(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_LT(norm(after), 0.51 * norm(brought));
 }
 
-// The estimate gets better on the way, and what is found of the satellite is better than what was assumed.
+// The estimate improves during the approach, and the identified values of the satellite are better than the assumed
+// ones.
 void expect_sensing(const CaptureResult& r) {
   ASSERT_GE(r.navigation.size(), 4u);
   EXPECT_NEAR(r.navigation.front().estimates[0].position_error, 0.0707, 1e-3);
@@ -418,8 +419,8 @@ void expect_a_stopped_target(const CaptureResult& r) {
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
 
-// A hand that yields is hit less hard than a free one, and that less than one whose joints are driven: between the last
-// two lies the published peak of hands that are led by a controller (docs/validation.md).
+// A compliant hand receives a smaller impulse than a free one, and that a smaller one than a hand with driven joints:
+// between the last two lies the published peak of controlled hands (docs/validation.md).
 void expect_a_softer_hit(const CaptureProblem& p, const CaptureResult& r) {
   const auto peak = [](const CaptureResult& run) { return run.impact.value().grasps[0].profile.value().peak_force; };
   const auto peak_with = [&](ImpactSetup::Joints joints) {
@@ -474,7 +475,7 @@ void expect_a_chosen_time(const CaptureResult& r) {
   EXPECT_LT(reached, window.points.size() - 20);
 }
 
-// What is caught rings: the impact sets the panels swinging, which hardly damp.
+// The captured target vibrates: the impact excites the lightly damped panels.
 void expect_ringing_panels(const CaptureResult& r) {
   expect_closed_loops(r, 12, {1.2, 0.97}, 1);
   ASSERT_EQ(r.elastic.size(), 2u);
@@ -505,8 +506,8 @@ void expect_a_long_arm(const CaptureResult& r) {
   EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.4);  // measured 0.4695
 }
 
-// What the plan weighs and keeps, in the flight: the base hardly turns, and the arms keep their distance but for what
-// tracking errs by.
+// The plan's objective and constraints in the simulated trajectory: the base barely rotates, and the arms keep their
+// distance up to tracking errors.
 void expect_a_quiet_approach(const CaptureResult& r) {
   double turn = 0;
   const Rotationd R = pose_at(r, "base", 0).R;
@@ -551,7 +552,7 @@ void expect_a_manoeuvre(const CaptureResult& r) {
 }
 
 // What the report draws is what was simulated, and the summary keeps the published schema.
-TEST_P(Shipped, RunsAsItsFileSays) {
+TEST_P(Shipped, RunsAsDocumented) {
   const std::string name = GetParam();
   const CaptureProblem p = load(name);
   const CaptureResult r = simulate_capture(p);
@@ -572,8 +573,8 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   }
   std::printf("[ measured ] scene: end-effectors %.2g, joints %.2g\n", d.end_effectors, d.joints);
 
-  // The thesis's cases and the orbit have tests of their own; first-plan and seven-joint-dual-capture show how files
-  // are written.
+  // The thesis's cases and the orbit have separate tests; first-plan and seven-joint-dual-capture show how files are
+  // written.
   if (name.starts_with("thesis/") || name == "orbit-drift" || name == "first-plan" ||
       name == "seven-joint-dual-capture")
     return;
@@ -613,7 +614,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
 
 // A search from where the one before came to rest may fail where others succeed: they are asked where it does not say
 // why.
-TEST(CaptureWindow, PassesOverNoTimeThatOtherGuessesReach) {
+TEST(CaptureWindow, FindsTimesReachedByOtherGuesses) {
   const CaptureTime chosen = choose_capture_time(
       load("tumbling-window", {{"initial.base.momentum", "{linear: [0, 0, 0], angular: [0, 0, 0]}"}}));
   for (const WindowPoint& point : chosen.window.points)
@@ -621,7 +622,7 @@ TEST(CaptureWindow, PassesOverNoTimeThatOtherGuessesReach) {
 }
 
 // The shipped scenarios have friction and compliant.
-TEST(SummarySchema, IsKeptByEveryLaw) {
+TEST(SummarySchema, HoldsForEveryLaw) {
   for (const char* law : {"bilateral_restitution", "as_published"})
     EXPECT_THAT(schema_faults(simulate_capture(load("thesis/open-loop-case-1", {{"impact.law", law}}))),
                 ::testing::IsEmpty())
@@ -636,7 +637,7 @@ class Planned : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Examples, Planned, ::testing::ValuesIn(kPlanned), name_of_test);
 
 // Ideal tracking, no noise: at T the hands are where and as fast as the plan wants them, by the tests' own kinematics.
-TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
+TEST_P(Planned, EveryHandReachesGraspPoint) {
   CaptureProblem p = load(GetParam(), {{"approach.tracking", "{mode: ideal}"}, {"approach.capture_at", "end"}});
   p.impact.reset();
   p.post_impact.reset();
@@ -651,7 +652,7 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
   ASSERT_TRUE(r.approach_end);
   const double T = p.approach->duration;
   EXPECT_EQ(r.approach_end->time, T);
-  const StraightIn in = p.approach->straight_in.value_or(StraightIn{});  // none: the last instant is looked at
+  const StraightIn in = p.approach->straight_in.value_or(StraightIn{});  // none: the last instant is evaluated
   const double begin = T - in.duration;
   const Vector3d drift = (1 / written_mass(p.robot)) * p.momentum->linear;
   const Vector3d com_at_start = written_com(p.robot, written_poses(p.robot, r, 0));
@@ -720,7 +721,7 @@ CaptureResult failing(const std::string& name, const std::vector<Override>& over
   return r;
 }
 
-TEST(ExamplesOutOfReach, FailBeforeTheyMoveAndNameTheArm) {
+TEST(ExamplesOutOfReach, FailBeforeMotionAndNameArm) {
   const CaptureResult heavy =
       failing("heavy-satellite-flat-spin", {{"targets.satellite.state.position", "[-0.3, 0.4, 9.9]"}});
   EXPECT_NE(heavy.failure.find("end-effector 'hand' comes no closer than"), std::string::npos) << heavy.failure;
@@ -734,7 +735,7 @@ TEST(ExamplesOutOfReach, FailBeforeTheyMoveAndNameTheArm) {
 }
 
 // A shoulder that is slower than the swing asks of it: the physics is kept, the robot cannot do it.
-TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
+TEST(ExamplesWithASlowJoint, ExceedRateLimit) {
   const CaptureResult r =
       simulate_capture(load("dual-arm-tumbling-targets", {{"robot.links.arm-1-link-1.joint.limits.rate", "0.02"},
                                                           {"approach.tracking", "{mode: ideal}"}}));
@@ -745,10 +746,9 @@ TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
   for (const LimitEvent& e : r.limit_events) EXPECT_EQ(e.joint, "arm-1-joint-1");
 }
 
-// What the thesis asks for at its end: the four cases at rest, within a degree of the attitude and in the posture
-// before the approach. Without control of the base the arms come to rest relative to it, and what there is of momentum
-// goes on.
-TEST(Stabilized, TheThesissCasesEndAtRest) {
+// The thesis's final requirements: the four cases at rest, within a degree of the attitude and in the posture before
+// the approach. Without control of the base the arms come to rest relative to it, and the remaining momentum persists.
+TEST(Stabilized, ThesisCasesEndAtRest) {
   for (const char* name : {"1", "2", "3", "4"}) {
     const CaptureProblem p = load("thesis/open-loop-case-" + std::string(name) + "-stabilized");
     const CaptureResult r = simulate_capture(p);
@@ -775,7 +775,7 @@ TEST(Stabilized, TheThesissCasesEndAtRest) {
 }
 
 // What five minutes in orbit do to a stack that is held together, as the file says: and without them nothing.
-TEST(Orbit, TurnsAStackOfTwoBodies) {
+TEST(Orbit, RotatesStackOfTwoBodies) {
   const CaptureResult r = simulate_capture(load("orbit-drift"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);

@@ -1,4 +1,4 @@
-// Results do not depend on where the system puts stack and heap, which it does anew for every run of a program.
+// Results do not depend on the addresses of stack and heap, which the system randomizes for every run of a program.
 #include <alloca.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ __attribute__((noinline)) CaptureResult run_further_down(const CaptureProblem& p
 
 class MemoryLayout : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(MemoryLayout, ChangesNoBit) {
+TEST_P(MemoryLayout, ResultsAreBitIdentical) {
   const CaptureProblem problem =
       load_scenario(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios" / (std::string(GetParam()) + ".yaml"));
   const CaptureResult first = simulate_capture(problem);

@@ -13,20 +13,20 @@
 namespace grapnel {
 namespace {
 
-// As for LoopSolver: pivots of the scaled W below this are redundant rows.
+// As in LoopSolver: smaller pivots of the scaled W indicate redundant rows.
 constexpr double kRankTolerance = 1e-12;
-// Of the size of velocities: what is left of the relative motion is not solved for again.
+// Relative to the size of velocities: smaller relative motion is not corrected again.
 constexpr double kRoundingLeft = 4e-16;
 constexpr double kSmallest = 1e-300;
-// Of the size of its terms, what of a self-stress reaches a drive, what it does on the rates told, and pivots of
-// self-stresses that are one another's sum: as in grapnel/impact/yielding_drives.cpp.
+// Relative to the size of its terms: the part of a self-stress that reaches a drive, its work on the commanded rates,
+// and pivots of dependent self-stresses; as in grapnel/impact/yielding_drives.cpp.
 constexpr double kGraspsAlone = 1e-8, kWorkRounding = 1e-13, kDependent = 1e-14;
 
 bool same_grasp(const Grasp& x, const Grasp& y) {
   return x.robot_body == y.robot_body && x.target_body == y.target_body && x.model == y.model;
 }
 
-// A grasp as a closure: only bodies and kind matter, frames come with each impact. C's z axis is a hinge's.
+// A grasp as a closure: bodies and kind are fixed, frames are set with each impact. C's z axis is a hinge's axis.
 LoopPath make_path(const Model& model, const Grasp& grasp, std::size_t index, int first_row) {
   LoopClosure closure{"grasp " + std::to_string(index + 1),
                       grasp.robot_body,
@@ -58,7 +58,7 @@ void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> l
   }
 }
 
-// What an impulse about C in C's axes does to the lone body, at C: J_t M_t^-1 J_t^T P.
+// Response of the lone body at C to an impulse about C in C's axes: J_t M_t^-1 J_t^T P.
 Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
   const Vector3d r = X_bC.p - body.com;
   const Impulsed P = X_bC.R * P_C;
@@ -66,12 +66,12 @@ Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
   return transposed_times(X_bC.R, Twistd{turn, body.inverse_mass * P.linear + cross(turn, r)});
 }
 
-// Of all impulses that redundant rows allow, the one with the least P^T D P (docs/theory.md, equation (7.8)), from a
-// pivoted factor of W: with a basis N of self-stresses, N^T D N z = -N^T D P and P + N z. Nothing allocates after
-// construction.
+// Selects, among all impulses that redundant rows allow, the one with the minimum P^T D P (docs/theory, equation
+// (7.8)), from a pivoted factor of W: with a basis N of self-stresses, N^T D N z = -N^T D P and P + N z. No allocation
+// after construction.
 class LeastImpulse {
  public:
-  // For so many rows.
+  // For this number of rows.
   explicit LeastImpulse(int rows);
 
   // Changes `P`, physical impulses per row, by a self-stress of `factor`, whose W is in the rows' units
@@ -154,8 +154,8 @@ void LeastImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPat
   }
 }
 
-// (7.20) for self-stresses of grasps by a pivoted factor of W, where the joints held have no row.
-// Nothing allocates after construction.
+// (7.20) for self-stresses of grasps from a pivoted factor of W, in which the held joints have no row. No allocation
+// after construction.
 class YieldingDrives {
  public:
   YieldingDrives(const Model& model, int rows);
@@ -164,7 +164,7 @@ class YieldingDrives {
   // unit size acts in that row, in the units of the factor.
   std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
 
-  // Changes `after`, rates of the velocities that are `held`, by (7.20), with w_g = 0. Whether any changed.
+  // Changes `after`, rates of the `held` velocities, by (7.20), with w_g = 0. Returns whether any changed.
   bool give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
 
  private:
@@ -311,7 +311,7 @@ struct ImpactSolver::Implementation {
       throw std::invalid_argument("ImpactSolver: not the grasps it was made for");
   }
 
-  // Marks what is held and by how much its velocity changes.
+  // Stores the held velocities and their changes.
   void hold(std::span<const double> v, std::span<const HeldRate> rates) {
     std::fill(held.begin(), held.end(), std::uint8_t{0});
     std::fill(held_change.begin(), held_change.end(), 0.0);
@@ -332,7 +332,7 @@ struct ImpactSolver::Implementation {
     }
   }
 
-  // Frames of the grasps on both bodies, and the units of their rows.
+  // Sets the frames of the grasps on both bodies, and the units of their rows.
   void place_grasps(std::span<const double> q, std::span<const Grasp> now) {
     link_poses(model.tree(), workspace.links, q, X_WL);
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -378,8 +378,8 @@ struct ImpactSolver::Implementation {
     factor.factor(kRankTolerance);
   }
 
-  // Where grasps are redundant and contradict what is held drives give way: changes what is held. Links then are at
-  // rest. After factor_contact_inertia().
+  // If redundant grasps contradict held joints, drives are overpowered: changes the held rates. The links are at rest
+  // afterwards. Call after factor_contact_inertia().
   void let_drives_give_way(DynamicsInput<double> in, std::span<const double> v) {
     in.acceleration = zeros;
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -423,7 +423,7 @@ struct ImpactSolver::Implementation {
     for (std::size_t i = 0; i < u.size(); ++i) solution[i] *= scale[i];
   }
 
-  // Impulses `solution` act: adds to velocities, and to u what they do to it. `in`: what else acts.
+  // Applies the impulses `solution`: adds their effect to velocities and to u. `in`: other loads.
   void respond(const DynamicsInput<double>& in) {
     columns.impose(solution, in.prescribed, workspace);
     articulated_accelerations<double>(model.tree(), in, workspace, change, force);
@@ -442,7 +442,7 @@ struct ImpactSolver::Implementation {
     }
   }
 
-  // What is met after respond(): the largest scaled row.
+  // Remaining relative motion after respond(): the largest scaled row.
   double meet() {
     double most = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -503,7 +503,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   s.respond(in);
   double left = s.meet();
   if (left > kRoundingLeft * size) {
-    // What rounding left is solved for once more.
+    // Solves once more for the rounding error.
     std::copy(s.met.begin(), s.met.end(), s.u.begin());
     s.rest();
     in.acceleration = s.zeros;
@@ -512,7 +512,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
     left = s.meet();
   }
   s.residual = left / std::max(size, kSmallest);
-  for (const HeldRate& rate : held) s.velocity[rate.velocity] = s.held_rate[rate.velocity];  // exactly, not to rounding
+  for (const HeldRate& rate : held) s.velocity[rate.velocity] = s.held_rate[rate.velocity];  // exactly
   s.least.choose(s.factor, s.paths, s.places, s.targets, s.rows);
   s.report();
 }

@@ -1,15 +1,8 @@
 #pragma once
 
 /// @file
-/// Plastic impact of all grasps at once in O(n): a second route to what plastic_impact() finds, for tests and
-/// benchmarks. Captures do not use it: docs/performance.md says what that would bring and cost.
-///
-/// The same equations as plastic_impact(), W P = -u- (docs/theory.md, equation (7.3)), with W = Y^T Y from unit
-/// wrenches carried through the articulated tree (8.7), over robot and targets as separate trees: no mass matrix, no
-/// Jacobian, no singular values, no memory from the heap. plastic_impact() is the careful route: it decides the rank by
-/// singular values and says which components are determined. Where nothing is redundant both give the same numbers to
-/// rounding; where rows are redundant they choose the same of all solutions. Limitations: those of plastic_impact(),
-/// and whole joints only are held.
+/// Plastic impact of all grasps in O(n): an independent implementation of plastic_impact(), for tests and benchmarks.
+/// Captures do not use it; docs/performance.md states its benefits and costs.
 
 #include <memory>
 #include <span>

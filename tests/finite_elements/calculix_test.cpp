@@ -100,7 +100,7 @@ std::vector<double> run(const TemporaryFolder& folder, const std::string& name, 
   return frequencies;
 }
 
-TEST(CalculiX, AgreesOnAPanelAloneAndWithABase) {
+TEST(CalculiX, PanelAloneAndWithBase) {
   const TemporaryFolder folder;
   Mesh panel(false);
   const std::string deck = panel.deck();
@@ -183,7 +183,7 @@ Reduced reduce(const TemporaryFolder& folder, const std::string& name, const std
   return result;
 }
 
-TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
+TEST(CalculiX, ExpandedShells) {
   // A plate of 8-node shells in the plane z = 0.2, 4 by 2 elements, tied along x = 0: one straight line of nodes.
   const TemporaryFolder folder;
   constexpr double kSide = 0.6, kDepth = 0.01, kHeight = 0.2;
@@ -225,12 +225,13 @@ TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
   // One node does not determine how far the solids extend, and wrong places are found. (Of a plate one node, whose
   // solids are on a line, would not fix it either.)
   const std::string one = fmt::format("3,0,{},{}\n", kSide / 2, kHeight);
-  EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the solids"), std::string::npos);
-  EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not go with the matrices"),
+  EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the expanded solids"),
+            std::string::npos);
+  EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not match the matrices"),
             std::string::npos);
 }
 
-TEST(CalculiX, BeamsAreReducedFromTheSolidsTheyBecome) {
+TEST(CalculiX, ExpandedBeams) {
   const TemporaryFolder folder;
   std::string deck = "*NODE,NSET=ALL\n";
   for (int i = 0; i <= 12; ++i) deck += fmt::format("{},{},0,0\n", i + 1, i * 0.1);

@@ -53,7 +53,7 @@ std::string fault_of(const FrameModel& model, const ElementInterface& interface,
   return faults.empty() ? std::string() : faults.all()[0].message;
 }
 
-TEST(ComponentModes, OfAClampedBeam) {
+TEST(ComponentModes, ClampedBeam) {
   const double length = 3;
   const FrameSection section;
   // 40 elements by dense matrices; 150, with 900 degrees of freedom, by sparse ones.
@@ -85,7 +85,7 @@ TEST(ComponentModes, OfAClampedBeam) {
 
 // With all its modes the mast is what its matrices are: together with a base, both free, its frequencies are those of
 // the matrices to which the base's inertia is added. The base's frame is elsewhere, and turned.
-TEST(ComponentModes, TogetherWithABaseAreTheWhole) {
+TEST(ComponentModes, WithBaseEqualWholeModel) {
   const FrameModel mast = bent_mast(6);
   const ComponentModes all = modes_of(mast, settings(1000));
   EXPECT_EQ(all.modes.size() + static_cast<std::size_t>(all.without_participation), 72u);
@@ -134,7 +134,7 @@ TEST(ComponentModes, TogetherWithABaseAreTheWhole) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(some[k], found[k], 2e-3 * found[k]) << k;
 }
 
-TEST(ComponentModes, AreTheSameInOtherUnits) {
+TEST(ComponentModes, IndependentOfUnits) {
   const FrameModel model = bent_mast(4);
   const ComponentModes si = modes_of(model, settings(6));
   // Millimetres and tonnes: rotations' rows in t mm^2, stiffness in N/mm, N and N mm.
@@ -157,7 +157,7 @@ TEST(ComponentModes, AreTheSameInOtherUnits) {
 }
 
 // A face of nodes that are tied together is a node with rotations; its frame is where it is said to be.
-TEST(ComponentModes, OfTiedNodes) {
+TEST(ComponentModes, RigidInterfaceNodes) {
   FrameModel model = bent_mast(4);
   // Three stiff arms at the root, whose ends are the interface: the root moves with them.
   const std::vector<Eigen::Vector3d> ends{{0, 0.1, 0}, {0, -0.1, 0}, {0, 0, 0.1}};
@@ -202,7 +202,7 @@ TEST(ComponentModes, OfTiedNodes) {
   tied.nodes.pop_back();
   EXPECT_FALSE(
       component_modes(drop_rotations(mass), drop_rotations(with_arms.stiffness()), tied, {}, settings(4), faults));
-  EXPECT_THAT(faults.all().back().message, HasSubstr("three that are not on one line"));
+  EXPECT_THAT(faults.all().back().message, HasSubstr("three nodes that are not on one line"));
 }
 
 // Nastran's displacements may be along the axes of other systems: only the interface's nodes have to be along the
@@ -223,7 +223,7 @@ TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
   };
   EXPECT_EQ(fault(""), "");
   EXPECT_EQ(fault("GRID,101,5,0.,0.,0.,0\nGRID,102,,1.,0.,0.,7\n"), "");  // CD of another node; CP does not matter
-  EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has its displacements in coordinate system 7"));
+  EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has displacements in coordinate system 7"));
   EXPECT_THAT(fault("GRID         101              0.      0.      0.       7\n"), HasSubstr("coordinate system 7"));
   EXPECT_THAT(fault("GRID*                101                              0.              0.\n"
                     "*                     0.               7\n"),
@@ -232,20 +232,20 @@ TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
   EXPECT_EQ(fault("GRDSET,,,,,,3\nGRID,101,,0.,0.,0.,0\n"), "");
 }
 
-TEST(ComponentModes, SayWhatIsWrong) {
+TEST(ComponentModes, ReportErrors) {
   const FrameModel good = bent_mast(3);
   EXPECT_THAT(fault_of(good, at_node(99)), HasSubstr("node 99, is not in the matrices; their nodes are 101, 102"));
   EXPECT_THAT(fault_of(good, {}), HasSubstr("the interface is missing"));
   ElementInterface rows;
   rows.rows = {0, 1, 2, 3, 4, 5};
-  EXPECT_THAT(fault_of(good, rows), HasSubstr("given by nodes"));
+  EXPECT_THAT(fault_of(good, rows), HasSubstr("state the interface by nodes"));
   ElementInterface nodes;
   nodes.nodes = {{101, 0, 0, 0, {}}, {7, 1, 0, 0, {}}};
   EXPECT_THAT(fault_of(good, nodes), HasSubstr("node 7 is not in the matrices"));
 
   FrameModel held = good;  // a spring to the ground
   held.K(20, 20) += 100;
-  EXPECT_THAT(fault_of(held, at_node(101)), HasSubstr("held elsewhere than at the interface"));
+  EXPECT_THAT(fault_of(held, at_node(101)), HasSubstr("has supports besides the interface"));
   FrameModel apart(good.nodes);  // the arm hangs on nothing
   for (int i = 0; i < 6; ++i) {
     if (i != 3) apart.add_beam(i, i + 1, {});
@@ -253,13 +253,13 @@ TEST(ComponentModes, SayWhatIsWrong) {
   EXPECT_THAT(fault_of(apart, at_node(101)), HasSubstr("can move without stiffness"));
   FrameModel soft = good;  // indefinite
   soft.K(13, 13) -= 1e6;
-  EXPECT_THAT(fault_of(soft, at_node(101)), HasSubstr("can move without stiffness, at node"));
+  EXPECT_THAT(fault_of(soft, at_node(101)), HasSubstr("can move without stiffness, for example at node"));
   FrameModel light = good;
   light.M(14, 14) -= 5;
   EXPECT_THAT(fault_of(light, at_node(101)), HasSubstr("mass"));
   FrameModel unequal = good;  // more mass along x than along y
   for (int i = 0; i < unequal.M.rows(); i += 6) unequal.M(i, i) *= 1.5;
-  EXPECT_THAT(fault_of(unequal, at_node(101)), HasSubstr("the same in all directions"));
+  EXPECT_THAT(fault_of(unequal, at_node(101)), HasSubstr("equal in all directions"));
 }
 
 }  // namespace component_modes_test

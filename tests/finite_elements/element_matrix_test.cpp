@@ -37,7 +37,7 @@ ElementMatrix sorted(ElementMatrix m) {
   return m;
 }
 
-TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
+TEST(ElementMatrixFiles, AllFormatsAgree) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose()), M = 0.5 * (model.M + model.M.transpose());
   TemporaryFolder folder;
@@ -71,7 +71,7 @@ TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
   expect_equal(read(folder / "job_STIF2.mtx"), K, 1e-15, true);
 }
 
-TEST(ElementMatrixFiles, BinaryOutput4OfEveryKindHoldsTheSame) {
+TEST(ElementMatrixFiles, AllBinaryOutput4LayoutsAgree) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
   TemporaryFolder folder;
@@ -96,7 +96,7 @@ TEST(ElementMatrixFiles, BinaryOutput4OfEveryKindHoldsTheSame) {
   }
 }
 
-TEST(ElementMatrixFiles, WithAComplexMatrixElsewhereGiveTheRealOne) {
+TEST(ElementMatrixFiles, SelectsRealMatrixBesideComplexOne) {
   const Eigen::MatrixXd K = Eigen::Vector3d(2, 3, 4).asDiagonal();
   TemporaryFolder folder;
   // Two numbers for an entry: one column, dense and in strings.
@@ -119,7 +119,7 @@ TEST(ElementMatrixFiles, WithAComplexMatrixElsewhereGiveTheRealOne) {
 }
 
 // What a condensation leaves of a determinate interface's stiffness is rounding of the entries that it was made of.
-TEST(ElementMatrixFiles, AreSymmetricWithinTheRoundingOfTheirLargestEntry) {
+TEST(ElementMatrixFiles, SymmetryTolerance) {
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(7, 7);
   K(6, 6) = 88.8, K(0, 0) = 2e-13, K(0, 1) = 7e-14, K(1, 0) = 1.1e-13;
   Eigen::MatrixXd wrong = K;
@@ -157,7 +157,7 @@ TEST(ElementMatrixFiles, AreSymmetricWithinTheRoundingOfTheirLargestEntry) {
   check(wrong, false);
 }
 
-TEST(ElementMatrixFiles, TakeNamesFromAFileBesideThem) {
+TEST(ElementMatrixFiles, NamesFromFileBesideMatrix) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
   TemporaryFolder folder;
@@ -191,7 +191,7 @@ TEST(ElementMatrixFiles, TakeNamesFromAFileBesideThem) {
   EXPECT_THAT(fault("k.mtx", "2 1 UX\n"), HasSubstr("must be NODE.COMPONENT"));
   EXPECT_THAT(fault("k.mtx", "\n"), HasSubstr("names no rows"));
   write_text(folder / "k.pch", dmig("KAAX", K, DmigFields::wide));
-  EXPECT_THAT(fault("k.pch", blanks), HasSubstr("the file names its rows itself"));
+  EXPECT_THAT(fault("k.pch", blanks), HasSubstr("the file contains the names of its rows"));
 }
 
 // Small fields of eight characters, numbers without an E, scalar points, two rows a line.
@@ -219,7 +219,7 @@ TEST(ElementMatrixFiles, DmigInSmallFields) {
   EXPECT_EQ(Eigen::MatrixXd(m.A)(1, 1), 7);
 }
 
-TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
+TEST(ElementMatrixFiles, DamagedFilesReportPosition) {
   TemporaryFolder folder;
   const auto fault = [&](const std::string& name, const std::string& text, const std::string& wanted = {}) {
     write_text(folder / name, text);
@@ -235,19 +235,20 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   EXPECT_THAT(fault("a.mtx", "1 2\n"), HasSubstr("a.mtx:1:1: a .mtx file is a Matrix Market file"));
   EXPECT_THAT(fault("a.mtx", "1 1 2\n1 0 3\n"), HasSubstr("a.mtx:2:3: a row or column must be from 1"));
   EXPECT_THAT(fault("a.mtx", "1,8,1,8,2.0\n"), HasSubstr("a node and its degree of freedom from 1 to 6"));
-  EXPECT_THAT(fault("a.mtx", "1 1 1e36\n"), HasSubstr("a boundary condition holds"));
+  EXPECT_THAT(fault("a.mtx", "1 1 1e36\n"), HasSubstr("with a boundary condition"));
   EXPECT_THAT(fault("a.mtx", "** nothing\n"), HasSubstr("no entries"));
   EXPECT_THAT(fault("a.mtx", "%%MatrixMarket matrix coordinate complex hermitian\n"),
               HasSubstr("'coordinate complex hermitian'"));
   EXPECT_THAT(fault("a.mtx", head + "3 4 1\n1 1 1\n"), HasSubstr("a.mtx:2:3: the matrix must be square"));
-  EXPECT_THAT(fault("a.mtx", head + "3 3 2\n1 1 1\n"), HasSubstr("1 entries follow, 2 are announced"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 2\n1 1 1\n"), HasSubstr("1 entries follow, but the head states 2"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 1\n2 2 2\n"), HasSubstr("more entries follow"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 4 1\n"), HasSubstr("a.mtx:3:3: a row or column must be from 1 to 3"));
-  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 nan\n"), HasSubstr("a.mtx:3:5: 'nan' is no finite number"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 nan\n"), HasSubstr("a.mtx:3:5: 'nan' is not a finite number"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1\n"), HasSubstr("a.mtx:3:1: an entry must be"));
   EXPECT_THAT(fault("a.mtx", head + "99999999999 99999999999 1\n"), HasSubstr("number of rows must be from 1 to"));
   EXPECT_THAT(fault("a.mtx", head + "1 1 1\n1 1 1\n", "KAAX"), HasSubstr("have no names"));
-  EXPECT_THAT(fault("a.csv", "1, 2\n3, 4\n"), HasSubstr("not symmetric: 3 in row 2 and column 1, 2 the other way"));
+  EXPECT_THAT(fault("a.csv", "1, 2\n3, 4\n"),
+              HasSubstr("not symmetric: 3 in row 2 and column 1, 2 in the mirrored position"));
   EXPECT_THAT(fault("a.csv", "1, 2\n2\n"), HasSubstr("a.csv:2:1: this row has 1 number, the first has 2"));
   EXPECT_THAT(fault("a.csv", "1, 2\n"), HasSubstr("1 row and 2 columns"));
   EXPECT_THAT(fault("a.csv", "# nothing\n"), HasSubstr("no numbers"));
@@ -265,7 +266,7 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\n"), HasSubstr("matrix KA has no entries"));
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KA,1,7,,1,1,2.0\n"),
               HasSubstr("a.pch:2:9: must be a node and its component"));
-  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KA,1,1,,1,1,two\n"), HasSubstr("'two' is no finite number"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KA,1,1,,1,1,two\n"), HasSubstr("'two' is not a finite number"));
   const std::string one = output4("KXX", Eigen::MatrixXd::Identity(2, 2), Output4Layout::dense);
   EXPECT_THAT(fault("a.op4", "nothing\n"), HasSubstr("a.op4:1:1: the head of a matrix"));
   EXPECT_THAT(fault("a.op4", one.substr(0, one.size() / 2)), HasSubstr("a.op4:"));
@@ -294,7 +295,7 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   }
 }
 
-TEST(ElementMatrixFiles, BelongTogether) {
+TEST(ElementMatrixFiles, MatchingMatrices) {
   const FrameModel model = bent_mast(2);
   ElementMatrix M = model.mass(), K = model.stiffness();
   FaultList faults;
@@ -313,7 +314,7 @@ TEST(ElementMatrixFiles, BelongTogether) {
   EXPECT_EQ(Eigen::MatrixXd(small.A).diagonal(), Eigen::Vector3d(0, 1, 1));
 }
 
-TEST(NodePlaces, AreReadWithTheirLines) {
+TEST(NodePlaces, ReadWithLineNumbers) {
   TemporaryFolder folder;
   write_text(folder / "nodes.csv", "# node, x, y, z\n12, 0, 1.5, -2\n\n13 1 2 3  # blanks do as well\n");
   FaultList faults;

@@ -33,7 +33,7 @@ TEST_F(ModesCommand, ReadsTheShippedMatrices) {
   const auto made = run(kMast + "--units m-kg-s --modes 6 --damping 0.005 -o mast.yaml");
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("mass 7.08387 kg"));
-  EXPECT_THAT(made.out, HasSubstr("left out from 19.4046 Hz on by --modes 6"));
+  EXPECT_THAT(made.out, HasSubstr("modes from 19.4046 Hz on left out by --modes 6"));
   // A robot with the mast: the file's content is a link's.
   std::istringstream lines(grapnel::test::read_text(folder_ / "mast.yaml"));
   std::string robot = R"(name: robot
@@ -61,7 +61,7 @@ end_effectors:
 }
 
 // A Craig and Bampton model of one mode: six motions of a determinate interface, whose stiffness is rounding.
-TEST_F(ModesCommand, TakesAllModesOfASmallModel) {
+TEST_F(ModesCommand, AllModesOfSmallModel) {
   write("m.csv",
         "10 0 0 0 0 0 1\n0 10 0 0 0 0 2\n0 0 10 0 0 0 0\n0 0 0 4 0 0 0\n0 0 0 0 5 0 0\n0 0 0 0 0 6 0\n"
         "1 2 0 0 0 0 1\n");
@@ -82,7 +82,7 @@ TEST_F(ModesCommand, TakesAllModesOfASmallModel) {
   EXPECT_EQ(run(command + "--row-names m.dof --interface 1 --expect 1.5").code, 0);
 }
 
-TEST_F(ModesCommand, SaysWhatIsWrong) {
+TEST_F(ModesCommand, ReportsErrors) {
   const auto fails = [&](const std::string& arguments, const std::string& text) {
     const auto o = run(arguments);
     EXPECT_EQ(o.code, 2) << arguments;
@@ -93,9 +93,9 @@ TEST_F(ModesCommand, SaysWhatIsWrong) {
   fails(kMast + "--units m-kg-s --interface 1", "the rows of these matrices have no names");
   fails(kMast + "--units m-kg-s --interface-rows 1 2 3 4 5 31", "six different rows from 1 to 30; 31 is not one");
   fails(kMast + "--units m-kg-s --interface-rows 1 2 3 4 5 5", "5 is not one");
-  fails(kMast + "--units m-kg-s --modes 31", "the matrices have 30 rows only");
+  fails(kMast + "--units m-kg-s --modes 31", "the matrices have only 30 rows");
   fails(kMast + "--units m-kg-s --below 0.1", "the first mode is at 0.717974 Hz");
-  fails(kMast + "--units m-kg-s --expect 0.72 1.5", "mode 2 is at 0.991342 Hz by the matrices, 1.5 Hz is expected");
+  fails(kMast + "--units m-kg-s --expect 0.72 1.5", "mode 2 is at 0.991342 Hz, expected 1.5 Hz");
   fails(kMast + "--units m-kg-s --interface-nodes nowhere.csv", "nowhere.csv");
   fails("modes --mass nowhere.mtx --stiffness b.sti --units mm-t-s", "nowhere.mtx");
   write("three.csv", "1 0 0\n0 1 0\n0 0 1\n");

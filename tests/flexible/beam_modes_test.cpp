@@ -1,5 +1,5 @@
-/// Frequencies and effective masses of beams as pieces on springs, against transcendental equations that are solved
-/// here, and static deflections in closed form.
+/// Frequencies and effective masses of beams as segments on springs, against numerically solved transcendental
+/// equations, and static deflections in closed form.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ double root_between(const std::function<double(double)>& f, double a, double b) 
   return 0.5 * (a + b);
 }
 
-// The first roots of f above `from`, looked for in steps.
+// The first roots of f above `from`, bracketed in steps.
 std::vector<double> first_roots(const std::function<double(double)>& f, double from, double step, std::size_t count) {
   std::vector<double> roots;
   for (double x = from; roots.size() < count && x < 1e6 * step; x += step) {
@@ -109,7 +109,7 @@ TEST(BeamModes, HaveTheEffectiveMassesOfAClampedBeam) {
 }
 
 TEST(BeamModes, OfABeamOnAHingeAndOnABaseThatMoves) {
-  // Pinned and free: tan b = tanh b; the hinge turns freely, and its motion at frequency zero is no mode.
+  // Pinned and free: tan b = tanh b; the hinge is free, and its rigid-body motion at frequency zero is not a mode.
   RobotSetup robot = only_base(100, 20);
   BodyDescription link =
       slender_link("beam", "base", JointType::revolute, kBeam.length, kBeam.mass_per_length, kBeam.EI, 12);
@@ -129,7 +129,7 @@ TEST(BeamModes, OfABeamOnAHingeAndOnABaseThatMoves) {
     return [=](double hz) {
       const double w = kTwoPi * hz;
       const Eigen::Matrix2d K = root_stiffness(kBeam, w);
-      Eigen::Matrix2d A;  // from deflection and turn of the base to those of the root
+      Eigen::Matrix2d A;  // maps deflection and rotation of the base to those of the root
       A << 1, 0.5, 0, 1;
       const Eigen::Matrix2d total = A.transpose() * K * A;
       const double x = std::pow(kBeam.mass_per_length * w * w / kBeam.EI, 0.25) * kBeam.length;
@@ -141,7 +141,7 @@ TEST(BeamModes, OfABeamOnAHingeAndOnABaseThatMoves) {
   };
   const auto one = first_roots(base_determinant(1, true), 0.2, 0.01, 3);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(f[i] / one[i], 1, 5e-5) << i;
-  EXPECT_NEAR(one[0], 0.969768, 1e-6);  // as published for this page's case
+  EXPECT_NEAR(one[0], 0.969768, 1e-6);  // published value for this case
   EXPECT_NEAR(one[1], 3.373344, 1e-6);
 
   BodyDescription other = link;
@@ -157,9 +157,9 @@ TEST(BeamModes, OfABeamOnAHingeAndOnABaseThatMoves) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(f[i] / both[i], 1, 5e-5) << i;
 }
 
-// The links of De Luca and Siciliano's arm (1991), each clamped, with what hangs on its end: 0.5 m, 0.2 kg/m, E I = 1
-// N m^2; on the first the elbow's hub of 1 kg and 0.1 kg m^2 and the second link with its payload of 0.1 kg and 0.0005
-// kg m^2, taken at the elbow as they do; on the second the payload.
+// The links of De Luca and Siciliano's arm (1991), each clamped, with their payloads: 0.5 m, 0.2 kg/m, E I = 1 N m^2.
+// The first link carries the elbow's hub of 1 kg and 0.1 kg m^2 and, concentrated at the elbow as in the paper, the
+// second link with its payload of 0.1 kg and 0.0005 kg m^2. The second link carries the payload.
 TEST(BeamModes, OfLinksThatCarrySomething) {
   const auto modes_with = [](double mass, double inertia) {
     RobotSetup robot = only_base(1, 1, true);
@@ -198,8 +198,8 @@ TEST(BeamModes, DeflectInClosedForm) {
   }
 }
 
-// Clamped and free, GJ = 200, rho I_p = 0.02 per metre: omega = (pi / 2 L) sqrt(GJ / rho I_p). Pieces do not twist, so
-// that the error falls with the square.
+// Clamped and free, GJ = 200, rho I_p = 0.02 per metre: omega = (pi / 2 L) sqrt(GJ / rho I_p). Segments are rigid in
+// torsion, so the error decreases with the square of the segment length.
 TEST(BeamModes, OfTorsion) {
   std::vector<double> errors;
   for (int segments : {4, 8}) {
@@ -217,8 +217,8 @@ TEST(BeamModes, OfTorsion) {
   EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.1);
 }
 
-// A bar that stretches: (pi / 2 L) sqrt(E A / rho A), 3 (pi / 2 L) and so on, and its damping ratio; E A stated, or
-// from a section and a material.
+// An axially elastic bar: (pi / 2 L) sqrt(E A / rho A), 3 (pi / 2 L) and so on, and its damping ratio; E A is stated,
+// or follows from section and material.
 TEST(BeamModes, OfStretching) {
   std::vector<double> errors;
   for (int segments : {4, 8}) {

@@ -1,5 +1,5 @@
-/// Beams as pieces on springs in motion: a spin-up that only geometric stiffening survives, flapping while spinning,
-/// momentum, energy and what dampers take; and an impact.
+/// Motion of beams as segments on springs: a spin-up that requires geometric stiffening, flapping of a spinning beam,
+/// momentum, energy and damper work; and an impact.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -50,16 +50,16 @@ PhaseSetup with_first_joint(const Model& model, JointDrive drive) {
 }
 
 // Kane, Ryan and Banerjee's spin-up (1987) with Simo and Vu-Quoc's data: L = 10 m, E I = 1.4e4 N m^2, 1.2 kg/m, to 6
-// rad/s in 15 s. Deflections at the tip, in the hub's axes, from an independent computation. What pulls the beam
-// straight is right to the second order in the pieces' length: pieces are straight.
+// rad/s in 15 s. Tip deflections in the hub's axes, from an independent computation. Geometric stiffening is accurate
+// to second order in the segment length, since segments are straight.
 TEST(BeamMotion, SurvivesASpinUp) {
   const double a = 7.5 / kPi;
   const auto angle = [a](double t) {
     return t < 15 ? 0.4 * (0.5 * t * t + a * a * (std::cos(t / a) - 1)) : 45 + 6 * (t - 15);
   };
   const auto rate = [a](double t) { return t < 15 ? 0.4 * (t - a * std::sin(t / a)) : 6; };
-  // With all that the pieces can do, and with the three slowest modes, which the joint that turns them shortens as
-  // well.
+  // With all degrees of freedom of the segments, and with the three lowest modes, including the foreshortening due to
+  // their rotations.
   for (const std::optional<int> modes : {std::optional<int>(), std::optional<int>(3)}) {
     RobotSetup robot = only_base(1, 1, true);
     robot.bodies.push_back(slender_link("beam", "base", JointType::revolute, 10, 1.2, 1.4e4, 8));
@@ -117,10 +117,10 @@ double spinning_frequency(double spin, double offset, bool in_plane) {
   return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues()[0]);
 }
 
-// A beam that spins, flapping and lagging, with its root on the axis and beyond it; with all that its pieces can do,
-// and by three modes. Against Ritz's method, and that against Wright, Smith, Thresher and Wang (1982): 5.5850 at Omega*
-// = 4 without offset, in units of sqrt(E I / rho A L^4); without spin 3.5160.
-TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
+// A spinning beam, flapping and lagging, with its root on the axis and off it; with all degrees of freedom, and with
+// three modes. Against Ritz's method, which is checked against Wright, Smith, Thresher and Wang (1982): 5.5850 at
+// Omega* = 4 without offset, in units of sqrt(E I / rho A L^4); without spin 3.5160.
+TEST(BeamMotion, SpinningRaisesTheFrequency) {
   EXPECT_NEAR(spinning_frequency(4, 0, false), 5.5850, 1e-4);
   EXPECT_NEAR(spinning_frequency(0, 0, false), 3.5160, 1e-4);
   const double spin = 4;
@@ -151,7 +151,7 @@ TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
       const double q = s.state.q[model.bodies()[1].q];
       times.push_back(s.time), tips.push_back(in_plane ? -std::sin(q) * p[0] + std::cos(q) * p[1] : p[2]);
     });
-    // Frequency: of the sine and cosine that fit best over the whole time.
+    // Frequency of the best sine fit over the whole time.
     const auto fit = [&](double w) {
       double ss = 0, cc = 0;
       for (std::size_t i = 0; i < times.size(); ++i) {
@@ -169,9 +169,9 @@ TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
   }
 }
 
-// Without stiffening the spin-up above diverges: the first mode of the beam, w = s_1(x) eta, in the rotating frame with
-// the linear theory of bending, eta'' + (omega^2 - Omega^2) eta = -Omega' p, has no stiffness left where Omega is
-// beyond omega = 3.80 rad/s. That it does not is therefore due to pieces that turn and do not stretch.
+// Without stiffening the spin-up above diverges. In the linear theory, the first mode of the beam, w = s_1(x) eta, in
+// the rotating frame obeys eta'' + (omega^2 - Omega^2) eta = -Omega' p. It has no stiffness for Omega above omega =
+// 3.80 rad/s. The stability of the simulation is therefore due to the rotation of inextensible segments.
 TEST(BeamMotion, WouldDivergeWithoutStiffening) {
   const double omega = std::pow(1.87510406871, 2) / 100 * std::sqrt(1.4e4 / 1.2), a = 7.5 / kPi;
   const double p = 10 * std::sqrt(12.0) * 0.568826;  // integral of rho A x s_1 over a mode of unit modal mass
@@ -186,8 +186,8 @@ TEST(BeamMotion, WouldDivergeWithoutStiffening) {
   EXPECT_GT(std::abs(eta) * 2 / std::sqrt(12.0), 1e3);  // deflection of the tip, in m, of a beam of 10 m
 }
 
-// A free arm of two beams and a gear that yields, in space: momenta to rounding, energy to the tolerance, and what is
-// missing is what the dampers took.
+// A free arm of two beams and an elastic gear, in space: momenta to rounding error, energy to the tolerance including
+// the damper work.
 TEST(BeamMotion, KeepsMomentumAndEnergy) {
   RobotSetup robot = only_base(50, 10);
   BodyDescription first = slender_link("first", "base", JointType::revolute, 2, 2, 40, 2);
@@ -209,7 +209,7 @@ TEST(BeamMotion, KeepsMomentumAndEnergy) {
     for (int v = 0; v < 6; ++v) start.v[v] = 0.1 * (v - 2);
     for (const int body : model.joints()) start.v[model.bodies()[body].v] = 0.3 * std::sin(1.0 + body);
     PhaseSetup setup;
-    setup.recover_roots = false;  // momenta are then a check on everything
+    setup.recover_roots = false;  // momenta then check the whole dynamics
     PhaseDynamics dynamics(model, setup);
     const auto energy = [&](const State& s) {
       double e = kinetic_energy(model, forward_kinematics(model, s), s);
@@ -235,8 +235,8 @@ TEST(BeamMotion, KeepsMomentumAndEnergy) {
   }
 }
 
-// Motor and link of a gear with backlash b, free, from the middle of it with the relative rate u: half a period of the
-// spring on either side, and twice through the backlash, 2 pi / omega + 2 b / u. Energy is kept.
+// Motor and link of a gear with backlash b, free, starting in its middle with the relative rate u. The period is that
+// of the spring plus two passages of the backlash, 2 pi / omega + 2 b / u. Energy is conserved.
 TEST(GearMotion, GoesThroughItsBacklash) {
   RobotSetup robot = only_base(1, 1, true);
   BodyDescription link;
@@ -257,15 +257,15 @@ TEST(GearMotion, GoesThroughItsBacklash) {
   const State& end = at.back();
   EXPECT_NEAR(end.q[1], 0, 1e-7);
   EXPECT_NEAR(end.v[1], u, 1e-7);
-  // At a quarter of it the spring is as far as it goes, and holds all energy of the relative motion.
+  // At a quarter of the period the spring is at its maximum deflection and stores all energy of the relative motion.
   ASSERT_GE(at.size(), 5u);
   const State& quarter = at[at.size() == 5 ? 1 : at.size() / 4];
   EXPECT_NEAR(quarter.q[1], 0.01 + u / std::sqrt(75), 1e-6);
   EXPECT_NEAR(spring_energy(model, quarter, model.springs().front()), 0.5 * (2.0 / 3) * u * u, 1e-7);
 }
 
-// Hertz's contact of a free ball with the tip of a beam: the stiffer the beam the nearer is the impulse to that of the
-// rigid one, and momentum and energy are kept.
+// Hertzian contact of a free ball with the tip of a beam: the impulse converges to that of the rigid beam with
+// increasing stiffness, and momentum and energy are conserved.
 TEST(BeamImpact, ComesToTheRigidOneAsTheBeamStiffens) {
   const auto impulse_of = [](double EI, int segments) {
     RobotSetup robot = only_base(20, 5);
@@ -295,7 +295,7 @@ TEST(BeamImpact, ComesToTheRigidOneAsTheBeamStiffens) {
   const double soft = std::abs(impulse_of(1e2, 2) / rigid - 1), stiff = std::abs(impulse_of(1e7, 2) / rigid - 1);
   EXPECT_GT(soft, 0.1);
   EXPECT_LT(stiff, 2e-3);
-  // And it converges with the segments.
+  // It also converges with the number of segments.
   const double coarse = impulse_of(1e4, 1), middle = impulse_of(1e4, 2), fine = impulse_of(1e4, 4);
   EXPECT_LT(std::abs(fine - middle), 0.3 * std::abs(middle - coarse));
   EXPECT_NEAR(middle, fine, 5e-3 * fine);

@@ -1,5 +1,5 @@
-/// Captures by robots that bend: they arrive, keep their ledger, and what the impact is depends on the modes as it is
-/// said to.
+/// Captures by flexible robots: they arrive, satisfy the conservation checks, and the reported dependence of the impact
+/// on the modes is correct.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ CaptureProblem load(const std::string& name, const std::vector<Override>& overri
   return load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name, overrides);
 }
 
-// A shorter approach: plans are corrected by flights, which take a while.
+// A shorter approach, since plans are corrected by simulations.
 CaptureProblem quick(const std::string& name) {
   return load(name, {{"approach.duration", "4"}, {"post_impact.duration", "0.1"}});
 }
@@ -40,12 +40,12 @@ void expect_arrival(const CaptureProblem& problem, const CaptureResult& r) {
     const Meeting m = meeting(problem, r, g, last_sample(r, "approach"));
     EXPECT_LT(m.distance(), 1e-9);  // measured 2e-12
     if (problem.approach->match) {
-      EXPECT_LT(norm(m.relative_velocity()), 1e-9);  // of the bent hand; measured 3e-12
+      EXPECT_LT(norm(m.relative_velocity()), 1e-9);  // of the deflected end-effector; measured 3e-12
     }
   }
 }
 
-TEST(FlexibleCapture, TakesSectionsOfAMaterialAndStations) {
+TEST(FlexibleCapture, AcceptsMaterialSectionsAndStations) {
   const std::string beam = "robot.links.arm-1-link-3.beam", tube = "{diameter: 60 mm, wall_thickness: 1 mm}";
   const std::vector<Override> overrides{
       {beam,
@@ -74,8 +74,8 @@ TEST(FlexibleCapture, TakesSectionsOfAMaterialAndStations) {
   }
 }
 
-// The plan allows for what the flight bends; the impact's dependence on the modes ends at the impact itself, and begins
-// at that of the robot whose pieces keep their rates.
+// The plan is corrected for the deflection. The reported mode dependence of the impact ends at the simulated impact and
+// begins at that of the robot with fixed segment rates.
 TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
   for (BodyDescription& body : p.robot.bodies) {
@@ -97,9 +97,9 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
     EXPECT_NEAR(none.impact->by_modes.front().impulses[g], norm(none.impact->grasps[g].impulse), 1e-9);
     EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
   }
-  EXPECT_TRUE(none.impact->held_joints.empty());  // pieces are no joints that anybody drives
+  EXPECT_TRUE(none.impact->held_joints.empty());  // segments are not driven joints
 
-  // Those alone whose period is longer than the impact: with that many the list says what it then is.
+  // Only modes with a period longer than the impact: the list shows the impact for that number of modes.
   p.impact->modes = ImpactSetup::Modes::slow;
   for (const std::size_t n : {0u, 5u, 12u}) {
     const double above = n == 12 ? 1e6 : by_modes[n + 1].frequency;
@@ -112,7 +112,7 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
     EXPECT_TRUE(slow.impact->held_joints.empty());
     EXPECT_EQ(slow.impact->sensitivities.empty(), n < 12);
   }
-  // And with joints that are braked meanwhile.
+  // Also with braked joints.
   p.impact->joints = ImpactSetup::Joints::braked;
   const CaptureResult braked = completed(p);
   EXPECT_NEAR(braked.impact->by_modes.back().impulses[0], norm(braked.impact->grasps[0].impulse), 1e-9);
@@ -120,11 +120,11 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
   const CaptureResult stiff = completed(p);
   EXPECT_NEAR(braked.impact->by_modes[6].impulses[0], norm(stiff.impact->grasps[0].impulse), 1e-9);
   EXPECT_FALSE(stiff.impact->held_joints.empty());
-  EXPECT_TRUE(warns(r, "depends on how many modes answer it"));
-  EXPECT_FALSE(warns(none, "depends on how many modes answer it"));
+  EXPECT_TRUE(warns(r, "depends on the number of responding modes"));
+  EXPECT_FALSE(warns(none, "depends on the number of responding modes"));
 }
 
-// The stiffer the links the nearer is everything to the thesis's rigid robot, with nothing that answers the impact.
+// With increasing stiffness all results converge to the rigid robot of the thesis, with no modes in the impact.
 TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult rigid = completed(quick("thesis/closed-loop.yaml"));
@@ -142,8 +142,8 @@ TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
   EXPECT_LT(apart[1], 0.3 * apart[0]);
 }
 
-// Grasps that yield: the bending goes on meanwhile, and energy and momentum are kept.
-TEST(FlexibleCapture, ImpactsInTime) {
+// Compliant grasps: bending continues during the impact, and energy and momentum are conserved.
+TEST(FlexibleCapture, CompliantImpacts) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = quick("thesis/closed-loop-flexible-contact.yaml");
   p.post_impact.reset();
@@ -151,17 +151,17 @@ TEST(FlexibleCapture, ImpactsInTime) {
   const CaptureResult r = completed(p);
   EXPECT_TRUE(r.impact->by_modes.empty());
   EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.1);
-  // Which modes are slower than it.
+  // Modes slower than the impact.
   const CompliantReport& c = *r.impact->compliant;
   EXPECT_EQ(c.modes, r.elastic[0].springs);
   EXPECT_NEAR(c.duration, 0.6, 1e-12);
   EXPECT_LT(c.fastest_period, c.slowest_period);
-  EXPECT_EQ(c.slower_modes, 0);  // with free joints the slowest has 22 Hz
+  EXPECT_EQ(c.slower_modes, 0);  // with free joints the lowest is 22 Hz
   EXPECT_NEAR(c.slowest_period, 1 / 21.7, 2e-3);
 }
 
-// Gears that yield, a panel on a hinge with a spring, a load on a link's far end.
-TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
+// Elastic gears, a panel on a sprung hinge, a load on a link's far end.
+TEST(FlexibleCapture, GearsPanelsAndLoads) {
   CaptureProblem p = load("first-plan.yaml");
   p.post_impact->duration = 1;
   for (BodyDescription& body : p.robot.bodies) {
@@ -173,7 +173,7 @@ TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
   panel.name = "panel", panel.parent = p.robot.base;
   panel.joint.name = "panel-hinge", panel.joint.type = JointType::revolute, panel.joint.axis = {0, 0, 1};
   panel.joint.spring = JointSpring{30, 0.1, 0.2};
-  panel.X_PF.p = {0, 0.5, 0};  // in the plane, out of which this robot cannot follow
+  panel.X_PF.p = {0, 0.5, 0};  // in the plane of this robot's motion
   panel.mass = 8, panel.com = {0, 1, 0}, panel.inertia = Symmetric3d::diagonal(3, 0.2, 3);
   p.robot.bodies.push_back(panel);
   LoadSetup load;
@@ -189,8 +189,8 @@ TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
   EXPECT_EQ(r.plan->joints.size(), p.joint_position.size());
 }
 
-// Panels of a target: they swing when it is caught, and what their dampers take is its own until it is held.
-TEST(FlexibleCapture, OfASatelliteWithPanels) {
+// Panels of a target: they oscillate after the capture, and the damper work belongs to the target until it is held.
+TEST(FlexibleCapture, SatelliteWithPanels) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load("dual-arm-satellite-panels.yaml", {{"post_impact.duration", "5"}});
   for (PanelSetup& panel : p.targets[0].panels) panel.beam->damping_ratio = 0.1;
@@ -211,7 +211,7 @@ TEST(FlexibleCapture, OfASatelliteWithPanels) {
   EXPECT_GT(after, 5 * before);
 }
 
-// A rigid panel is a part of its target: loads of grasps are those of the whole.
+// A rigid panel is part of its target: grasp loads are those of the whole.
 TEST(FlexibleCapture, LoadsOnAGraspAreThoseOfTheWholeTarget) {
   CaptureProblem p = load("first-plan.yaml");
   p.post_impact->duration = 1;
@@ -229,19 +229,19 @@ TEST(FlexibleCapture, LoadsOnAGraspAreThoseOfTheWholeTarget) {
   }
 }
 
-// Stiffness that nobody can follow is said at once.
-TEST(FlexibleCapture, RefusesVibrationsThatWouldTakeDays) {
+// Excessive stiffness is rejected immediately.
+TEST(FlexibleCapture, RejectsExcessivelyFastVibrations) {
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
   for (BodyDescription& body : p.robot.bodies) {
     if (body.beam) body.beam->bending_stiffness_z = 1e15;
   }
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_NE(r.failure.find("what bends vibrates at up to"), std::string::npos) << r.failure;
+  EXPECT_NE(r.failure.find("the flexible modes have up to"), std::string::npos) << r.failure;
 }
 
-// What is flown without knowing that the robot bends misses by what it bends.
-TEST(FlexibleCapture, APlanThatIsFrozenMisses) {
+// A plan without correction for the deflection misses by the deflection.
+TEST(FlexibleCapture, UncorrectedPlanMisses) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult planned = completed(quick("thesis/closed-loop.yaml"));
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");

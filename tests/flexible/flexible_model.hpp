@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Robots that bend, for tests against closed forms: a base, links that are beams, joints.
+/// Flexible robots for tests against closed forms: a base, beam links, joints.
 
 #include <string>
 
@@ -22,7 +22,8 @@ inline RobotSetup only_base(double mass, double inertia, bool fixed = false) {
   return robot;
 }
 
-/// A slender link along its x axis that is nothing but a beam, `length` long; it bends about z, or as the test sets.
+/// A slender link along its x axis that consists of a beam of length `length`; it bends about z unless the test changes
+/// it.
 inline BodyDescription slender_link(const std::string& name, const std::string& parent, JointType type, double length,
                                     double mass_per_length, double EI, int segments) {
   BodyDescription link;
@@ -56,7 +57,7 @@ inline std::vector<int> velocities_of(const Model& model, const std::string& bod
   return velocities;
 }
 
-/// Inertia of everything in its zero posture, about the world's origin.
+/// Total inertia in the zero posture, about the world's origin.
 inline RigidBodyInertiad total_of(const Model& model) {
   const Kinematics k = forward_kinematics(model, zero_state(model));
   RigidBodyInertiad total = RigidBodyInertiad::zero();

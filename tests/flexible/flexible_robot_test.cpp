@@ -1,4 +1,4 @@
-/// What a robot that bends is made into: masses, shapes, places; and what is refused.
+/// Conversion of a flexible robot: masses, shapes, positions; and rejected input.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,14 +61,14 @@ TEST(FlexibleRobot, HasTheMassAndInertiaOfTheRigidOne) {
   EXPECT_NEAR(a.rotational.yz, b.rotational.yz, 1e-12);
 }
 
-TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
+TEST(FlexibleRobot, KeepsAttachmentsInPlace) {
   const RobotSetup robot = with_link(), flexible = flexible_robot(robot);
   ASSERT_TRUE(flexible.undeformed);
   const Model model = model_of(robot);
   const Kinematics k = forward_kinematics(model, zero_state(model));
   const Posed& X_WA = k.X_WB[model.body_index("arm")];
   const auto place = [&](const std::string& body, const Vector3d& p) { return k.X_WB[model.body_index(body)] * p; };
-  // The hand on the last piece, the end-effector and the shapes on those between.
+  // The hand is on the last segment, the end-effector and the shapes on those between.
   EXPECT_EQ(model.bodies()[model.bodies()[model.body_index("hand")].parent].description.name, "arm:6");
   EXPECT_LT(norm(place("hand", Vector3d::zero()) - X_WA * Vector3d{0.1, 2.3, 0}), 1e-14);
   const EndEffectorSetup& tip = flexible.end_effectors[0];
@@ -82,7 +82,7 @@ TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
     if (shape.shape == Geometry::Shape::cylinder) length += shape.size[1];
   }
   EXPECT_NEAR(length, 1.8, 1e-14);
-  EXPECT_EQ(flexible.geometry.size(), 8u);  // seven pieces of the tube, and the knob
+  EXPECT_EQ(flexible.geometry.size(), 8u);  // seven segments of the tube, and the knob
   // The order of the driven joints is that of the rigid robot.
   std::vector<std::string> driven;
   for (const int body : model.joints()) {
@@ -95,7 +95,7 @@ TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
   EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("base")].description), "base");
 }
 
-TEST(FlexibleRobot, WithoutAnythingThatYieldsIsTheRobot) {
+TEST(FlexibleRobot, WithoutFlexiblePartsEqualsTheRobot) {
   RobotSetup robot = with_link();
   EXPECT_TRUE(is_flexible(robot));
   robot.bodies[1].beam.reset();
@@ -104,7 +104,7 @@ TEST(FlexibleRobot, WithoutAnythingThatYieldsIsTheRobot) {
   EXPECT_FALSE(flexible_robot(robot).undeformed);
 }
 
-TEST(FlexibleRobot, RestsWhereItsSpringsDo) {
+TEST(FlexibleRobot, RestsWithUndeflectedSprings) {
   RobotSetup robot = with_link();
   robot.bodies[2].joint.spring = JointSpring{10, 0, 0.4};
   const RobotSetup rigid = rigid_robot(robot);
@@ -129,7 +129,7 @@ TargetSetup target_with_panels() {
   return target;
 }
 
-TEST(TargetBodies, AreTheWholeTargetAtRest) {
+TEST(TargetBodies, AddUpToTheWholeTarget) {
   const TargetSetup target = target_with_panels();
   ModelBuilder builder;
   for (BodyDescription body : target_bodies(target).bodies) builder.add(std::move(body));
@@ -153,31 +153,31 @@ TEST(TargetBodies, AreTheWholeTargetAtRest) {
   EXPECT_NEAR(total.rotational_about_com().xy, 0, 1e-11);
 }
 
-TEST(TargetBodies, SayWhatPanelsCannotBe) {
+TEST(TargetBodies, RejectInvalidPanels) {
   TargetSetup target = target_with_panels();
   EXPECT_EQ(panel_fault(target), "");
   target.mass = 11;
   EXPECT_THAT(panel_fault(target), HasSubstr("the panels have 12 kg"));
   target.mass = 100, target.inertia.yy = target.inertia.xx = target.inertia.zz = 12;
-  EXPECT_THAT(panel_fault(target), HasSubstr("leaves none that a body can have"));
+  EXPECT_THAT(panel_fault(target), HasSubstr("is not that of a rigid body"));
   target = target_with_panels();
   target.panels[1].name = "wing";
   EXPECT_THAT(panel_fault(target), HasSubstr("two panels are called 'wing'"));
   target.panels[1].name = "..";
-  EXPECT_THAT(panel_fault(target), HasSubstr("no name of a panel"));
+  EXPECT_THAT(panel_fault(target), HasSubstr("not a valid name of a panel"));
   target = target_with_panels();
   target.panels[0].beam->bending_stiffness_y.reset();
   EXPECT_THAT(panel_fault(target), HasSubstr("panel 'wing': a beam needs"));
 }
 
-TEST(BeamFault, SaysWhatIsWrong) {
+TEST(BeamFault, RejectsInvalidBeams) {
   const auto fault = [](auto change) {
     BodyDescription link = with_link().bodies[1];
     change(link);
     return beam_fault(link);
   };
   EXPECT_EQ(fault([](BodyDescription&) {}), "");
-  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->to = l.beam->from; }), HasSubstr("at the same place"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->to = l.beam->from; }), HasSubstr("must differ"));
   EXPECT_THAT(fault([](BodyDescription& l) {
                 l.beam->bending_stiffness_y.reset(), l.beam->bending_stiffness_z.reset();
                 l.beam->torsional_stiffness.reset();
@@ -185,12 +185,12 @@ TEST(BeamFault, SaysWhatIsWrong) {
               HasSubstr("needs bending_stiffness_y"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length = 7; }), HasSubstr("more than the 12 kg"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.inertia = Symmetric3d::diagonal(2.2, 1, 2.2); }),
-              HasSubstr("leave none that a body can have"));
+              HasSubstr("are not those of a rigid body"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->section_y = Vector3d{0, 2, 0}; }), HasSubstr("along the beam"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->rotary_inertia = 0; }), HasSubstr("needs rotary_inertia"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length.reset(); }), HasSubstr("must be the beam's"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->from = {0.1, -0.3, 0}; }), HasSubstr("before the link's joint"));
-  EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base is no beam"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base cannot be a beam"));
   JointDescription joint;
   joint.type = JointType::revolute;
   EXPECT_THAT(gear_fault(joint), HasSubstr("needs rotor_inertia"));
@@ -198,8 +198,8 @@ TEST(BeamFault, SaysWhatIsWrong) {
   EXPECT_THAT(gear_fault(joint), HasSubstr("one axis"));
 }
 
-// With what hangs on the link: a load that slows its modes down makes them admissible.
-TEST(BeamFault, SaysWhichModesAreTooManyOrTooFast) {
+// With a payload on the link: its lower frequencies make the modes admissible.
+TEST(BeamFault, ReportsTooManyOrTooFastModes) {
   RobotSetup robot = only_base(100, 20);
   robot.bodies.push_back(slender_link("beam", "base", JointType::revolute, 1, 2, 2000, 2));
   BodyDescription& link = robot.bodies[1];

@@ -1,5 +1,5 @@
-/// Links that bend by a few of their modes: against the same pieces with dense matrices over the modes, and against
-/// pieces that bend freely.
+/// Flexible links with few modes: against the same segments with dense matrices over the modes, and against segments
+/// with all degrees of freedom.
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ Model with_ball(const RobotSetup& robot) {
   return builder.add(ball).build();
 }
 
-// The same twice: joints of beams move by modes, and by themselves. Columns of T: the velocities that there are.
+// The same model twice: with modal and with independent beam joints. Columns of T: the admissible velocities.
 struct Pair {
   explicit Pair(int modes) : model(with_ball(two_arms(modes))), pieces(with_ball(two_arms({}))) {
     const auto n = static_cast<Index>(model.velocities());
@@ -95,7 +95,7 @@ struct Pair {
     state.v.assign(v.begin(), v.end());
     return state;
   }
-  // Of the modes as coordinates: z'' with T^T M T z'' = T^T (right - c).
+  // In modal coordinates: z'' with T^T M T z'' = T^T (right - c).
   VectorXd reduced(const MatrixXd& M, const VectorXd& right) const {
     return T * (T.transpose() * M * T).llt().solve(T.transpose() * right);
   }
@@ -126,8 +126,8 @@ LoopClosure tie(const Model& model, const char* a, const char* b, GraspModel kin
   return closure;
 }
 
-// Loops within one link that bends (ways meet on a piece, from either side), from a branch in its middle, between two
-// trees, and two that share a link.
+// Loops within one flexible link (the chains meet on a segment, from either side), from a branch in its middle, between
+// two trees, and two that share a link.
 std::vector<LoopClosure> closures_of(const Model& model, int which) {
   std::vector<LoopClosure> all{
       tie(model, "first:4", "boom", GraspModel::point), tie(model, "second", "arm", GraspModel::hinge),
@@ -147,7 +147,7 @@ std::vector<LoopClosure> closures_of(const Model& model, int which) {
   }
 }
 
-// Rows of closures over velocities: of body a against body b at C, in C's axes.
+// Jacobian of the closures: body a relative to body b at C, in C's axes.
 MatrixXd closure_jacobian(const Model& model, const std::vector<LoopClosure>& closures, const State& state) {
   const Kinematics k = forward_kinematics(model, state);
   MatrixXd J(closure_rows(closures), model.velocities()), J_a(6, model.velocities()), J_b(6, model.velocities());
@@ -167,7 +167,7 @@ MatrixXd closure_jacobian(const Model& model, const std::vector<LoopClosure>& cl
   return J;
 }
 
-// Their velocities a moment h later, where C and D are held by the two bodies apart: D's is at D (8.5).
+// The rows' velocities at a time h later, with C and D fixed to their bodies; D's velocity is taken at D (8.5).
 VectorXd moved_rows(const Model& model, const std::vector<LoopClosure>& closures, State state,
                     const std::vector<double>& vdot, double h) {
   std::vector<double> rates(state.q.size());
@@ -177,7 +177,7 @@ VectorXd moved_rows(const Model& model, const std::vector<LoopClosure>& closures
   return closure_jacobian(model, closures, state) * as_vector(state.v);
 }
 
-TEST(ModalLinks, ForwardDynamicsIsThatOfTheModesAsCoordinates) {
+TEST(ModalLinks, ForwardDynamicsAgreesWithModalCoordinates) {
   std::mt19937 random(5);
   for (const int modes : {1, 2, 4}) {
     const Pair pair(modes);
@@ -191,7 +191,7 @@ TEST(ModalLinks, ForwardDynamicsIsThatOfTheModesAsCoordinates) {
       const VectorXd vdot = as_vector(forward_dynamics(pair.model, state, forces));
       const VectorXd wanted = pair.reduced(mass_matrix(pair.pieces, state), f - bias_of(pair.pieces, state, gravity));
       EXPECT_LT((vdot - wanted).norm(), 1e-10 * wanted.norm()) << modes;  // measured 2e-12
-      // Mass matrix and Jacobians say the same.
+      // Mass matrix and Jacobians agree.
       const VectorXd by_matrix = mass_matrix(pair.model, state).llt().solve(f - bias_of(pair.model, state, gravity));
       EXPECT_LT((pair.T.transpose() * (by_matrix - wanted)).norm(), 1e-10 * wanted.norm()) << modes;
       const VectorXd v = as_vector(state.v);
@@ -213,8 +213,8 @@ TEST(ModalLinks, AllModesAreThePiecesThemselves) {
   EXPECT_LT((a - b).norm(), 1e-9 * b.norm());
 }
 
-// Joints of links with a prescribed acceleration, and a whole link that is.
-TEST(ModalLinks, GoesWithPrescribedJoints) {
+// Links with joints of prescribed acceleration, and a completely prescribed link.
+TEST(ModalLinks, PrescribedJoints) {
   std::mt19937 random(7);
   const Pair pair(2);
   for (const bool link_too : {false, true}) {
@@ -232,7 +232,7 @@ TEST(ModalLinks, GoesWithPrescribedJoints) {
     in.q = state.q, in.v = state.v, in.force = ff, in.prescribed = prescribed, in.acceleration = g;
     DynamicsWorkspace<double> workspace(pair.model.tree());
     articulated_body<double>(pair.model.tree(), in, workspace, vdot, force);
-    // The same by columns of T that are free and those that are not.
+    // The same with the free and the prescribed columns of T.
     std::vector<int> free;
     VectorXd known = VectorXd::Zero(static_cast<Index>(n));
     for (Index c = 0; c < pair.T.cols(); ++c) {
@@ -252,7 +252,7 @@ TEST(ModalLinks, GoesWithPrescribedJoints) {
   }
 }
 
-TEST(ModalLinks, LoopsCloseOverThem) {
+TEST(ModalLinks, LoopsThroughModalLinks) {
   std::mt19937 random(8);
   for (const int modes : {1, 3}) {
     const Pair pair(modes);
@@ -270,20 +270,20 @@ TEST(ModalLinks, LoopsCloseOverThem) {
         std::vector<double> vdot(n), applied(n);
         solver.accelerations(in, 0, workspace, vdot, applied);
         const MatrixXd J = closure_jacobian(pair.pieces, closures, state);
-        // The rows' rates vanish, J vdot + Jdot v = 0: by differences along the motion.
+        // The rates of the rows vanish, J vdot + Jdot v = 0: by finite differences along the motion.
         const VectorXd u_before = moved_rows(pair.pieces, closures, state, vdot, -1e-6);
         const VectorXd u_after = moved_rows(pair.pieces, closures, state, vdot, 1e-6);
         const double size = (J.cwiseAbs() * as_vector(vdot).cwiseAbs()).maxCoeff();
         EXPECT_LT((u_after - u_before).norm() / 2e-6, 1e-7 * size) << modes << ' ' << which;
-        // W is T's.
+        // W agrees with that of T.
         const MatrixXd M = mass_matrix(pair.pieces, state), J_T = J * pair.T;
         const MatrixXd W = J_T * (pair.T.transpose() * M * pair.T).llt().solve(J_T.transpose());
         EXPECT_LT((solver.contact_inertia() - W).norm(), 1e-10 * W.norm()) << modes << ' ' << which;
-        // And so is the motion that the multipliers make.
+        // So does the motion due to the multipliers.
         const Eigen::Map<const VectorXd> lambda(solver.multipliers().data(), J.rows());
         const VectorXd wanted = pair.reduced(M, f - bias_of(pair.pieces, state, {}) + J.transpose() * lambda);
         EXPECT_LT((as_vector(vdot) - wanted).norm(), 1e-8 * wanted.norm()) << modes << ' ' << which;
-        // Velocities that close the loops.
+        // Velocities after closing the loops.
         std::vector<double> closed = state.v;
         solver.close_velocities(state.q, {}, workspace, closed);
         const VectorXd v = as_vector(state.v);
@@ -295,7 +295,7 @@ TEST(ModalLinks, LoopsCloseOverThem) {
   }
 }
 
-// Accelerations keep the closures: positions and velocities that fit stay so over a second of motion.
+// Accelerations preserve the closures: consistent positions and velocities remain so during one second of motion.
 TEST(ModalLinks, LoopsStayClosed) {
   std::mt19937 random(9);
   const Pair pair(2);
@@ -321,13 +321,13 @@ TEST(ModalLinks, LoopsStayClosed) {
   EXPECT_LT(std::max({d.position, d.angle, d.velocity, d.angular_velocity}), 1e-8);
   const Momentumd drift = momentum(end) - momentum(state);
   EXPECT_LT(norm(drift.linear) + norm(drift.angular), 1e-9);
-  // The joints of the beams still move by their modes alone.
+  // The joints of the beams still move in their modes only.
   const VectorXd v = as_vector(end.v);
   EXPECT_LT((v - pair.T * (pair.T.transpose() * v)).norm(), 1e-12 * v.norm());
 }
 
-// Impacts: against the modes as coordinates, with redundant grasps and held rates.
-TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
+// Impacts: against modal coordinates, with redundant grasps and held rates.
+TEST(ModalLinks, ImpactsAgreeWithModalCoordinates) {
   std::mt19937 random(10);
   const Pair pair(2);
   const State state = pair.random_state(random);
@@ -355,7 +355,7 @@ TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
   EXPECT_LT(s.generalized_momentum_residual, 1e-11);
   EXPECT_LT(s.constraint_residual, 1e-11);
 
-  // Derivatives by the velocity of the target, by differences.
+  // Derivatives with respect to the target's velocity, by finite differences.
   const auto sensitivities = impulse_sensitivities(pair.model, state, 0, grasps, {&held, 1});
   ASSERT_FALSE(sensitivities.empty());
   for (const ImpulseSensitivity& d : sensitivities) {
@@ -375,9 +375,9 @@ TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
   }
 }
 
-// Modes of vibration that an impact leaves alone (HeldRate::row), by every law, and what they leave of the inertia:
-// M^-1 - X X^T, X their shapes.
-TEST(FastModes, AreLeftAloneByEveryLaw) {
+// Modes of vibration held during an impact (HeldRate::row), with every impact law, and the remaining inertia: M^-1 - X
+// X^T, X their shapes.
+TEST(FastModes, AreHeldByEveryImpactLaw) {
   std::mt19937 random(11);
   const Pair pair(2);
   const Model& model = pair.pieces;
@@ -424,7 +424,7 @@ TEST(FastModes, AreLeftAloneByEveryLaw) {
   EXPECT_LT(rebound.energy_identity_residual, 1e-10);
 }
 
-// Clamped, with what hangs on it, the modes that are kept are those of the pieces, exactly.
+// Clamped and with its payload, the retained modes equal those of the segments exactly.
 TEST(ModalLinks, KeepsTheFrequenciesOfTheClampedLink) {
   for (const double tip : {0.0, 5.0}) {
     const auto model_with = [&](std::optional<int> modes) {
@@ -450,7 +450,7 @@ TEST(ModalLinks, KeepsTheFrequenciesOfTheClampedLink) {
       EXPECT_NEAR(b[i].frequency, a[i].frequency, 1e-10 * a[i].frequency) << tip << ' ' << i;
       EXPECT_NEAR(b[i].damping_ratio, a[i].damping_ratio, 1e-10);
     }
-    // Free to turn at its joint the slowest differ by what the modes left out do.
+    // With a free joint the lowest modes differ by the effect of the omitted modes.
     const auto c = elastic_modes(pieces, zero_state(pieces), {}), d = elastic_modes(modal, zero_state(modal), {});
     EXPECT_NEAR(d[0].frequency, c[0].frequency, 2e-2 * c[0].frequency) << tip;
     EXPECT_GE(d[0].frequency, c[0].frequency * (1 - 1e-12)) << "by Rayleigh";

@@ -1,5 +1,4 @@
-/// Beams that are not the same everywhere, and sections of a material: against closed forms and Kirchhoff's tapered
-/// beams.
+/// Nonuniform beams and sections with a material: against closed forms and Kirchhoff's tapered beams.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,13 +35,13 @@ BeamStation station(double at, const BeamSection& section) {
   return s;
 }
 
-// A link that is its beam, from one section to another.
+// A link consisting of a beam, from one section to another.
 BodyDescription tapered(double length, const BeamSection& first, const BeamSection& last, int segments) {
   BodyDescription link = slender_link("beam", "base", JointType::fixed, length, 1, 1, segments);
   link.beam->bending_stiffness_z.reset();
   link.beam->material = kAluminium;
   link.beam->stations = {station(0, first), station(length, last)};
-  link.mass = 1e6;  // of which the beam is a part
+  link.mass = 1e6;  // the beam is a part of it
   const Beam beam(link);
   const RigidBodyInertiad whole = beam.inertia();
   link.mass = whole.mass, link.com = whole.com(), link.inertia = whole.rotational_about_com();
@@ -79,7 +78,7 @@ TEST(Sections, HaveTheirClosedForms) {
               1e-6);
 }
 
-// P L^3 / 3 E I_0 times D_0 / D_1 at the tip of a cone that is cut off, with the fourth power.
+// P L^3 / 3 E I_0 times D_0 / D_1 at the tip of a truncated cone, with order four.
 TEST(TaperedBeam, DeflectsInClosedForm) {
   std::vector<double> errors;
   for (int segments : {2, 4, 8}) {
@@ -102,7 +101,7 @@ TEST(TaperedBeam, DeflectsInClosedForm) {
 }
 
 // First frequencies of a full cone and of a full wedge, in sqrt(E I_0 / rho A_0) / L^2: 8.7192 and 5.3151 (Kirchhoff
-// 1879), of the length of the full ones: the tips here are a thousandth of the roots.
+// 1879), with the length of the full bodies: the tips here are a thousandth of the roots.
 TEST(TaperedBeam, VibratesAsKirchhoffFound) {
   const double E_rho = std::sqrt(70e9 / 2700), L = 3;
   const auto cone = modes_of(tapered(L, round(0.06), round(0.06e-3), 50));
@@ -113,7 +112,7 @@ TEST(TaperedBeam, VibratesAsKirchhoffFound) {
   EXPECT_NEAR(kTwoPi * wedge[0].frequency / of_wedge, 5.3151 * 0.999 * 0.999, 1e-3);  // measured 1e-4
 }
 
-TEST(TaperedBeam, HasTheMassOfItsNumbersAndTheDampingAskedFor) {
+TEST(TaperedBeam, HasTheStatedMassAndDamping) {
   BodyDescription link = slender_link("beam", "base", JointType::fixed, 2, 1, 1, 12);
   link.beam->bending_stiffness_z.reset();
   for (const auto& [at, m, EI] :
@@ -143,8 +142,8 @@ TEST(TaperedBeam, HasTheMassOfItsNumbersAndTheDampingAskedFor) {
   EXPECT_NEAR(sum.com()[0], link.com[0], 1e-13);
 }
 
-// The same everywhere, by stations: what it is without them.
-TEST(TaperedBeam, OfEqualSectionsIsUniform) {
+// Equal stations: same result as without stations.
+TEST(TaperedBeam, EqualSectionsAreUniform) {
   const BeamSection tube = round(0.08, 0.003);
   BodyDescription link = tapered(2.5, tube, tube, 5);
   link.beam->damping_ratio = 0.03;
@@ -165,7 +164,7 @@ TEST(TaperedBeam, OfEqualSectionsIsUniform) {
   }
 }
 
-TEST(TaperedBeam, SaysWhatIsWrong) {
+TEST(TaperedBeam, RejectsInvalidBeams) {
   const auto fault = [](auto change) {
     BodyDescription link = tapered(2, round(0.04), round(0.02), 4);
     change(*link.beam);
@@ -178,10 +177,10 @@ TEST(TaperedBeam, SaysWhatIsWrong) {
   EXPECT_THAT(fault([](BeamDescription& b) { b.bending_stiffness_y = 3; }), HasSubstr("follows from the section"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations.pop_back(); }), HasSubstr("at both of its ends"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 1.9; }), HasSubstr("the last at the beam's end, 2 m"));
-  EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 0; }), HasSubstr("follow each other"));
+  EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 0; }), HasSubstr("must be in order"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].section = flat(0.1, 0.1); }), HasSubstr("same kind"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].section->wall_thickness = 0.01; }),
-              HasSubstr("leaves nothing hollow"));
+              HasSubstr("fills the section"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[0].section->width = 0.01; }),
               HasSubstr("a diameter, or a width"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[0].section.reset(); }),
@@ -190,7 +189,7 @@ TEST(TaperedBeam, SaysWhatIsWrong) {
                 b.material.reset(), b.stations[0].section.reset(), b.stations[1].section.reset();
                 b.stations[0].bending_stiffness_y = 2;
               }),
-              HasSubstr("station 2, at 2 m: every station states bending_stiffness_y, or none"));
+              HasSubstr("station 2, at 2 m: either every station states bending_stiffness_y or none does"));
 }
 
 }  // namespace tapered_beam_test

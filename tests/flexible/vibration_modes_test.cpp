@@ -1,5 +1,5 @@
-/// Modes of vibration that a file states: they come out as they were put in, whatever their directions, and what
-/// vibrates keeps momentum and energy; what no body can have is refused.
+/// Vibration modes stated in a file: they are reproduced for any directions, momentum and energy are conserved, and
+/// impossible modes are rejected.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace vibration_modes_test {
 using ::testing::HasSubstr;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// A maker's table.
+// A manufacturer's table.
 BodyDescription panel_with_modes() {
   BodyDescription panel;
   panel.name = "panel", panel.parent = "base", panel.joint.name = "mount";
@@ -31,8 +31,8 @@ BodyDescription panel_with_modes() {
   return panel;
 }
 
-// The same panel with as many modes of any direction as a body can have, which move `part` of it in every direction:
-// P P^T = part I. Their masses together are more than the panel's.
+// The same panel with the maximum number of modes in arbitrary directions, which move `part` of it in every direction:
+// P P^T = part I. Their total mass exceeds the panel's.
 BodyDescription panel_with_modes_of_any_direction(unsigned seed, double part) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -75,7 +75,7 @@ void expect_modes(const BodyDescription& panel) {
                          given.translation[0], given.translation[1], given.translation[2]};
     EXPECT_LT((p.dot(stated) < 0 ? Vector6(p + stated) : Vector6(p - stated)).norm(), 1e-11 * stated.norm()) << i;
   }
-  // The whole is what was stated.
+  // The total inertia is the stated one.
   ModelBuilder rigid;
   for (const BodyDescription& body : rigid_robot(robot).bodies) rigid.add(body);
   const RigidBodyInertiad a = total_of(rigid.build()), b = total_of(model);
@@ -87,7 +87,7 @@ void expect_modes(const BodyDescription& panel) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass_matrix(model, state)).eigenvalues()[0], 0);
 }
 
-TEST(VibrationModes, ComeOutAsTheyWerePutIn) { expect_modes(panel_with_modes()); }
+TEST(VibrationModes, AreReproduced) { expect_modes(panel_with_modes()); }
 
 TEST(VibrationModes, MayHaveAnyDirections) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
@@ -97,7 +97,7 @@ TEST(VibrationModes, MayHaveAnyDirections) {
     for (const VibrationMode& mode : panel.modes) masses += dot(mode.translation, mode.translation);
     EXPECT_GT(masses, 2 * panel.mass);
   }
-  // All of it, and a torsion that finite elements give with the rounding of its translation.
+  // The whole mass, and a torsional mode whose translation is rounding error of a finite-element program.
   expect_modes(panel_with_modes_of_any_direction(7, 1));
   BodyDescription panel = panel_with_modes();
   panel.modes[1].translation = {3e-13, -1e-13, 2e-13};
@@ -109,8 +109,8 @@ TEST(VibrationModes, MayHaveAnyDirections) {
   for (const BodyDescription& body : robot.bodies) EXPECT_LT(norm(body.X_PF.p), 10) << body.name;
 }
 
-// What vibrates while the whole tumbles, all in one and with a soft hinge between: momentum to rounding, energy to what
-// dampers take, and the centre of mass goes straight.
+// Vibration while the whole body tumbles, as one body and with a soft hinge: momentum to rounding error, energy
+// including damper work, and uniform motion of the centre of mass.
 TEST(VibrationModes, KeepMomentumAndEnergy) {
   for (const bool hinged : {false, true}) {
     RobotSetup robot = only_base(60, 8);
@@ -154,7 +154,7 @@ TEST(VibrationModes, KeepMomentumAndEnergy) {
   }
 }
 
-TEST(VibrationModes, ThatNoPanelHasAreRefused) {
+TEST(VibrationModes, RejectImpossibleModes) {
   const auto fault = [](auto change) {
     BodyDescription panel = panel_with_modes();
     change(panel);
@@ -163,16 +163,16 @@ TEST(VibrationModes, ThatNoPanelHasAreRefused) {
   EXPECT_EQ(fault([](BodyDescription&) {}), "");
   EXPECT_EQ(fault([](BodyDescription& p) { p.modes[0].rotation = {0, -7.63, 0.1}; }), "");  // as a screw
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].translation[2] = 5; }),
-              HasSubstr("move 1.45612 times what the body has in one direction, mostly moving along z"));
+              HasSubstr("move 1.45612 times the body's inertia in one direction, mostly moving along z"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("mostly turning about x"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 0; }), HasSubstr("no participation"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].frequency = 0; }), HasSubstr("positive frequency"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("not both"));
-  // On a hinge something has to be left that hangs on it.
+  EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("both a beam and modes"));
+  // On a hinge some mass must remain.
   BodyDescription all = panel_with_modes_of_any_direction(7, 1);
   EXPECT_EQ(modes_fault(all), "");
   all.joint.type = JointType::continuous;
-  EXPECT_THAT(modes_fault(all), HasSubstr("something of it has to be left"));
+  EXPECT_THAT(modes_fault(all), HasSubstr("part of it must remain"));
 }
 
 }  // namespace vibration_modes_test

@@ -64,7 +64,7 @@ double apart(const CaptureResult& a, const CaptureResult& b) {
 
 // Its outputs follow what it saw one sample earlier: they are those of the same law in C with a delay of a sample, but
 // for the rounding of the times at which they act.
-TEST(FmuController, IsTheSameLawOneSampleLater) {
+TEST(FmuController, SameLawWithOneSampleDelay) {
   const CaptureResult in_c =
       simulate_capture(with(std::string("delay: 0.01, plugin: ") + GRAPNEL_OWN_PD + ", parameters: {" + kGains + "}"));
   ASSERT_TRUE(in_c.post_impact_end) << in_c.failure;
@@ -85,15 +85,15 @@ TEST(FmuController, IsTheSameLawOneSampleLater) {
   EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, to the last bit
 }
 
-// Inputs that are no signals: of every type, constants or left as they start. The FMU adds gain to what it is told, if
-// its switch is on, its count is 3 and its name "fine".
-TEST(FmuController, InputsThatAreNoSignals) {
+// Inputs that are not signals: of every type, constants or start values. The FMU adds a gain to its inputs, if its
+// switch is on, its count is 3 and its name "fine".
+TEST(FmuController, InputsOtherThanSignals) {
   const auto inputs = [](const std::string& more) {
     return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
   };
   for (const char* name : {"fmu_inputs_2", "fmu_inputs_3"}) {
     // Left alone those of other types are no fault; a real one has to be named.
-    expect_has(fault_of(name), "nothing says what its input 'unused' is");
+    expect_has(fault_of(name), "its input 'unused' is without a value");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: start")), "");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: null")), "");
     const CaptureResult plain = simulate_capture(with_fmu(name, kGains, inputs(", unused: start")));
@@ -109,12 +109,12 @@ TEST(FmuController, InputsThatAreNoSignals) {
                                   inputs(", unused: 7.5, switched: true, counted: 3, called: fine")));
     EXPECT_EQ(taken.failure, "");
     expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 1.5")), "which 1.5 is not");
-    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected is a ");
-    expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is no signal");
+    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected a ");
+    expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is not a signal");
   }
 }
 
-TEST(FmuController, EndsWithWhatTheFmuSays) {
+TEST(FmuController, EndsWithFmuMessage) {
   const auto failure = [](const char* name, const std::string& parameters) {
     const CaptureResult result = simulate_capture(with_fmu(name, parameters));
     EXPECT_TRUE(result.approach_end);  // what came before is kept
@@ -128,11 +128,11 @@ TEST(FmuController, EndsWithWhatTheFmuSays) {
     expect_has(failure(name.c_str(), "does: discards"), "DoStep() returned discard");
     expect_has(failure(name.c_str(), "does: refuses, on: true, count: 7"), "refused, as it was asked to");
     expect_has(failure(name.c_str(), "does: nan"),
-               "says an effort of nan at joint 'arm-2-joint-1', which is no finite number");
+               "returns an effort of nan at joint 'arm-2-joint-1', which is not finite");
   }
 }
 
-TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
+TEST(FmuControllerDeathTest, CrashNamesFmu) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const CaptureProblem problem = with_fmu("fmu_3", "does: crashes");
   EXPECT_EXIT(simulate_capture(problem), ::testing::ExitedWithCode(1),
@@ -140,7 +140,7 @@ TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
 }
 
 // Not even a crash leaves what was unpacked among the temporary files.
-TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
+TEST(FmuControllerDeathTest, CrashLeavesNoFiles) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   // The child runs this too, with another folder of temporary files.
   const std::filesystem::path folder = std::filesystem::absolute("grapnel_fmu_crash_test");
@@ -163,30 +163,30 @@ TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(FmuController, RefusesWhatDoesNotFit) {
+TEST(FmuController, RejectsMismatch) {
   EXPECT_EQ(fault_of("fmu_2"), "");
   expect_has(fault_of("nowhere"), "nowhere.fmu");
-  expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected is 2.0 or 3.0");
+  expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected 2.0 or 3.0");
   expect_has(fault_of("fmu_of_another_binary"), "its binary follows FMI '1.0', its modelDescription.xml 2.0");
   expect_has(fault_of("fmu_without_step"), "its binary has no function fmi2DoStep()");
   expect_has(fault_of("fmu_for_windows"),
              "it has no binary for this system, binaries/linux64/test_fmu.so; it has: win64");
-  expect_has(fault_of("fmu_with_tool"), "it needs the tool that made it");
-  expect_has(fault_of("fmu_of_steps"), "computes in steps of 0.004 s (fixedInternalStepSize), of which control.period");
+  expect_has(fault_of("fmu_with_tool"), "it requires the tool that made it");
+  expect_has(fault_of("fmu_of_steps"), "has steps of 0.004 s (fixedInternalStepSize); control.period");
   // Variables, with the place of their entry.
   expect_has(fault_of("fmu_2", kGains, "{'goal[7]': 'position[1]'}"), "has no variable 'goal[7]'; did you mean 'goal[");
   expect_has(fault_of("fmu_2", kGains, "{'goal[1]': 'positoin[1]'}"),
-             "control.inputs: 'positoin[1]' is no signal; did you mean 'position[1]'?");
-  expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "is of causality output, expected is input");
+             "control.inputs: 'positoin[1]' is not a signal; did you mean 'position[1]'?");
+  expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "has causality output, expected input");
   expect_has(fault_of("fmu_2", kGains, "{}"),
-             "nothing says what its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are");
-  // All at once.
+             "its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are without a value");
+  // All errors together.
   const std::string all = fault_of("fmu_2", "ki: 3, kp: true", "{'goal[7]': 'position[1]', 'goal[1]': 'positoin[1]'}");
   for (const char* part : {"has no variable 'ki'", "is a Real, which true is not", "has no variable 'goal[7]'",
-                           "'positoin[1]' is no signal", "its inputs 'goal[2]', "})
+                           "'positoin[1]' is not a signal", "its inputs 'goal[2]', "})
     expect_has(all, part);
   expect_has(fault_of("fmu_2", "ki: 3"), "has no variable 'ki'");
-  expect_has(fault_of("fmu_2", "inside: 3"), "is of causality local, expected is parameter");
+  expect_has(fault_of("fmu_2", "inside: 3"), "has causality local, expected parameter");
   expect_has(fault_of("fmu_2", "kp: true"), "is a Real, which true is not");
   expect_has(fault_of("fmu_3", "count: 1.5"), "is a Int32, which 1.5 is not");
   // Files that are no FMU.
@@ -197,7 +197,7 @@ TEST(FmuController, RefusesWhatDoesNotFit) {
 }
 
 // canBeInstantiatedOnlyOncePerProcess: runs wait for each other, and their results are those of one alone.
-TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
+TEST(FmuController, SingleInstancePerProcess) {
   const CaptureProblem problem = with_fmu("fmu_once");
   const CaptureResult alone = simulate_capture(problem);
   ASSERT_TRUE(alone.post_impact_end) << alone.failure;
@@ -212,7 +212,7 @@ TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
 }
 
 // Cases of a block are under way together elsewhere; those that have such a controller go one after the other.
-TEST(FmuController, OneThatMayBeThereOnceRunsInCampaigns) {
+TEST(FmuController, SingleInstanceInCampaigns) {
   const CaptureProblem problem = with_fmu("fmu_once");
   Campaign campaign;
   campaign.cases = 3;

@@ -47,7 +47,7 @@ void command(Master& plant, const std::array<double, 2>& tau) {
   EXPECT_EQ(plant.set("joint.elbow.effort", tau[1]), fmi::kOk);
 }
 
-// To the end, with commands that follow from what is seen, or from what was seen a sample earlier.
+// To the end, with commands that follow from current readings, or from those one sample earlier.
 void fly(Master& plant, bool late, double start = 0) {
   std::array<double, 2> before{};
   for (int k = 0; !plant.terminates && k < 350; ++k) {
@@ -83,7 +83,7 @@ double apart(Master& plant, const PhaseEnd& end) {
 
 // The master that reads outputs, computes commands and steps on has no delay: the motion is that of the built-in law.
 // One that is a sample late moves as the built-in law does with that delay.
-TEST_F(ExportedPlant, MovesAsTheBuiltInLawDoes) {
+TEST_F(ExportedPlant, MatchesBuiltInLaw) {
   const CaptureResult at_once = built_in(), late = built_in({{"control.delay", "0.01"}});
   ASSERT_TRUE(at_once.post_impact_end && late.post_impact_end);
   for (const int version : {2, 3}) {
@@ -106,7 +106,7 @@ TEST_F(ExportedPlant, MovesAsTheBuiltInLawDoes) {
   }
 }
 
-TEST_F(ExportedPlant, SaysWhatBecomesOfTheCapture) {
+TEST_F(ExportedPlant, ReportsOutcomeOfCapture) {
   const CaptureResult reference = built_in();
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version));
@@ -135,11 +135,11 @@ TEST_F(ExportedPlant, SaysWhatBecomesOfTheCapture) {
     on(349);
     EXPECT_FALSE(plant.terminates);
     on(350);
-    EXPECT_EQ(plant.terminates, version == 3);  // 2.0 says so after the next step alone
+    EXPECT_EQ(plant.terminates, version == 3);  // 2.0 reports it only after the next step
     EXPECT_EQ(plant.get_whole("phase"), 2);
     for (const char* flag : {"end.ended", "end.completed", "end.conserved", "end.captured[1]", "target.debris.held"})
       EXPECT_TRUE(plant.get_flag(flag)) << flag;
-    EXPECT_FALSE(plant.get_flag("end.feasible"));  // nobody has a shape
+    EXPECT_FALSE(plant.get_flag("end.feasible"));  // no body has a shape
     EXPECT_EQ(plant.get("end.capture_time"), 2);
     EXPECT_EQ(plant.get("end.impact_energy_lost"),
               reference.impact->kinetic_energy_before - reference.impact->kinetic_energy_after);
@@ -198,7 +198,7 @@ TEST_F(ExportedPlant, TakesParameters) {
 
 // Instances do not know of each other, whether they take turns or work at the same time; one that is freed in the
 // middle of its run ends, and so does its thread.
-TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
+TEST_F(ExportedPlant, SeveralInstances) {
   const CaptureResult reference = built_in();
   const std::filesystem::path file = exported(scenario_, 3);
   Master first(file), second(file);
@@ -236,7 +236,7 @@ TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
 }
 
 // Grapnel's own reader of FMUs takes it.
-TEST_F(ExportedPlant, IsReadByGrapnelsOwnImport) {
+TEST_F(ExportedPlant, ReadableByOwnImport) {
   for (const int version : {2, 3}) {
     const auto fmu = std::make_shared<const fmi::Fmu>(exported(scenario_, version), "plant.fmu");
     EXPECT_EQ(fmu->model().version, version);
@@ -251,7 +251,7 @@ TEST_F(ExportedPlant, IsReadByGrapnelsOwnImport) {
 
 // ---- The base's actuators ----
 
-// Two wheels and a thruster on a base with one joint; nothing is caught.
+// Two wheels and a thruster on a base with one joint; no capture.
 constexpr const char* kActuated = R"(schema: grapnel-scenario/1
 name: actuators
 robot:
@@ -274,7 +274,7 @@ impact: {}
 control: {period: 10 ms}
 )";
 
-TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
+TEST_F(ExportedPlant, CommandsEachWheelAndThruster) {
   const std::string scenario = write("actuated.yaml", kActuated).string();
   for (const int version : {2, 3}) {
     Master plant(exported(scenario, version));
@@ -291,7 +291,7 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
     EXPECT_NEAR(0.1 * (W + w) + 20.9 * w, 0, 1e-12);  // measured 1e-16; the wheel is of the base's 20
     EXPECT_NEAR(0.1 * (W + w), 0.3 * 2, 1e-9);
     EXPECT_NEAR(plant.get("wheel.x.rate"), 0, 1e-15);  // measured 3e-18
-    // Cut at the motor's limit: twice as much torque is told as it gives.
+    // Saturation at the motor's limit: the command is twice the torque that it gives.
     ASSERT_EQ(plant.set("wheel.z.torque", 0), fmi::kOk);
     ASSERT_EQ(plant.set("wheel.x.torque", 1), fmi::kOk);
     on(100);
@@ -305,7 +305,7 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
     on(100);
     EXPECT_LT(plant.get("wheel.z.rate"), 16);
     ASSERT_EQ(plant.set("wheel.z.torque", 0), fmi::kOk);
-    // A valve is open as long as it is told, and at least for its least time: 0.5 s, then 35 ms in place of 10 ms.
+    // A valve is open as long as commanded, and at least for its minimum time: 0.5 s, then 35 ms instead of 10 ms.
     const auto speed = [&] {
       const std::vector<double> v = plant.get_list("base.velocity", 3);
       return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -316,7 +316,7 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
     ASSERT_EQ(plant.set_flag("thruster.push.on", false), fmi::kOk);
     on(10);
     const double first = speed();
-    EXPECT_NEAR(first, 2 * 0.5 / 101, 2e-4);  // the base turns a little meanwhile
+    EXPECT_NEAR(first, 2 * 0.5 / 101, 2e-4);  // the base turns slightly during this time
     ASSERT_EQ(plant.set_flag("thruster.push.on", true), fmi::kOk);
     on(1);
     ASSERT_EQ(plant.set_flag("thruster.push.on", false), fmi::kOk);
@@ -329,8 +329,8 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
   }
 }
 
-// With --base-torque it is the base's torque that is told, and the wheels give it.
-TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereItIsAskedFor) {
+// With --base-torque the base's torque is commanded, and the wheels give it.
+TEST_F(ExportedPlant, CommandsBaseTorque) {
   const std::string scenario = write("actuated.yaml", kActuated).string();
   Master plant(exported(scenario, 2,
                         "--base-torque --set 'robot.wheels=[{name: z, axis: [0, 0, 1], inertia: 0.1}, "
@@ -346,8 +346,8 @@ TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereItIsAskedFor) {
   EXPECT_NEAR(0.1 * (W + w), -0.3, 1e-9);
 }
 
-// Grasps that are resolved in time: no samples are taken meanwhile, and what is seen waits for the next one.
-TEST_F(ExportedPlant, WaitsWhileAnImpactTakesTime) {
+// Compliant grasps: no samples are taken during the impact, and readings wait for the next one.
+TEST_F(ExportedPlant, WaitsDuringCompliantImpact) {
   const std::string compliant =
       "--set 'impact={law: compliant, grasp: {linear_stiffness: 1000, linear_damping: 20, angular_stiffness: 100, "
       "angular_damping: 2}}'";

@@ -119,7 +119,7 @@ class Master {
     EXPECT_EQ(status, fmi::kOk) << name << ": " << said;
     return whole;
   }
-  /// After it `terminates` says whether the plant wants to end, `reached` how far it came.
+  /// Afterwards `terminates` tells whether the plant requests the end, `reached` the time reached.
   int step(double time, double size) {
     if (is_2()) {
       const int status = function<fmi::DoStep2>("DoStep")(instance, time, size, 1);

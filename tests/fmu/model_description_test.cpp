@@ -114,7 +114,7 @@ std::string parameters_list(int count) {
   return list;
 }
 
-TEST_F(ModelDescriptionOfPlants, IsWhatTheStandardWantsOf2) {
+TEST_F(ModelDescriptionOfPlants, ConformsToFmi2) {
   const auto document = description(scenario("detumble-envisat.yaml"), 2);
   const pugi::xml_node root = document.document_element();
   ASSERT_STREQ(root.name(), "fmiModelDescription");
@@ -155,7 +155,7 @@ TEST_F(ModelDescriptionOfPlants, IsWhatTheStandardWantsOf2) {
                  parameters_list(checked.parameters));
 }
 
-TEST_F(ModelDescriptionOfPlants, IsWhatTheStandardWantsOf3) {
+TEST_F(ModelDescriptionOfPlants, ConformsToFmi3) {
   const auto document = description(scenario("detumble-envisat.yaml"), 3);
   const pugi::xml_node root = document.document_element();
   EXPECT_TRUE(std::regex_match(root.attribute("fmiVersion").value(), std::regex("3[.]0([.].*)?")));
@@ -189,7 +189,7 @@ TEST_F(ModelDescriptionOfPlants, IsWhatTheStandardWantsOf3) {
   check_unknowns(structure, "InitialUnknown", "valueReference", checked.outputs, parameters_list(checked.parameters));
 }
 
-TEST(ModelDescriptionText, EscapesAndNamesThings) {
+TEST(ModelDescriptionText, EscapingAndNames) {
   EXPECT_EQ(c_identifier("two-arms 2.1"), "two_arms_2_1");
   EXPECT_EQ(c_identifier("2 arms"), "plant_2_arms");
   EXPECT_EQ(c_identifier(""), "plant_");

@@ -33,14 +33,14 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     // Before initialization.
     EXPECT_EQ(plant.try_get("joint.elbow.rate", value), fmi::kError);
     expect_has(plant.said, prefix + (version == 2 ? "GetReal" : "GetFloat64") +
-                               ": joint.elbow.rate is not known before initialization mode");
+                               ": joint.elbow.rate is available only from initialization mode on");
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "this must not be called before initialization mode");
+    expect_has(plant.said, "must not be called before initialization mode");
     EXPECT_EQ(plant.plain("ExitInitializationMode"), fmi::kError);
     EXPECT_EQ(plant.plain("Terminate"), fmi::kError);
     if (version == 2) {
       EXPECT_EQ(plant.plain("EnterInitializationMode"), fmi::kError);
-      expect_has(plant.said, "fmi2SetupExperiment must be called before");
+      expect_has(plant.said, "fmi2SetupExperiment must be called first");
     }
     // What was refused has changed nothing.
     ASSERT_EQ(plant.enter(), fmi::kOk) << plant.said;
@@ -62,11 +62,11 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     EXPECT_EQ(version == 2 ? plant.function<fmi::SetReal2>("SetReal")(plant.instance, &none, 1, &value)
                            : plant.function<fmi::SetFloat3>("SetFloat64")(plant.instance, &none, 1, &value, 1),
               fmi::kError);
-    expect_has(plant.said, "there is no variable with the value reference 4000");
+    expect_has(plant.said, "no variable has the value reference 4000");
     if (version == 3) {
       const fmi::Reference first = 1;
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first, 1, &value, 2), fmi::kError);
-      expect_has(plant.said, "as many values as value references");
+      expect_has(plant.said, "the numbers of values and value references must be equal");
     }
     // Arrays that are missing.
     const fmi::Reference first_one = 1;
@@ -88,7 +88,7 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     }
     // Steps.
     EXPECT_EQ(plant.step(0.05, 0.01), fmi::kError);
-    expect_has(plant.said, "the communication point is 0.05 [s], expected is 0.01");
+    expect_has(plant.said, "the communication point is 0.05 [s], expected 0.01");
     for (const double size : {0.0, -0.01, 0.015, 1e-5, static_cast<double>(NAN)}) {
       // Of FMI 2.0 discard would mean that a part of the step was computed.
       EXPECT_EQ(plant.step(0.01, size), version == 2 ? fmi::kError : fmi::kDiscard) << size;
@@ -114,7 +114,7 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
   }
 }
 
-TEST_F(PlantErrors, InstancesThatCannotBe) {
+TEST_F(PlantErrors, InvalidInstances) {
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version));
     const std::string uri = version == 2 ? "file://" : "", resources = plant.fmu.resources().string();
@@ -123,7 +123,7 @@ TEST_F(PlantErrors, InstancesThatCannotBe) {
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, uri + "/nowhere"));
     expect_has(plant.said, "there is no file plant.json in the FMU's resources, /nowhere");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, ""));
-    expect_has(plant.said, "no resource location is given");
+    expect_has(plant.said, "the resource location is missing");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, "file://elsewhere.example/x"));
     expect_has(plant.said, "is not on this machine");
     if (version == 2) {
@@ -140,7 +140,7 @@ TEST_F(PlantErrors, InstancesThatCannotBe) {
 }
 
 // Of a scenario that has been damaged, and of parameters that it does not take.
-TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
+TEST_F(PlantErrors, UnusableScenarios) {
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version, "--parameter targets[0].mass"));
     EXPECT_EQ(plant.variables().count("initial.joints[1]"), 0u);
@@ -151,7 +151,7 @@ TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
     expect_has(plant.said, "the scenario in the FMU's resources cannot be used; --set targets[0].mass=-3");
     // Nothing is left but to get, reset and free.
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are left");
+    expect_has(plant.said, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
     ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
     plant.free();
@@ -166,8 +166,8 @@ TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
   }
 }
 
-// A run that fails says so, once and for all; what was seen last is still there.
-TEST_F(PlantErrors, RunsThatFail) {
+// A failed run reports its error permanently; the last readings remain available.
+TEST_F(PlantErrors, FailedRuns) {
   const std::string unlimited =
       "--set 'robot.links[1].joint={name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [0.8, 0, 0]}}'";
   for (const int version : {2, 3}) {
@@ -183,14 +183,14 @@ TEST_F(PlantErrors, RunsThatFail) {
     EXPECT_FALSE(plant.terminates);
     EXPECT_EQ(plant.get("joint.elbow.position"), before);
     EXPECT_EQ(plant.step(0.01, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are left");
+    expect_has(plant.said, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
     ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
     EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
   }
 }
 
-TEST_F(PlantErrors, WhatCannotBeExported) {
+TEST_F(PlantErrors, UnsupportedExports) {
   const auto refused = [&](const std::string& more, const std::string& what, int code = 2) {
     const test::Outcome done = run("export-fmu short.yaml -o x.fmu " + more);
     EXPECT_EQ(done.code, code) << more;
@@ -198,13 +198,13 @@ TEST_F(PlantErrors, WhatCannotBeExported) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "x.fmu"));
   };
   refused("--set 'approach.duration=-1'", "approach.duration");
-  refused("--parameter targets[0].name", "--parameter targets[0].name: it is no number");
-  refused("--parameter targets[0].density", "the scenario says no such value; say one with --set");
+  refused("--parameter targets[0].name", "--parameter targets[0].name: not a number");
+  refused("--parameter targets[0].density", "the scenario has no such value; set one with --set");
   refused("--fmi 1", "--fmi");
   refused("--set 'control={period: 0.01, torques: efforts.csv}'", "efforts.csv");
   write("efforts.csv", "time,shoulder,elbow\n0,0,0\n1,0,0\n");
   refused("--set 'control={period: 0.01, torques: efforts.csv}' --set approach.tracking.mode=controller",
-          "control.torques says what an exported plant is told from outside");
+          "control.torques conflicts with the external control of an exported plant");
   // As the message says.
   EXPECT_EQ(run("export-fmu short.yaml -o y.fmu --set 'control={period: 0.01, external: true}' --set "
                 "approach.tracking.mode=controller --set post_impact.joints=controller")
@@ -246,7 +246,7 @@ TEST_F(PlantErrors, ParametersWithUnits) {
 }
 
 // It carries all that it needs: files keep their places, and the folder that they came from may be gone.
-TEST_F(PlantErrors, NeedsNothingOfWhereItWasMade) {
+TEST_F(PlantErrors, IndependentOfBuildMachine) {
   std::filesystem::create_directories(folder_ / "a" / "scenarios");
   std::filesystem::create_directories(folder_ / "a" / "robots");
   std::filesystem::rename(folder_ / "robot.yaml", folder_ / "a" / "robots" / "robot.yaml");
@@ -259,7 +259,7 @@ TEST_F(PlantErrors, NeedsNothingOfWhereItWasMade) {
   ASSERT_TRUE(plant.instantiate()) << plant.said;
   ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
   ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
-  // Of its libraries none but those of every system is looked for outside.
+  // Of its libraries only those of every system are searched outside.
   for (const auto& entry :
        std::filesystem::directory_iterator(plant.fmu.resources().parent_path() / "binaries" / "linux64")) {
     const std::string name = entry.path().filename().string();

@@ -43,7 +43,7 @@ std::ptrdiff_t count(const std::vector<fs::path>& files, Outcome outcome) {
   });
 }
 
-TEST(FuzzCorpus, KeptInputsEndInFaultsOrASystem) {
+TEST(FuzzCorpus, StoredInputsGiveErrorsOrASystem) {
   const auto files = files_below("tests/fuzz/corpus");
   ASSERT_FALSE(files.empty());
   EXPECT_GE(count(files, Outcome::built), 3);
@@ -63,7 +63,7 @@ TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
     std::string scenario = bytes_of(file);
     std::string robot = "\n=== robot.yaml\n";
     if (const std::size_t key = scenario.find("\nrobot: ");
-        key != std::string::npos) {  // else it stands in the scenario
+        key != std::string::npos) {  // otherwise it is in the scenario
       const std::size_t at = key + 8, end = scenario.find('\n', at);
       robot += bytes_of(file.parent_path() / scenario.substr(at, end - at));
       scenario.replace(at, end - at, "robot.yaml");

@@ -1,5 +1,5 @@
-/// A held body's mass properties from rates: exact where nothing disturbs, honest where motion does not show all, and
-/// as uncertain as it says.
+/// Mass properties of a held body from rates: exact without noise, correct null spaces for insufficient motion, and
+/// correct standard deviations.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace grapnel::testing {
 namespace {
 
-// A base, two links and what the last of them holds, all with mass properties of no symmetry.
+// A base, two links and a body held by the last link, all with asymmetric mass properties.
 Model robot_with(double mass, const Vector3d& com, const Symmetric3d& inertia, bool planar = false) {
   ModelBuilder builder;
   const auto add = [&](const char* name, const char* parent, double m, const Vector3d& c, const Symmetric3d& I,
@@ -30,7 +30,7 @@ Model robot_with(double mass, const Vector3d& com, const Symmetric3d& inertia, b
     builder.add(b);
   };
   const Vector3d z{0, 0, 1}, y = planar ? z : Vector3d{0, 1, 0};
-  const double out = planar ? 0 : 1;  // what a robot in the plane z = 0 has not
+  const double out = planar ? 0 : 1;  // out-of-plane components, absent for a planar robot
   add("base", "", 100, {0.1, -0.05, out * 0.02}, {20, 25, 30, 1, out * -2, out * 0.5}, {}, JointType::free, z);
   add("upper", "base", 8, {0.4, 0.01, 0}, {0.1, 0.9, 0.9, 0.01, 0, out * 0.02}, {0.6, 0.2, 0}, JointType::revolute, z);
   add("lower", "upper", 6, {0.3, 0, out * 0.02}, {0.1, 0.6, 0.6, 0, out * 0.01, 0}, {0.9, 0, 0}, JointType::revolute,
@@ -44,7 +44,7 @@ const Vector3d kCom{0.3, -0.2, 0.15};
 const Symmetric3d kInertia{5, 7, 9, 0.4, -0.3, 0.6};
 Model robot() { return robot_with(kMass, kCom, kInertia); }
 
-// What the outcome should be, from the model.
+// Expected result from the model.
 InertialParameters truth(const Model& model, int frame) {
   const Frame& f = model.frames()[frame];
   const BodyDescription& d = model.bodies()[f.body].description;
@@ -54,7 +54,7 @@ InertialParameters truth(const Model& model, int frame) {
   return {d.mass, c[0], c[1], c[2], I.xx, I.yy, I.zz, I.xy, I.xz, I.yz};
 }
 
-// Sizes that errors are relative to.
+// Reference magnitudes of the errors.
 InertialParameters sizes(const InertialParameters& p) {
   const double I = p[4] + p[5] + p[6], l = std::sqrt(I / p[0]);
   return {p[0], l, l, l, I, I, I, I, I, I};
@@ -73,8 +73,8 @@ struct Motion {
   int samples = 30;
 };
 
-// Samples of one total momentum, [about the origin; linear] in W, whose centre of mass moves as that says, through the
-// origin; attitudes and joints are anywhere.
+// Samples with one total momentum, [about the origin; linear] in W, whose centre of mass moves accordingly through the
+// origin; attitudes and joint values are random.
 std::vector<MotionSample> samples_of(const Model& model, const Momentumd& total, Random& random, const Motion& motion) {
   std::vector<MotionSample> samples;
   const std::vector<int> roots{0};
@@ -102,7 +102,7 @@ IdentifiedBody identify(const Model& model, std::vector<MotionSample> samples, s
 
 const Momentumd kTotal{{3, -5, 2}, {4, 1, -2}};
 
-// --- All is determined ---
+// --- All parameters determined ---
 
 TEST(Identification, IsExactOnRandomRobots) {
   double worst = 0;
@@ -121,7 +121,7 @@ TEST(Identification, IsExactOnRandomRobots) {
       const IdentifiedBody found =
           identify(model, samples_of(model, total, random, {}), known ? std::optional(total) : std::nullopt);
       ASSERT_TRUE(found.converged);
-      if (!found.all_determined()) {  // unknown momentum of bodies on few joints
+      if (!found.all_determined()) {  // unknown momentum with few joints
         EXPECT_EQ(found.unseen.size(), static_cast<std::size_t>(kInertialParameters - found.rank));
         continue;
       }
@@ -132,7 +132,7 @@ TEST(Identification, IsExactOnRandomRobots) {
   EXPECT_LT(worst, 1e-9);  // measured 8e-13
 }
 
-TEST(Identification, OfOneArmIsExactHoweverTheMomentumIsKnownAndTheBaseMeasured) {
+TEST(Identification, IsExactForEveryKnowledgeAndMeasurement) {
   const Model model = robot();
   for (const MeasuredBase base : {MeasuredBase::twist, MeasuredBase::rotation}) {
     for (const bool known : {true, false}) {
@@ -153,9 +153,9 @@ TEST(Identification, OfOneArmIsExactHoweverTheMomentumIsKnownAndTheBaseMeasured)
   }
 }
 
-// The momentum of models that differ in the target alone, through ModelBuilder and momentum_about(), and normal
-// equations: nothing in common with the regressor but the mechanics.
-TEST(Identification, AgreesWithDifferencesOfWholeModels) {
+// Independent check: momentum of models that differ in the target alone, through ModelBuilder and momentum_about(),
+// with normal equations; shares no code with the regressor.
+TEST(Identification, AgreesWithFiniteDifferences) {
   const Model model = robot();
   Random random(3);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -190,7 +190,7 @@ TEST(Identification, AgreesWithDifferencesOfWholeModels) {
   EXPECT_LT(worst_error(found, {x[0], c[0], c[1], c[2], I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}), 1e-8);
 }
 
-// Where only the base's rotation is measured, its place and velocity are not read.
+// If only the base's rotation is measured, its position and velocity are not read.
 TEST(Identification, FromRotationDoesNotDependOnTheBasesTranslation) {
   const Model model = robot();
   Random random(10);
@@ -208,7 +208,7 @@ TEST(Identification, FromRotationDoesNotDependOnTheBasesTranslation) {
   EXPECT_GT(worst_error(identify(model, samples, kTotal), truth(model, 0)), 1e-3);
 }
 
-// A known impulse from outside between samples, and what not knowing of it would do.
+// A known external impulse between samples, and the effect of ignoring it.
 TEST(Identification, CountsKnownImpulses) {
   const Model model = robot();
   Random random(5);
@@ -225,9 +225,9 @@ TEST(Identification, CountsKnownImpulses) {
   }
 }
 
-// --- Not all is ---
+// --- Parameters partly determined ---
 
-TEST(Identification, SaysThatRestShowsNothing) {
+TEST(Identification, RestDeterminesNothing) {
   const Model model = robot();
   Random random(1);
   const IdentifiedBody found =
@@ -238,9 +238,9 @@ TEST(Identification, SaysThatRestShowsNothing) {
   for (const auto& value : found.value) EXPECT_FALSE(value);
 }
 
-// Bodies locked together tumble as one. Known momentum shows all of it; unknown momentum leaves the total mass, and
-// the size of the total inertia, open: (16.9).
-TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
+// Bodies locked together tumble as one. Known momentum determines all parameters; unknown momentum leaves the total
+// mass and the scale of the total inertia undetermined: (16.9).
+TEST(Identification, LockedJointsWithUnknownMomentumGiveRatiosOnly) {
   const Model model = robot();
   Random random(2);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {.joints_move = false});
@@ -252,7 +252,7 @@ TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
   EXPECT_EQ(found.com, Identified::ratio_only);
   EXPECT_EQ(found.inertia, Identified::not_determined);
   EXPECT_FALSE(found.value[0]);
-  // More mass is more mass at the common centre of mass.
+  // Additional mass appears at the common centre of mass.
   const State& state = samples.front().state;
   const Kinematics k = forward_kinematics(model, state);
   const Posed X_WT = frame_pose(model, k, 0);
@@ -267,8 +267,8 @@ TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
   EXPECT_GE(of_mass, 1);
 }
 
-// In a plane: mass, two coordinates of the centre of mass, and the inertia about the plane's normal.
-TEST(Identification, OfPlanarMotionGivesWhatAPlaneShows) {
+// Planar motion: mass, two coordinates of the centre of mass, and the inertia about the plane's normal.
+TEST(Identification, PlanarMotionDeterminesPlanarParameters) {
   const Model model = robot_with(kMass, {0.3, -0.2, 0}, Symmetric3d::diagonal(5, 7, 9), true);
   Random random(4);
   const Momentumd total{{0, 0, 3}, {1, 2, 0}};
@@ -292,7 +292,7 @@ TEST(Identification, OfPlanarMotionGivesWhatAPlaneShows) {
   EXPECT_EQ(found.impossible, "");
 }
 
-TEST(Identification, NamesWhatIsImpossible) {
+TEST(Identification, ReportsImpossibleParameters) {
   const Model model = robot();
   Random random(6);
   std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -308,7 +308,7 @@ struct Statistics {
   double worst_bias = 0, least_ratio = INFINITY, largest_ratio = 0, residual = 0;
 };
 
-// Over many draws: means in standard errors, and spreads over what is predicted.
+// Over many draws: means in standard errors, and spreads relative to the prediction.
 Statistics draw(const Model& model, const std::vector<MotionSample>& samples, const RateNoise& noise,
                 std::optional<Momentumd> momentum, MeasuredBase base, int draws) {
   const std::vector<double> deviations = rate_deviations(model, 0, noise);
@@ -338,7 +338,7 @@ Statistics draw(const Model& model, const std::vector<MotionSample>& samples, co
   return all;
 }
 
-TEST(Identification, ErrsAsMuchAsItSays) {
+TEST(Identification, ErrorsMatchTheDeviations) {
   SKIP_UNDER_SANITIZERS();
   const Model model = robot();
   const RateNoise noise{5e-3, 3e-3, 8e-3};  // about two per cent of the rates
@@ -349,7 +349,7 @@ TEST(Identification, ErrsAsMuchAsItSays) {
     std::optional<Momentumd> momentum;
     if (!rotation) momentum = kTotal;
     const Statistics found = draw(model, samples, noise, momentum, base, 200);
-    // 200 draws: spreads are good to 5 %; ten parameters' means.
+    // 200 draws: spreads are accurate to 5 %; means of ten parameters.
     EXPECT_LT(found.worst_bias, 4);
     EXPECT_GT(found.least_ratio, 0.82);
     EXPECT_LT(found.largest_ratio, 1.18);
@@ -357,7 +357,7 @@ TEST(Identification, ErrsAsMuchAsItSays) {
   }
 }
 
-TEST(Identification, IsNotDeceivedByNoiseWhereNothingIsToBeSeen) {
+TEST(Identification, NoiseAloneDeterminesNothing) {
   const Model model = robot();
   Random random(9);
   const RateNoise noise{1e-3, 1e-3, 1e-3};
@@ -389,7 +389,7 @@ TEST(RateNoise, HasItsDeviationAndIsAFunctionOfItsSeed) {
   EXPECT_NE(with_rate_noise(still, deviations, 12, 5).v, with_rate_noise(still, deviations, 11, 5).v);
 }
 
-// --- Misuse ---
+// --- Invalid arguments ---
 
 std::string refusal(const std::function<void()>& call) {
   try {
@@ -400,7 +400,7 @@ std::string refusal(const std::function<void()>& call) {
   return "no refusal";
 }
 
-TEST(Identification, RefusesWhatHasNoMeaning) {
+TEST(Identification, RejectsInvalidTasks) {
   const Model model = robot();
   Random random(1);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -420,7 +420,7 @@ TEST(Identification, RefusesWhatHasNoMeaning) {
               ::testing::HasSubstr("root of its tree"));
 }
 
-TEST(Identification, SaysInWordsWhatIsUnseen) {
+TEST(Identification, DescribesTheNullSpace) {
   UnseenChange unseen;
   unseen.parameter = 0;
   unseen.change = {1, 0.3, 0, -0.1, 0, 0, 2, 0, 0, 0};

@@ -24,7 +24,7 @@ std::vector<std::vector<double>> coefficients(const ImpactCase& c, Random& rando
 }
 
 // Equal coefficients are always consistent, redundant rows or not; different ones where nothing is redundant.
-TEST(BilateralRestitution, ThrowsBackAndKeepsTheEnergyIdentity) {
+TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
   Worst law("|u+ + E u-| over |u-|"), energy("energy identity over T-");
   int redundant = 0;
   for (int i = 0; i < kImpacts; ++i) {
@@ -59,7 +59,7 @@ TEST(BilateralRestitution, ThrowsBackAndKeepsTheEnergyIdentity) {
   EXPECT_GT(redundant, 20);
 }
 
-TEST(BilateralRestitution, IsThePlasticImpactForZero) {
+TEST(BilateralRestitution, ZeroEqualsPlasticImpact) {
   for (int i = 0; i < 100; ++i) {
     const ImpactCase c = random_impact(i);
     Random random(i);
@@ -68,7 +68,7 @@ TEST(BilateralRestitution, IsThePlasticImpactForZero) {
   }
 }
 
-TEST(BilateralRestitution, NamesRowsThatContradictEachOther) {
+TEST(BilateralRestitution, NamesContradictoryRows) {
   int named = 0;
   for (int i = 0; i < kImpacts; ++i) {
     const ImpactCase c = random_impact(i);
@@ -81,7 +81,7 @@ TEST(BilateralRestitution, NamesRowsThatContradictEachOther) {
   EXPECT_GT(named, 20);
 }
 
-TEST(BilateralRestitution, RefusesCoefficientsThatDoNotFit) {
+TEST(BilateralRestitution, RejectsInvalidCoefficients) {
   const ImpactCase c = random_impact(7);
   Random random(7);
   auto E = coefficients(c, random);

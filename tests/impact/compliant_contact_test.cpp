@@ -66,7 +66,7 @@ TEST(CompliantContacts, SlidingFrictionGivesMuTimesTheNormalImpulse) {
   CentralPair c = central_pair();
   const Vector3d n = c.contact.n_W, t = slide(c, 1.0);
   c.contact.friction = 0.2;
-  c.contact.stiffness = 1e9;  // short: the normal hardly turns
+  c.contact.stiffness = 1e9;  // short: the normal barely turns
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   const Vector3d P = o.contacts[0].impulse.linear;
@@ -176,10 +176,10 @@ void expect_line(std::array<double, 3> masses, std::array<double, 2> stiffness, 
 }
 
 TEST(CompliantContacts, RestingContactIsPushedTogether) { expect_line({1, 1, 1}, {1e5, 1e5}, 1); }
-TEST(CompliantContacts, LightBodyBetweenHeavyOnesTouchesAgain) { expect_line({5, 0.5, 4}, {1e6, 1e4}, 4); }
+TEST(CompliantContacts, LightBodyBetweenHeavyOnesTouchesRepeatedly) { expect_line({5, 0.5, 4}, {1e6, 1e4}, 4); }
 
 // Two bodies on rails, driven into each other: the drives do the work, f = k v t.
-TEST(CompliantContacts, HeldBodiesPressAsTheirDrivesWill) {
+TEST(CompliantContacts, HeldBodiesFollowDrives) {
   const CentralPair c = central_pair();
   const int held[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 1e-3}, held);
@@ -216,7 +216,7 @@ TEST(CompliantContacts, SymmetricContactsShareEqually) {
 }
 
 // Stiffer than any steel: deformations of nanometres, five metres from the origin.
-TEST(CompliantContacts, DeformationsAreNotLostInPositions) {
+TEST(CompliantContacts, DeformationsResolvedAtLargePositions) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e15;
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
@@ -245,7 +245,7 @@ TEST(CompliantContacts, EndWithoutWork) {
   EXPECT_EQ(compliant_impact(c.model, c.state, {}, {}, {}).status, Status::separated);
 }
 
-TEST(CompliantContacts, TimeAndStepsMayRunOut) {
+TEST(CompliantContacts, TimeAndStepLimits) {
   const CentralPair c = central_pair();
   const CompliantOutcome late = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 0.005});
   EXPECT_EQ(late.status, Status::time_over);
@@ -258,8 +258,8 @@ TEST(CompliantContacts, TimeAndStepsMayRunOut) {
   EXPECT_EQ(tired.times.back(), tired.duration);
 }
 
-// Stiffnesses no double can carry through: the integrator gives up and says when and why.
-TEST(CompliantContacts, OverflowIsAFailureThatSaysSo) {
+// Stiffnesses beyond the range of doubles: the integrator fails with time and reason.
+TEST(CompliantContacts, OverflowFailsWithMessage) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e300;
   c.contact.damping = 1e308;
@@ -268,7 +268,7 @@ TEST(CompliantContacts, OverflowIsAFailureThatSaysSo) {
   EXPECT_NE(o.message.find("at 0 s"), std::string::npos) << o.message;
 }
 
-TEST(CompliantContacts, RefuseBadArguments) {
+TEST(CompliantContacts, RejectBadArguments) {
   const CentralPair c = central_pair();
   const auto refuses = [&](auto&& change, const char* word) {
     CentralPair bad = c;
@@ -289,10 +289,10 @@ TEST(CompliantContacts, RefuseBadArguments) {
   refuses([](CentralPair& p, auto&) { p.contact.friction = 0.1, p.contact.slip_speed = 0; }, "slip_speed");
   refuses([](CentralPair& p, auto&) { p.contact.model = ContactForceModel::hunt_crossley, p.contact.exponent = 0.5; },
           "exponent");
-  refuses([](CentralPair& p, auto&) { p.contact.target_body = 0; }, "one body on both sides");
-  refuses([](CentralPair& p, auto&) { p.contact.robot_body = 9; }, "no body of the model");
-  refuses([](CentralPair& p, auto&) { p.contact.p_WC = {NAN, 0, 0}; }, "finite point");
-  refuses([](CentralPair& p, auto&) { p.state.v.pop_back(); }, "another model's size");
+  refuses([](CentralPair& p, auto&) { p.contact.target_body = 0; }, "both sides are the same body");
+  refuses([](CentralPair& p, auto&) { p.contact.robot_body = 9; }, "a body is not in the model");
+  refuses([](CentralPair& p, auto&) { p.contact.p_WC = {NAN, 0, 0}; }, "the point is not finite");
+  refuses([](CentralPair& p, auto&) { p.state.v.pop_back(); }, "size differs from the model");
   refuses([](CentralPair& p, auto&) { p.state.v[3] = NAN; }, "not finite");
   refuses([](auto&, CompliantSetup& s) { s.longest = 0; }, "longest");
   refuses([](auto&, CompliantSetup& s) { s.settled = 1; }, "settled");

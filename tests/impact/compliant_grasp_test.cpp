@@ -61,7 +61,7 @@ void expect_balanced(const Model& model, const State& state, const CompliantOutc
   EXPECT_LT(momentum.note(momentum_error(model, state, o.after), where), 1e-12);  // measured 6e-16
 }
 
-// The springs act for a time that falls with k^(-1/2), and what moves meanwhile with it.
+// The springs act for a time proportional to k^(-1/2), and so is the motion during the impact.
 void expect_convergence(const Model& model, const State& state, const std::vector<Grasp>& grasps, bool unique,
                         double settled) {
   const ImpactSolution rigid = plastic_impact(model, state, grasps);
@@ -97,7 +97,7 @@ void expect_convergence(const Model& model, const State& state, const std::vecto
   EXPECT_LT(last_velocity, 2e-3);  // measured 4.5e-4
 }
 
-TEST(CompliantGrasps, BecomePlasticOnTwoTargets) {
+TEST(CompliantGrasps, ConvergeToPlasticOnTwoTargets) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     SCOPED_TRACE(row_count(model));
     const ReferenceImpact r = reference_impact(model, 0.5);
@@ -105,7 +105,7 @@ TEST(CompliantGrasps, BecomePlasticOnTwoTargets) {
   }
 }
 
-TEST(CompliantGrasps, BecomePlasticOnASharedTarget) {
+TEST(CompliantGrasps, ConvergeToPlasticOnSharedTarget) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     SCOPED_TRACE(row_count(model));
     const ImpactCase c = shared_target(model);
@@ -114,7 +114,7 @@ TEST(CompliantGrasps, BecomePlasticOnASharedTarget) {
 }
 
 // All grasps, joints, roots, in three dimensions; lightly damped and over too short a time for any rest.
-TEST(CompliantGrasps, KeepMomentumAndEnergyWhateverTheRobot) {
+TEST(CompliantGrasps, MomentumAndEnergyOfRandomRobots) {
   Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
   int free_roots = 0;
   const int cases = test::repetitions(24);
@@ -180,7 +180,7 @@ TEST(CompliantGrasps, HeldJointsKeepTheirRates) {
 }
 
 // A base that is held takes momentum from outside and turns on as it did.
-TEST(CompliantGrasps, HeldBaseStaysOnItsCourse) {
+TEST(CompliantGrasps, HeldBaseKeepsMotion) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const int base = r.model.body_index("base");
   set_root_twist(r.model, base, {{0.1, -0.2, 0.3}, {0.02, 0.01, -0.03}}, r.state);
@@ -202,7 +202,7 @@ TEST(CompliantGrasps, HeldBaseStaysOnItsCourse) {
 
 // One arm meets its target without any relative motion and feels only what the other arm's grasp does to the base:
 // errors there cannot be judged by a motion of the size of rounding.
-TEST(CompliantGrasps, OneThatMeetsItsTargetExactlyIsMovedByTheOthers) {
+TEST(CompliantGrasps, MatchedGraspIsMovedByOthers) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const Grasp& g = r.grasps[0];
   const Kinematics k = forward_kinematics(r.model, r.state);
@@ -229,7 +229,7 @@ TEST(CompliantGrasps, UndampedGraspsNeverRest) {
 }
 
 // At a spring constant so low that a grasp turns through, which springs do not know.
-TEST(CompliantGrasps, HalfATurnIsAFailureThatSaysSo) {
+TEST(CompliantGrasps, HalfTurnFailsWithMessage) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   std::vector<CompliantGrasp> grasps = yielding(r.grasps, 1e-3, 0);
   const CompliantOutcome o = compliant_impact(r.model, r.state, {}, grasps, {.longest = 1000});

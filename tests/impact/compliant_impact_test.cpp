@@ -104,7 +104,7 @@ TEST(CompliantImpact, KelvinVoigtsRestitutionInClosedForm) {
     EXPECT_LT(off("duration", o.duration, t), 1e-9);                             // measured 4.9e-11
     EXPECT_LT(off("rebound", rebound(c, o), e), 4e-9);                           // measured 2.2e-10
     EXPECT_LT(off("lost", h.energy_lost, 0.5 * m * v * v * (1 - e * e)), 1e-8);  // measured 7.3e-10
-    // The damper is hit at once: from z = 1/2 on the force is greatest then.
+    // The damper acts immediately: from z = 1/2 on the force is maximal then.
     const double peak = z > 0.5 ? 0 : std::atan2(s * (1 - 4 * z * z), z * (3 - 4 * z * z)) / (s * w);
     const double force =
         std::exp(-z * w * peak) * (2 * z * std::cos(s * w * peak) + (1 - 2 * z * z) / s * std::sin(s * w * peak));
@@ -114,7 +114,7 @@ TEST(CompliantImpact, KelvinVoigtsRestitutionInClosedForm) {
   }
 }
 
-// d' dd' / (1 + a d') = -(k/m) d^n dd, hence a v - ln(1 + a v) is the same at both ends: whatever k, n and m.
+// d' dd' / (1 + a d') = -(k/m) d^n dd, so a v - ln(1 + a v) is equal at both ends: for any k, n and m.
 TEST(CompliantImpact, HuntAndCrossleysRestitutionInClosedForm) {
   for (double n : {1.0, 1.5, 2.2}) {
     for (double a : {0.2, 2.0, 20.0}) {

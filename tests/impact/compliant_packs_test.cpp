@@ -1,4 +1,4 @@
-// Impacts in time in packs: the same bits at every width, the numbers of doubles, whole impacts.
+// Compliant impacts in packs: identical bits at every width, the numbers of doubles, whole impacts.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -81,7 +81,7 @@ YieldingCase yielding_case(int index) {
   return y;
 }
 
-// Points near the start, and what is found there.
+// Points near the start, and their values.
 struct Points {
   std::vector<double> t, y;
 };
@@ -169,7 +169,7 @@ TEST(CompliantPacks, SameBitsAtEveryWidth) {
   }
 }
 
-TEST(CompliantPacks, OtherPointsChangeNothing) {
+TEST(CompliantPacks, IndependentOfOtherPoints) {
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
     const YieldingCase c = yielding_case(i);
@@ -181,7 +181,7 @@ TEST(CompliantPacks, OtherPointsChangeNothing) {
   }
 }
 
-TEST(CompliantPacks, HaveTheNumbersOfDoubles) {
+TEST(CompliantPacks, MatchDoubles) {
   Worst worst("packs against doubles, over the largest number");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -260,7 +260,7 @@ TEST(CompliantPacks, WholeImpactsHaveTheSameBitsAtEveryWidth) {
 }
 
 // Joints that move by modes are projected for doubles alone.
-TEST(CompliantPacks, LeaveModesToDoubles) {
+TEST(CompliantPacks, ModesUseDoubles) {
   const YieldingCase c = yielding_case(0);
   const InstructionSet set = InstructionSet::one_lane;
   EXPECT_TRUE(CompliantSystem(c.model, c.state, c.contacts, c.grasps, c.held, nullptr, set).in_packs());

@@ -10,7 +10,7 @@ namespace grapnel::testing {
 namespace contact_grasps_test {
 
 // Two bodies that a rigid grasp holds together take a blow as the one body they are.
-TEST(ContactGrasps, ClosedGraspMakesACompositeBody) {
+TEST(ContactGrasps, ClosedGraspFormsCompositeBody) {
   for (RestitutionHypothesis h : kHypotheses) {
     const Lump striker{"striker", 1.5, {0.2, 0.3, 0.1}, {0.4, 0.1, 0.6}, {{0.3, -0.2, 0.1}, {0.2, 0.1, -1}}};
     ContactCase two =

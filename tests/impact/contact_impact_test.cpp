@@ -16,7 +16,7 @@ namespace contact_impact_test {
 using Status = ContactImpactSolution::Status;
 
 // Every seventh case that contact_thousands_test.cpp solves, of the first.
-TEST(ContactImpact, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(0, test::repetitions(3500), 7); }
+TEST(ContactImpact, StrongeDissipatesAndKeepsCone) { check_stronge(0, test::repetitions(3500), 7); }
 
 // One contact: every hypothesis keeps what it says.
 TEST(ContactImpact, OneContactObeysItsHypothesis) {
@@ -43,7 +43,7 @@ TEST(ContactImpact, OneContactObeysItsHypothesis) {
   }
 }
 
-// A solid sphere on a fixed plane: it slides all the way, or leaves rolling with 2/7 of its sideways momentum taken.
+// A solid sphere on a fixed plane: it slides throughout, or leaves rolling with 2/7 of its tangential momentum removed.
 TEST(ContactImpact, ObliqueSphereSlidesOrRolls) {
   const double m = 3, r = 0.2, e = 0.6, I = 0.4 * m * r * r, v_n = 2, v_t = 1.5;
   for (const double mu : {0.05, 0.5}) {

@@ -52,7 +52,7 @@ TEST(ContactLaws, WithoutFrictionHypothesesCoincide) {
 }
 
 // All velocities twice as large: twice the impulses. One velocity added to all that floats: nothing changes.
-TEST(ContactLaws, ScaleAndMoveAlong) {
+TEST(ContactLaws, ScalingAndMotionInvariance) {
   Worst scaled("velocities scaled"), moved("moved along");
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -79,7 +79,7 @@ TEST(ContactLaws, ScaleAndMoveAlong) {
 }
 
 // The world in a mirror, x for -x: the same impulses in the mirror.
-TEST(ContactLaws, MirroredBodiesGetMirroredImpulses) {
+TEST(ContactLaws, MirrorSymmetry) {
   Worst worst("mirrored impulse");
   int compared = 0;
   for (int i = 0; i < 100; ++i) {
@@ -110,7 +110,7 @@ TEST(ContactLaws, MirroredBodiesGetMirroredImpulses) {
 
 // Three balls in a line, the first strikes: how the two contacts share depends on what rigid bodies do not tell. Two
 // pairs far apart do not feel each other.
-TEST(ContactLaws, SharesThatAreNotUniqueAreReported) {
+TEST(ContactLaws, NonuniqueImpulsesReported) {
   const auto ball = [](const char* name, double x, double z, double v) {
     return Lump{name, 1, {0.1, 0.1, 0.1}, {x, 0, z}, {Vector3d::zero(), {0, 0, v}}};
   };

@@ -87,7 +87,7 @@ TEST(ContactPathPacks, SameBitsAtEveryWidth) {
   EXPECT_GT(stepped, 4 * kCases);
 }
 
-TEST(ContactPathPacks, OtherPathsChangeNothing) {
+TEST(ContactPathPacks, IndependentOfOtherPaths) {
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Problems problems = orders(random_problem(i, 2 + i % 2));
@@ -104,7 +104,7 @@ TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
       problems.push_back(random_problem(i, contacts));
       if (i % 3 == 1) problems.back().tolerance = 1e-5;
       if (i % 5 == 2) problems.back().u = -problems.back().u.cwiseAbs();
-      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // parts at once: over before it begins
+      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // separates immediately: over before it begins
     }
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
       const std::vector<ContactPath> paths = follow_contacts(problems, set);
@@ -129,7 +129,7 @@ TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
 }
 
 // Paths that end by their limit of steps, or by numbers that are not finite, do not touch those beside them.
-TEST(ContactPathPacks, APathThatFailsLeavesTheOthersAlone) {
+TEST(ContactPathPacks, FailedPathDoesNotAffectOthers) {
   Problems problems;
   for (int i = 0; i < 12; ++i) problems.push_back(random_problem(i, 2));
   const Problems sound = problems;
@@ -165,7 +165,7 @@ TEST(ContactPath, WithoutFreedomAlongItsTangents) {
   EXPECT_NEAR(path.impulse.tail(2).norm(), 0, 1e-10);
 }
 
-TEST(ContactPathPacks, HaveTheNumbersOfDoubles) {
+TEST(ContactPathPacks, MatchDoubles) {
   Worst worst("packs against doubles, over the impulse"), usual("all but the worst tenth");
   std::vector<double> off;
   for (int i = 0; i < kCases; ++i) {
@@ -188,7 +188,7 @@ TEST(ContactPathPacks, HaveTheNumbersOfDoubles) {
   EXPECT_LT(usual.value(), 1e-10);  // measured 1.7e-14
 }
 
-TEST(ContactPathPacks, RefusePathsOfDifferentNumbersOfContacts) {
+TEST(ContactPathPacks, RejectDifferentNumbersOfContacts) {
   const Problems problems{random_problem(0, 2), random_problem(0, 1)};
   EXPECT_THROW(follow_contacts(problems), std::invalid_argument);
   EXPECT_TRUE(follow_contacts(Problems{}).empty());

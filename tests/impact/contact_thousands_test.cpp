@@ -9,7 +9,7 @@ namespace contact_thousands_test {
 
 class ContactThousands : public ::testing::TestWithParam<int> {};
 
-TEST_P(ContactThousands, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(GetParam(), GetParam() + 2500, 5); }
+TEST_P(ContactThousands, StrongeDissipatesAndKeepsCone) { check_stronge(GetParam(), GetParam() + 2500, 5); }
 
 INSTANTIATE_TEST_SUITE_P(From, ContactThousands, ::testing::Range(0, 10000, 2500));
 

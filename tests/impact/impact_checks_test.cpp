@@ -8,7 +8,7 @@
 namespace grapnel::testing {
 namespace impact_checks_test {
 
-TEST(ImpactChecks, ThoseTakePartOnWhoseTreeARowActs) {
+TEST(ImpactChecks, ParticipationByTree) {
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
@@ -28,7 +28,7 @@ TEST(ImpactChecks, ThoseTakePartOnWhoseTreeARowActs) {
 }
 
 // Two bodies of 2 kg that meet, one of 1e12 kg that passes by: an error of the two is theirs.
-TEST(ImpactChecks, AreThoseOfTheBodiesThatTakePart) {
+TEST(ImpactChecks, RelativeToParticipatingBodies) {
   const Eigen::Vector3d mass{2, 2, 1e12}, part{1, 1, 0}, before{3, -1, 7}, right{1, 1, 7};
   const Eigen::MatrixXd M = mass.asDiagonal();
   const Eigen::Vector3d P{-4, 4, 0};
@@ -48,7 +48,7 @@ TEST(ImpactChecks, AreThoseOfTheBodiesThatTakePart) {
   EXPECT_GT(impact_checks(M, Cholesky(M), part, before, moved, P, work).generalized_momentum_residual, 1);
 }
 
-TEST(ImpactChecks, NothingIsNoErrorAndSomethingFromNothingIs) {
+TEST(ImpactChecks, ZeroScale) {
   const Eigen::MatrixXd M = Eigen::Vector2d{1, 1}.asDiagonal();
   const Eigen::Vector2d rest{0, 0}, none{0, 0}, part{1, 1}, moves{0, 1};
   EXPECT_EQ(impact_checks(M, Cholesky(M), part, rest, rest, none, 0).energy_identity_residual, 0);

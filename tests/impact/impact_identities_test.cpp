@@ -137,7 +137,7 @@ TEST(PlasticImpact, AgreesWithMaximalCoordinates) {
   EXPECT_GT(unique, 100);
 }
 
-TEST(PlasticImpact, ImpulseIsLinearInTheRelativeVelocityAndBlindToTheRest) {
+TEST(PlasticImpact, ImpulseDependsOnlyOnRelativeVelocity) {
   Worst worst("P(a u1 + b u2 + motion without u) against a P(u1) + b P(u2)");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -155,7 +155,7 @@ TEST(PlasticImpact, ImpulseIsLinearInTheRelativeVelocityAndBlindToTheRest) {
   }
 }
 
-TEST(PlasticImpact, NothingHappensWithoutGraspsOrAgain) {
+TEST(PlasticImpact, NoChangeWithoutGraspsOrOnRepeat) {
   const ImpactCase c = random_impact(7);
   const ImpactSolution none = plastic_impact(c.model, c.state, {});
   EXPECT_EQ(none.rows, 0);
@@ -167,7 +167,7 @@ TEST(PlasticImpact, NothingHappensWithoutGraspsOrAgain) {
 }
 
 // A perfect approach leaves nothing to do: residuals are still small, though dv is rounding alone.
-TEST(PlasticImpact, BooksHoldWhereTheVelocitiesAlreadyMatch) {
+TEST(PlasticImpact, ChecksPassForMatchedVelocities) {
   Worst worst("residuals of an impact that changes nothing");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -181,7 +181,7 @@ TEST(PlasticImpact, BooksHoldWhereTheVelocitiesAlreadyMatch) {
   }
 }
 
-TEST(PlasticImpact, RefusesAnotherModelsState) {
+TEST(PlasticImpact, RejectsStateOfOtherModel) {
   const ImpactCase c = random_impact(7);
   State wrong = c.state;
   wrong.v.pop_back();

@@ -31,7 +31,7 @@ ImpulseMeasures measure(const ImpactCase& c, std::span<const HeldRate> held = {}
   return impulse_measures(c.model, c.state, root_of(c), c.grasps, {}, held);
 }
 
-// All velocities of the robot's joints, kept as they are.
+// All velocities of the robot's joints, kept unchanged.
 std::vector<HeldRate> all_joints(const Model& model, const State& state, int root) {
   std::vector<HeldRate> held;
   for (const Body& b : model.bodies()) {
@@ -100,7 +100,7 @@ Eigen::VectorXd base_change(const ImpactCase& c, const std::vector<double>& v) {
 
 // --- One end-effector. ----------------------------------------------------------------------------------------------
 
-TEST(ImpulseMeasures, InverseInertiaIsWhatForwardDynamicsSays) {
+TEST(ImpulseMeasures, InverseInertiaMatchesForwardDynamics) {
   Worst robot("extended inverse inertia"), pair("of the pair"), locked("with joints held");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -166,7 +166,7 @@ TEST(ImpulseMeasures, EffectiveMassIsImpulsePerSpeed) {
 
 // The impulse of a point grasp for a relative velocity along an axis of the ellipsoid is that axis; and the index is
 // the impulse's size per speed.
-TEST(ImpulseMeasures, EllipsoidIsTheImpulseOfAPointGrasp) {
+TEST(ImpulseMeasures, EllipsoidMatchesPointGrasp) {
   Worst axes("semi-axes against impulses"), index("impulse index against |P|/|u|");
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -272,7 +272,7 @@ TEST(ImpulseMeasures, ImmovableRobot) {
   }
 }
 
-TEST(ImpulseMeasures, HeldBaseIsAsOneThatIsFixed) {
+TEST(ImpulseMeasures, HeldBaseEqualsFixedBase) {
   Worst worst("held against fixed base");
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -308,7 +308,7 @@ TEST(ImpulseMeasures, HeldBaseIsAsOneThatIsFixed) {
 // --- All grasps together. --------------------------------------------------------------------------------------------
 
 // P = -W^+ u in the metric of the targets, held rates jumping first: the coupled index is that of the solved impact.
-TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
+TEST(ImpulseMeasures, CoupledIndexMatchesImpact) {
   Worst worst("coupled index"), with_held("with held rates"), planned("what plans evaluate");
   int deficient = 0;
   for (int i = 0; i < 150; ++i) {
@@ -355,7 +355,7 @@ TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
   EXPECT_GT(deficient, 10);
 }
 
-TEST(ImpulseMeasures, BaseResponseIsWhatForwardDynamicsSays) {
+TEST(ImpulseMeasures, BaseResponseMatchesForwardDynamics) {
   Worst worst("base change against response times impulse");
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -469,7 +469,7 @@ TEST(ImpulseMeasures, ImpulseThroughTheCentreOfMass) {
   EXPECT_GT(free.value(), 1e-3);  // with free joints the base turns even so
 }
 
-TEST(ImpulseMeasures, MissIsTheChangeOfAngularMomentum) {
+TEST(ImpulseMeasures, MissMatchesAngularMomentumChange) {
   Worst worst("angular impulse about the centre of mass");
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));

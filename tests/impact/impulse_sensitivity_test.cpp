@@ -251,9 +251,9 @@ double deviation(const Outcome& here, const ImpulseSensitivity& s, const Outcome
   return worst;
 }
 
-// The unit that steps are counted in. Inertias: a part of what the triangle inequality has left, so that the body stays
-// possible. Approach angles: near a singular configuration joints move far and the way bends soon, so in proportion to
-// the least singular value of the arms' Jacobian (those of directions that the arms lack left out).
+// The unit of the steps. Inertias: a fraction of the margin of the triangle inequality, so that the body stays
+// possible. Approach angles: near a singular configuration joints move far and the path is curved, so in proportion to
+// the minimum singular value of the arms' Jacobian (without directions that the arms lack).
 double step_unit(const Problem& p, const ImpulseSensitivity& s) {
   if (is(s, "target inertia")) {
     const Eigen::Vector3d moments =
@@ -344,8 +344,8 @@ TEST(ImpulseSensitivity, RedundantGrasps) {
 }
 
 // Two bodies of one welded hand hold the target twice: every self-stress is possible, in and out of plane. Stresses of
-// the least solution depend on the parameter through D and the null space.
-TEST(ImpulseSensitivity, LeastSelfStressMoves) {
+// the minimum-norm solution depend on the parameter through D and the null space.
+TEST(ImpulseSensitivity, MinimumNormSelfStressChanges) {
   Worst worst("two grasps of one hand on one target");
   for (int i = 0; i < 9; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -373,7 +373,7 @@ TEST(ImpulseSensitivity, HeldJoints) {
     for (int v : driven) p.held.push_back({v, p.state.v[v]});
     p.held.push_back({joint_velocity(p, "arm0.4"), 0});
     if (i >= 4) {
-      // The whole of arm 1 goes on as it was.
+      // All of arm 1 keeps its motion.
       p.held.clear();
       for (int j = 0; j < 7; ++j) {
         const int v = joint_velocity(p, "arm1." + std::to_string(j));
@@ -429,9 +429,9 @@ TEST(ImpulseSensitivity, RandomRobots) {
   std::printf("[ measured ] %d derivatives, of which %d undefined\n", rows, undefined);
 }
 
-// The error of central differences falls with the square of the step until rounding takes over; where the outcome is
-// linear in the parameter it is rounding at once.
-TEST(ImpulseSensitivity, DifferencesConvergeWithTheSquareOfTheStep) {
+// The error of central differences is proportional to the square of the step until rounding dominates; if the outcome
+// is linear in the parameter it is at rounding level from the start.
+TEST(ImpulseSensitivity, CentralDifferencesConvergeQuadratically) {
   const Problem p = spatial_problem(3, 7, false);
   const Outcome here = solved(p);
   for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps)) {
@@ -469,7 +469,7 @@ TEST(ImpulseSensitivity, LinearInRelativeMotion) {
 }
 
 // For a rigid grasp the contact point is but a point of reference: P's angular part shifts, nothing else changes.
-TEST(ImpulseSensitivity, RigidGraspsDoNotKnowTheirContactPoint) {
+TEST(ImpulseSensitivity, RigidGraspsIndependentOfContactPoint) {
   Worst worst("d P/d offset against -e x P");
   for (int i = 0; i < 6; ++i) {
     Problem p = spatial_problem(80 + i, 7, i % 2 == 0);
@@ -521,7 +521,7 @@ TEST(ImpulseSensitivity, ReducedMassInClosedForm) {
 
 // Two point grasps at one point say everything twice; apart, they also stop all turning but that about their line. So
 // the rank changes with the offset of either, and P jumps: that has no derivative. Everything else has.
-TEST(ImpulseSensitivity, RankThatChangesIsSaid) {
+TEST(ImpulseSensitivity, ReportsRankChange) {
   Problem p = spatial_problem(5, 7, true);
   p.grasps[0].model = GraspModel::point;
   p.grasps[1] = p.grasps[0];
@@ -544,7 +544,7 @@ TEST(ImpulseSensitivity, RankThatChangesIsSaid) {
 }
 
 // Two arms, all joints driven, on one rigid target: what the drives keep does not fit.
-TEST(ImpulseSensitivity, DrivesThatContradictAreSaid) {
+TEST(ImpulseSensitivity, ReportsContradictoryDrives) {
   Problem p = spatial_problem(6, 3, true);
   for (Grasp& g : p.grasps) g.model = GraspModel::rigid;
   for (int j : p.model.joints()) p.held.push_back({p.model.bodies()[j].v, p.state.v[p.model.bodies()[j].v]});
@@ -552,7 +552,7 @@ TEST(ImpulseSensitivity, DrivesThatContradictAreSaid) {
   const std::vector<bool> gave_way = which_gave_way(p.model, p.held, s.velocity);
   ASSERT_TRUE(std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end());
   for (const ImpulseSensitivity& d : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
-    EXPECT_EQ(d.undefined, "the held rates ask for velocities that the grasps do not allow");
+    EXPECT_EQ(d.undefined, "the held rates contradict the grasps");
     EXPECT_TRUE(std::isnan(d.base.linear[0]));
   }
 }

@@ -37,7 +37,7 @@ TEST(PublishedImpact, MomentumErrorIsTheImpulseItDrops) {
 
 // A base that cannot be moved takes any impulse without a twist: then the formulas are right, the error falls as
 // 1/mass.
-TEST(PublishedImpact, TendsToTheRightImpulseForAHeavyBase) {
+TEST(PublishedImpact, ConvergesForHeavyBase) {
   const auto error = [](double factor) {
     const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1, factor);
     const PublishedImpact p = published(r);
@@ -55,14 +55,14 @@ TEST(PublishedImpact, TendsToTheRightImpulseForAHeavyBase) {
   EXPECT_NEAR(e3 / e4, 10, 0.2);
 }
 
-TEST(PublishedImpact, SaysWhereItDoesNotApply) {
+TEST(PublishedImpact, ReportsWhereUndefined) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   const int base = r.model.body_index("base");
   EXPECT_EQ(published_impact(r.model, r.state, base, {}).undefined, "no grasps");
   std::vector<Grasp> grasps = r.grasps;
   grasps[1].model = GraspModel::hinge;
   EXPECT_EQ(published_impact(r.model, r.state, base, grasps).undefined, "the formulas are for rigid grasps");
-  // Gripped by the base itself, all joints move but no impulse at the grasp can say why.
+  // With a grasp on the base itself, all joints move but no impulse at the grasp explains it.
   grasps = r.grasps;
   grasps.pop_back();
   grasps[0].robot_body = r.model.body_index("arm-1-link-1");
@@ -77,7 +77,7 @@ TEST(PublishedImpact, SaysWhereItDoesNotApply) {
 
 // Two arms on one target, with J_t^-1 read as least squares: generalized momentum (3.6) is kept, and the velocities do
 // not fit the loop they are to move in.
-TEST(PublishedImpact, OfASharedTargetDoesNotFitTheLoop) {
+TEST(PublishedImpact, ViolatesLoopOfSharedTarget) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   std::vector<Grasp> grasps = r.grasps;
   grasps[1].target_body = grasps[0].target_body;

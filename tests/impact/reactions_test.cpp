@@ -45,7 +45,7 @@ TEST(JointImpulses, AreTheMultipliersOfMaximalCoordinates) {
   EXPECT_GT(compared, 100);
 }
 
-TEST(JointImpulses, NothingAlongAFreeJointButItsRotor) {
+TEST(JointImpulses, FreeJointTransmitsOnlyRotorImpulse) {
   Worst worst("driving component of free joints, rotors' part taken off"), roots("impulse through free roots");
   int rotors = 0;
   for (int i = 0; i < kImpacts; ++i) {
@@ -76,7 +76,7 @@ TEST(JointImpulses, NothingAlongAFreeJointButItsRotor) {
   EXPECT_GT(rotors, 20);  // some matter
 }
 
-TEST(JointImpulses, GroundGivesWhatAFixedBaseTakes) {
+TEST(JointImpulses, GroundImpulseOfFixedBase) {
   Worst worst("momentum change against the ground's impulse");
   int fixed = 0;
   for (int i = 4; i < kImpacts; i += 5) {

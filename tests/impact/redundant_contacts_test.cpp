@@ -12,8 +12,8 @@
 namespace grapnel::testing {
 namespace redundant_contacts_test {
 
-// Friction of `points` points at rest whose bodies have three freedoms. Half of them can just all stick, since there
-// are forces that need all of the cones but for a ten-thousandth.
+// Friction of `points` points at rest whose bodies have three freedoms. Half of the cases can just all stick, since
+// some forces use all of the cones except for a fraction of 1e-4.
 struct RestCase {
   Eigen::MatrixXd A;
   Eigen::VectorXd b, radius;
@@ -128,14 +128,14 @@ TEST(RedundantContacts, WedgedBodiesComeToRest) {
 }
 
 // Newton's hypothesis demands that they part all the same.
-TEST(RedundantContacts, WedgedBodiesThatMustPartAreAFailure) {
+TEST(RedundantContacts, WedgedBodiesThatMustSeparateFail) {
   const ContactPath path = follow_contacts(groove(0.1, 0.6, RestitutionHypothesis::newton, 0));
-  EXPECT_EQ(path.failure, "bodies are wedged at rest, and forces that are to part them grow without end");
+  EXPECT_EQ(path.failure, "bodies are wedged at rest, and the forces that separate them grow without bound");
   EXPECT_LT(path.steps, 2000);
 }
 
-// Many contacts of bodies with three freedoms: every path ends, or says what kept it.
-TEST(RedundantContacts, PathsEndOrSayWhy) {
+// Many contacts of bodies with three freedoms: every path ends, or reports its failure.
+TEST(RedundantContacts, PathsEndOrReportFailure) {
   int ended = 0, crawled = 0;
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -164,7 +164,7 @@ TEST(RedundantContacts, PathsEndOrSayWhy) {
   std::printf("[ measured ] ended %d, crawled %d\n", ended, crawled);
 }
 
-TEST(RedundantContacts, OthersAreNotFollowedWhereTheFirstFails) {
+TEST(RedundantContacts, OthersSkippedIfFirstFails) {
   std::vector<ContactPathProblem> problems(5, groove(0.6, 0.3, RestitutionHypothesis::poisson));
   const auto ends = [&](OtherPaths others, std::optional<lanes::InstructionSet> set) {
     std::vector<std::string> failures;

@@ -94,7 +94,7 @@ TEST(SharedTarget, VelocitiesAreUnique) {
   EXPECT_GT(undetermined, 1e-3);  // the others do depend on it
 }
 
-TEST(SharedTarget, ReportedImpulseHasTheLeastMetric) {
+TEST(SharedTarget, ReportedImpulseMinimizesMetric) {
   Worst worst("slope of P^T D P along self-stresses");
   int loops = 0;
   for (int i = -1; i < kImpacts; ++i) {
@@ -163,7 +163,7 @@ TEST(SharedTarget, ImpulseDoesNotDependOnUnits) {
   }
 }
 
-TEST(SharedTarget, LoopConservesMomentumThatIsNotZero) {
+TEST(SharedTarget, LoopConservesNonzeroMomentum) {
   const ImpactCase c = thesis_loop();
   const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
   const Kinematics k0 = forward_kinematics(c.model, c.state);

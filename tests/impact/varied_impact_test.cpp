@@ -12,7 +12,7 @@ namespace grapnel::testing {
 namespace varied_impact_test {
 
 // What the derivatives are made of: values are those of the ordinary kernels, bit for bit or to rounding.
-TEST(VariedImpact, ValuesAreTheOrdinaryOnes) {
+TEST(VariedImpact, ValuesMatchPlainKernels) {
   Worst worst("M, J and D from dual numbers");
   for (int i = 0; i < 40; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -1,4 +1,4 @@
-/// Drives that are told rates which the grasps do not allow: they give way as rotors of ever larger inertia would.
+/// Drives with prescribed rates that contradict the grasps: they respond like rotors of increasing inertia.
 
 #include <gtest/gtest.h>
 
@@ -74,7 +74,7 @@ std::vector<HeldRate> all_joints_as_they_are(const ImpactCase& c) {
   return held;
 }
 
-// What drives are told: their present rate, zero, or any other; a part of all joints.
+// The prescribed rates of drives: the current rate, zero, or any other; for a part of all joints.
 std::vector<HeldRate> any_rates(const ImpactCase& c, Random& random) {
   std::vector<HeldRate> held;
   for (HeldRate rate : all_joints_as_they_are(c)) {
@@ -115,7 +115,7 @@ std::vector<ArmOptions> robots() {
 }
 
 // The limit itself: real rotors in the model, joints that nothing holds, no code of yielding drives.
-TEST(YieldingDrives, AreTheLimitOfEverHeavierRotors) {
+TEST(YieldingDrives, LimitOfHeavyRotors) {
   Worst last("difference at 1e6 rotor inertias");
   for (std::size_t r = 0; r < robots().size(); ++r) {
     for (int index = 0; index < 4; ++index) {
@@ -160,7 +160,7 @@ bool floats(const Model& model) {
 
 // Brakes and rates of any kind, on random trees with up to six grasps: the definition's two minima, without
 // self-stresses.
-TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
+TEST(YieldingDrives, MinimumDeviationOfRates) {
   Worst grasps("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
       energy("energy identity"), total("total momentum");
   int gave_way = 0, fixed = 0, rotors = 0, slides = 0;
@@ -182,7 +182,7 @@ TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
       H(k, h.velocity) = 1, told[k] = h.after, drive[k] = s.held_impulses[static_cast<std::size_t>(k)];
       weight[k] = drive_inertia(c.model, h.velocity);
     }
-    // Grasps and momentum are kept whatever drives are told.
+    // Grasps and momentum are satisfied for any prescribed rates.
     const double size = v.norm();
     EXPECT_LT(grasps.note((J * after).norm() / (J.norm() * size), i), 1e-11);
     const Eigen::VectorXd P = J.transpose() * stacked_impulse(c, s).head(J.rows()) + H.transpose() * drive;
@@ -223,7 +223,7 @@ TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
 }
 
 // The impact that its drives can keep is the one it was, to the bit.
-TEST(YieldingDrives, DoNotMoveWhereTheyNeedNot) {
+TEST(YieldingDrives, UnchangedWithoutContradiction) {
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));
     const ImpactCase c = arms_on_one_target(robots()[static_cast<std::size_t>(index) % 6], 300 + index);
@@ -244,7 +244,7 @@ TEST(YieldingDrives, DoNotMoveWhereTheyNeedNot) {
   }
 }
 
-TEST(YieldingDrives, AreTheSameInTheFastSolver) {
+TEST(YieldingDrives, SameInFastSolver) {
   Worst velocities("velocities");
   int gave_way = 0;
   for (int i = 0; i < kImpacts; ++i) {
@@ -265,8 +265,8 @@ TEST(YieldingDrives, AreTheSameInTheFastSolver) {
   EXPECT_GT(gave_way, 100);
 }
 
-// Contacts feel grasps whose drives have given way; what rebounds may ask for more than drives are told.
-TEST(YieldingDrives, GiveWayToClosedGraspsInOtherLaws) {
+// Contacts depend on grasps with overpowered drives; rebounds may require more than the prescribed rates.
+TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
   Worst blow("momentum in a blow"), thrown("velocities rebounding");
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));

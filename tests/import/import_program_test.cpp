@@ -21,12 +21,12 @@ TEST_F(ImportProgram, WritesARobotFileThatInfoReads) {
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_EQ(made.err, "");
   EXPECT_THAT(made.out,
-              AllOf(HasSubstr("massless-root.urdf:6:4: the base is link 'base_link', with what is fixed to it: "
+              AllOf(HasSubstr("massless-root.urdf:6:4: the base is link 'base_link', with the links fixed to it: "
                               "base_body, battery\n"),
                     HasSubstr("robot.yaml: 3 bodies, 1 end-effector, ")));
   const std::string text = test::read_text(folder_ / "robot.yaml");
   EXPECT_THAT(text, AllOf(HasSubstr("# Made by grapnel import from massless-root.urdf."),
-                          HasSubstr("# 'base_link' is one body with what is fixed to it"),
+                          HasSubstr("# 'base_link' and the links fixed to it form one body"),
                           HasSubstr("schema: grapnel-robot/1")));
   const Outcome info = run("info robot.yaml");
   EXPECT_EQ(info.code, 0) << info.err;
@@ -52,7 +52,7 @@ TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
   EXPECT_THAT(run("import " + corpus("gripper.urdf") + " --lock right=x -o robot.yaml").err,
               HasSubstr("--lock right=x: error: import.lock.right must be a number"));
   EXPECT_THAT(run("import " + corpus("gripper.urdf") + " --base buss -o robot.yaml").err,
-              HasSubstr("--base buss: error: there is no link 'buss' to be the base; did you mean 'bus'?\n"));
+              HasSubstr("--base buss: error: unknown link 'buss' for the base; did you mean 'bus'?\n"));
   EXPECT_THAT(run("import none.urdf -o robot.yaml").err, HasSubstr("none.urdf: error: "));
   EXPECT_THAT(run("import none.yaml -o robot.yaml").err, HasSubstr("a model to be imported ends in .urdf or .xml"));
   EXPECT_THAT(run("import " + corpus("gripper.urdf") + " -o none/robot.yaml").err,

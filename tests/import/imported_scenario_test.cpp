@@ -137,7 +137,7 @@ TEST_F(ImportedScenario, FaultsAreAtTheirPlacesInTheModel) {
   EXPECT_THAT(faults("robot: models/arm.urdf"),
               HasSubstr("models/arm.urdf:3:4: error: the base, link 'mount', has no mass"));
   EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {base: uper}"),
-              HasSubstr("scenario.yaml:3:16: error: there is no link 'uper' to be the base; did you mean 'upper'?"));
+              HasSubstr("scenario.yaml:3:16: error: unknown link 'uper' for the base; did you mean 'upper'?"));
   EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {bsae: upper, lock: {elbow: x}, mount: {}}"),
               AllOf(HasSubstr("unknown key 'bsae' in import; did you mean 'base'?"),
                     HasSubstr("import.lock.elbow must be a number"), HasSubstr("bus")));
@@ -285,12 +285,11 @@ TEST_F(ImportedScenario, CampaignsVaryMountsAndTheBus) {
 TEST_F(ImportedScenario, SaysWhatIsWrongWithArmsOnABus) {
   EXPECT_THAT(
       faults("robot: {bus: bus.yaml, arms: [{file: models/arm.urdf}, {file: models/arm.urdf}]}"),
-      HasSubstr("end-effector 'tool' is on the bus already; give the arm a prefix (prefix: left-; --prefix left-)"));
+      HasSubstr("end-effector 'tool' exists on the bus; give the arm a prefix (prefix: left-; --prefix left-)"));
   // A base without a name is called base; one without mass is no body.
   write("bus-2.yaml", "base: {mass: 300, inertia: [30, 40, 50]}\n");
   write("arm.yaml", "base: {mass: 2, inertia: [0.1, 0.1, 0.1]}\n");
-  EXPECT_THAT(faults("robot: {bus: bus-2.yaml, arms: [{file: arm.yaml}]}"),
-              HasSubstr("link 'base' is on the bus already"));
+  EXPECT_THAT(faults("robot: {bus: bus-2.yaml, arms: [{file: arm.yaml}]}"), HasSubstr("link 'base' exists on the bus"));
   write("bus-2.yaml",
         "base: {name: mount, mass: 300, inertia: [30, 40, 50]}\nlinks: [{name: plate, parent: mount, joint: {name: "
         "mount-1, type: fixed}, mass: 1, inertia: [1, 1, 1]}]\n");
@@ -301,11 +300,12 @@ TEST_F(ImportedScenario, SaysWhatIsWrongWithArmsOnABus) {
               HasSubstr("the bus has no link 'panle'; did you mean 'panel'?"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml}"), HasSubstr("missing key 'arms' in robot"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: bus.yaml, prefix: b-, lock: {j: 1}}]}"),
-              HasSubstr("'lock' is for models that are imported"));
+              HasSubstr("'lock' applies only to imported models"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{flie: models/arm.urdf}]}"), HasSubstr("did you mean 'file'?"));
-  EXPECT_THAT(faults("robot: {bus: models/arm.urdf, arms: [{file: models/arm.urdf}]}"),
-              HasSubstr("scenario.yaml:2:14: error: a bus is a robot file or a ready-made robot, and 'models/arm.urdf' "
-                        "is a model: make a robot file of it, grapnel import models/arm.urdf -o bus.yaml"));
+  EXPECT_THAT(
+      faults("robot: {bus: models/arm.urdf, arms: [{file: models/arm.urdf}]}"),
+      HasSubstr("scenario.yaml:2:14: error: a bus must be a robot file or a ready-made robot, but 'models/arm.urdf' is "
+                "a model: convert it to a robot file, grapnel import models/arm.urdf -o bus.yaml"));
 }
 
 TEST_F(ImportedScenario, WrittenElsewhereIsTheSameProblem) {

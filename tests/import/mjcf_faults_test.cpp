@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A robot of two bodies in which each test changes something. The joint's attributes stand in line 7 from column 14
+// A robot of two bodies, modified by each test. The joint's attributes are in line 7 from column 14
 // on, the arm's other contents in line 8, what else the model has in line 10.
 struct Changed {
   std::string root = {};                    // after <mujoco>, line 2
@@ -155,7 +155,7 @@ const Refused kRefused[] = {
      "body 'arm' has two <inertial>"},
     // Shapes.
     {"no_size", {.arm = "<geom type='capsule' size='1'/>"}, "8:22", "needs 2 numbers above 0, found 0"},
-    {"sphere_between_points", {.arm = "<geom fromto='0 0 0 1 1 1'/>"}, "8:7", "a sphere cannot stand between"},
+    {"sphere_between_points", {.arm = "<geom fromto='0 0 0 1 1 1'/>"}, "8:7", "not supported for a sphere"},
     {"same_points", {.arm = "<geom type='capsule' size='1' fromto='0 0 0 0 0 0'/>"}, "8:31", "two points are the same"},
     {"pos_and_fromto",
      {.arm = "<geom type='capsule' size='1' pos='1 0 0' fromto='0 0 0 0 0 1'/>"},
@@ -271,21 +271,21 @@ TEST(MjcfFaults, DeepAndLongFilesAreRefused) {
 
 // ---- What is passed over, and said ----
 
-TEST(MjcfDecisions, WhatHasNoInfluenceIsSaidOncePerKind) {
+TEST(MjcfDecisions, IgnoredElementsAreReportedOncePerKind) {
   const ReadMjcf robot = read({.root = "<option timestep='0.002'/><visual/>",
                                .joint = "name='elbow' margin='0.1'",
                                .arm = "<camera/><light/><light/><geom size='1' rgba='1 0 0 1' friction='1 0 0'/>"
                                       "<geom size='1' rgba='1 0 0 1'/><geom type='ellipsoid' size='1 2 3'/><site/>",
                                .rest = "<sensor/><contact><exclude body1='bus' body2='arm'/></contact>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("<light>"), ElementsAre("8:11: <light> (2): for looks only, not read"));
-  EXPECT_THAT(robot.decisions("<camera>"), ElementsAre("8:2: <camera> (1): for looks only, not read"));
+  EXPECT_THAT(robot.decisions("<light>"), ElementsAre("8:11: <light> (2): only visual, not read"));
+  EXPECT_THAT(robot.decisions("<camera>"), ElementsAre("8:2: <camera> (1): only visual, not read"));
   EXPECT_THAT(robot.decisions("<geom>: without"),
               ElementsAre(HasSubstr("<geom>: without influence on the motion, not read: friction (1), rgba (2)")));
   EXPECT_THAT(robot.decisions("<joint>: without"), ElementsAre(HasSubstr("not read: margin (1)")));
   EXPECT_THAT(robot.decisions("<option>: without"), ElementsAre(HasSubstr("timestep (1)")));
   for (const char* kind :
-       {"<visual> (1)", "<sensor> (1)", "<exclude> (1)", "<site> (1)", "<geom> (1): as a shape, an ellip"})
+       {"<visual> (1)", "<sensor> (1)", "<exclude> (1)", "<site> (1)", "<geom> (1): an ellipsoid is replaced"})
     EXPECT_THAT(robot.decisions(kind), SizeIs(1)) << kind;
   EXPECT_THAT(robot.link("arm").shapes, SizeIs(3));
 }
@@ -293,22 +293,20 @@ TEST(MjcfDecisions, WhatHasNoInfluenceIsSaidOncePerKind) {
 TEST(MjcfDecisions, TextIsPassedOverAsByMujoco) {
   const ReadMjcf robot = read({.arm = "0 0 1", .rest = "<sensor>-- end -></sensor>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("text"),
-              ElementsAre("6:2: text in <body> and 1 other element is passed over, as by MuJoCo"));
+  EXPECT_THAT(robot.decisions("text"), ElementsAre("6:2: text in <body> and 1 other element is ignored, as by MuJoCo"));
 }
 
-TEST(MjcfDecisions, WhatIsNotPartOfTheRobotIsNamed) {
+TEST(MjcfDecisions, OmittedBodiesAreNamed) {
   // What would be refused in the robot is no fault there.
   const ReadMjcf robot =
       read({.root = "<worldbody><geom type='plane' size='1 1 1'/><body name='chair'><joint type='ball'/>"
                     "</body><body name='target'><freejoint/></body></worldbody>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("left out"), ElementsAre(HasSubstr("2:46: not part of the robot and left out, with what "
-                                                                 "hangs on them: chair, target")));
+  EXPECT_THAT(
+      robot.decisions("left out"),
+      ElementsAre(HasSubstr("2:46: not part of the robot and omitted, with their child bodies: chair, target")));
   EXPECT_THAT(robot.decisions("surroundings"), ElementsAre(HasSubstr("<geom> (1)")));
-  EXPECT_THAT(robot.decisions("is the base"),
-              ElementsAre("4:2: body 'bus' is the base; its place in the file's world is "
-                          "left to the scenario"));
+  EXPECT_THAT(robot.decisions("is the base"), ElementsAre("4:2: body 'bus' is the base; the scenario sets its pose"));
   EXPECT_THAT(robot.model.links, SizeIs(2));
 }
 
@@ -319,7 +317,7 @@ TEST(MjcfDecisions, MassesOfMeshesThatDoNotMove) {
   EXPECT_THAT(arm.faults, IsEmpty());
   EXPECT_FALSE(arm.link("base").inertia.has_value());
   EXPECT_THAT(arm.decisions("would come from a mesh"),
-              ElementsAre(HasSubstr("2:19: body 'base' does not move in the file, and mass of it would come from")));
+              ElementsAre(HasSubstr("2:19: body 'base' does not move in the file, and its mass would come from")));
 }
 
 TEST(MjcfDecisions, MeshesThatCannotBeShown) {
@@ -328,7 +326,7 @@ TEST(MjcfDecisions, MeshesThatCannotBeShown) {
                                .arm = "<geom type='mesh' mesh='a'/><geom type='mesh' mesh='b'/>"
                                       "<geom type='mesh' mesh='c'/><geom type='box' mesh='c'/>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("shape left out"),
+  EXPECT_THAT(robot.decisions("shape omitted"),
               ::testing::UnorderedElementsAre(HasSubstr("neither .stl nor .obj"), HasSubstr("its mesh has no file"),
                                               HasSubstr("refquat"), HasSubstr("primitives fitted to meshes")));
   EXPECT_THAT(robot.link("arm").shapes, IsEmpty());

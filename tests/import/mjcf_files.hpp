@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// MJCF models as texts, for tests of what is said about them.
+/// MJCF models as texts, for tests of messages.
 
 #include <filesystem>
 #include <stdexcept>

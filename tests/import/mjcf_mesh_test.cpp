@@ -109,7 +109,7 @@ ReadMjcf read_arm(const Surface& surface, const std::string& compiler = "", cons
   });
 }
 
-TEST(MjcfMeshInertia, IsThatOfWhatTheMeshEncloses) {
+TEST(MjcfMeshInertia, IsThatOfTheEnclosedVolume) {
   const ReadMjcf robot = read_arm(box(), "", "scale='1 2 0.5' refpos='0 0 1'");
   ASSERT_THAT(robot.faults, IsEmpty());
   const SourceInertia& inertia = *robot.link("arm").inertia;

@@ -34,7 +34,7 @@ struct Case {
 const Case kCases[] = {{"free_two_arms", true, 12},
                        {"anchors", true, 10},
                        {"geoms", true, 11, true},
-                       // Each geom a body of its own, which MuJoCo does not lump: no principal axes are sought.
+                       // Each geom in a separate body, which MuJoCo does not merge: no principal axes are computed.
                        {"geoms", true, 11, false, "geoms_apart", "geoms_apart"},
                        {"geoms_apart", true, 11, false, nullptr, "geoms_apart_by_both"},
                        {"bounds", true, 9},
@@ -78,7 +78,7 @@ TEST_P(MjcfFile, HasMujocosMassMatrixAndBias) {
     ASSERT_GT(eigen(c).norm(), 0);
     ASSERT_LE(vector.note(relative_difference(theirs.bias(), eigen(c)), i), kBound);  // measured 1e-12
 
-    // Sites as seen from the base: a fixed base stands at the origin here, wherever the file puts it.
+    // Sites relative to the base: a fixed base is at the origin here, independently of its pose in the file.
     const Kinematics kinematics = forward_kinematics(ours, state);
     const Posed X_BW = inverse(kinematics.X_WB[0]);
     const Posed X_BW_theirs = inverse(base == "world" ? Posed::identity() : theirs.body_pose(base));
@@ -134,7 +134,7 @@ Vector3d grapnel_size(const MujocoFile::GeomData& geom) {
   }
 }
 
-TEST(MjcfShapes, StandWhereMujocoHasThem) {
+TEST(MjcfShapes, PosesMatchMujoco) {
   int compared = 0;
   for (const char* name : {"free_two_arms", "anchors", "geoms", "two_on_world"}) {
     SCOPED_TRACE(name);
@@ -163,7 +163,7 @@ TEST(MjcfShapes, StandWhereMujocoHasThem) {
   EXPECT_EQ(compared, 21);
 }
 
-TEST(MjcfShapes, MeshesStandWhereMujocoHasThem) {
+TEST(MjcfShapes, MeshPosesMatchMujoco) {
   const SourceModel source = read("gripper");
   const MujocoFile theirs(file_of("gripper"));
   const SourceLink& palm = source.links.at(1);

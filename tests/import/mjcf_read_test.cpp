@@ -57,7 +57,7 @@ TEST(MjcfEffort, OfSeveralDrivesAddsUp) {
   EXPECT_EQ(robot.joint("c").effort, 4);
   EXPECT_THAT(robot.decisions("joint 'c'"), ElementsAre(HasSubstr("give 0 to 4 N; taken is 4 both ways")));
   EXPECT_FALSE(robot.joint("d").effort.has_value());  // its gear takes everything away
-  EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; taken as without a limit")));
+  EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; no limit is assumed")));
 }
 
 TEST(MjcfEffort, IsLimitedAtTheJointToo) {
@@ -143,7 +143,7 @@ TEST(MjcfNames, AreMadeUpWhereThereAreNone) {
 
 // ---- <frame>, which MuJoCo has since 3.0 ----
 
-TEST(MjcfFrames, MoveWhatTheyHold) {
+TEST(MjcfFrames, MoveTheirContents) {
   const auto text = [](const std::string& body, const std::string& geom, const std::string& site) {
     return "<mujoco><compiler angle='radian'/><default><default class='heavy'><geom "
            "density='5000'/></default></default>"
@@ -177,7 +177,7 @@ TEST(MjcfFrames, MoveWhatTheyHold) {
 
 // ---- Files ----
 
-TEST(MjcfIncludes, BesideTheIncludingFileAreFoundToo) {
+TEST(MjcfIncludes, AreFoundInTheFolderOfTheIncludingFile) {
   const ModelFolder folder;
   folder.write("parts/arm.xml", "<m><include file='hand.xml'/></m>");
   folder.write("parts/hand.xml", "<m><site name='hand'/></m>");

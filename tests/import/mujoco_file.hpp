@@ -76,7 +76,7 @@ class MujocoFile {
 /// rounding.
 constexpr double kTurnedAxes = 1e-6;
 
-/// The model with MuJoCo's inertias of what moves in place of its own, so that all else can be compared to rounding.
+/// The model with MuJoCo's inertias of moving bodies, so that all other values can be compared to rounding error.
 /// `difference` notes by how much each differed.
 Model with_inertias_of(const MujocoFile& theirs, const Model& ours, Worst& difference);
 

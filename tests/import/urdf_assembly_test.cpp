@@ -25,7 +25,7 @@ using testing::Imported;
 using ::testing::Not;
 using testing::robot_of;
 
-// Rz(y) Ry(p) Rx(r) of its own.
+// Independent implementation of Rz(y) Ry(p) Rx(r).
 Eigen::Isometry3d pose(double x, double y, double z, double r, double p, double w) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = Eigen::Vector3d(x, y, z);
@@ -98,19 +98,19 @@ TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
   EXPECT_EQ(robot.end_effectors[0].body, "lower");
   EXPECT_EQ(robot.end_effectors[0].X_BE.p[1], 0.4);
   EXPECT_THAT(imported.decisions,
-              HasSubstr("the base is link 'base_link', with what is fixed to it: base_body, battery"));
-  EXPECT_THAT(imported.decisions, HasSubstr("the axis has length 2 and is taken with length 1"));
+              HasSubstr("the base is link 'base_link', with the links fixed to it: base_body, battery"));
+  EXPECT_THAT(imported.decisions, HasSubstr("the axis has length 2 and is normalised"));
   EXPECT_THAT(imported.decisions, HasSubstr("transmissions of 1 joint"));
   EXPECT_THAT(imported.decisions, HasSubstr("end-effectors: tool0, the outermost frames"));
 }
 
-TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
+TEST(UrdfAssembly, WrittenFileReadsBackAsTheSameRobotWithDecisions) {
   const Imported imported = import_corpus("massless-root.urdf");
   ASSERT_TRUE(imported.robot);
   const std::string text = yaml_text(imported.robot->tree, imported.robot->comment);
   EXPECT_THAT(text,
-              HasSubstr("name: massless-root\n# the base is link 'base_link', with what is fixed to it: base_body, "
-                        "battery (massless-root.urdf:6)\n# 'base_link' is one body with"));
+              HasSubstr("name: massless-root\n# the base is link 'base_link', with the links fixed to it: base_body, "
+                        "battery (massless-root.urdf:6)\n# 'base_link' and the links fixed to it form one body"));
   EXPECT_THAT(text, HasSubstr("together (massless-root.urdf:6)\nbase:\n"));
   EXPECT_THAT(text, HasSubstr("    # joint 'shoulder': the axis has length 2"));
   EXPECT_THAT(text, HasSubstr("# end-effectors: tool0"));
@@ -198,11 +198,11 @@ TEST(UrdfAssembly, AnotherBaseIsTheSameMechanism) {
   }
 }
 
-TEST(UrdfAssembly, AJointTakenTheOtherWayRoundIsSaid) {
+TEST(UrdfAssembly, ReversedJointIsReported) {
   ImportOptions options;
   options.base = {"l2", {}};
   const Imported imported = import_corpus("chain.urdf", options);
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'j2' is taken the other way round, 'l2' carries 'flange'"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'j2' is reversed, 'l2' carries 'flange'"));
   EXPECT_THAT(imported.decisions, HasSubstr("the frame of 'l1' is at the joint"));
   EXPECT_EQ(carried_by(robot_of(imported), "j2").joint.axis[1], -0.6);
   EXPECT_EQ(carried_by(robot_of(imported), "j3").joint.axis[2], -1);
@@ -229,13 +229,13 @@ TEST(UrdfAssembly, LimitsThatAreNone) {
   EXPECT_EQ(limits("only_effort").upper, inf);
   EXPECT_EQ(limits("only_effort").effort, 7);
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'none': no <limit>; it moves without bounds"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': lower and upper limit are 0; taken as not given"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the velocity limit is 0 rad/s; taken as not given"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the effort limit is 0 N m; taken as not given"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'partial': <limit> has no lower; it is 0, as URDF says"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': lower and upper limit are 0; no limits are assumed"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the velocity limit is 0 rad/s; no limit is assumed"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the effort limit is 0 N m; no limit is assumed"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'partial': <limit> has no lower; it is 0, URDF's default"));
   EXPECT_THAT(imported.decisions, HasSubstr("limits of a continuous joint have no meaning"));
   EXPECT_THAT(imported.decisions,
-              HasSubstr("joint 'only_effort': <limit> has no lower and no upper; taken as not given"));
+              HasSubstr("joint 'only_effort': <limit> has no lower and no upper; no limits are assumed"));
   EXPECT_TRUE(robot.geometry.empty());  // the floor of the world is no part of the robot
 
   ImportOptions locked;
@@ -267,8 +267,7 @@ TEST(UrdfAssembly, RotorsAsTheyAreOrAsTheJointFeelsThem) {
   const Imported both = rotor("armature='0.3'", geared + "<motorInertia>2e-4</motorInertia>");
   EXPECT_DOUBLE_EQ(felt(both), 0.3);
   EXPECT_THAT(both.decisions,
-              HasSubstr("joint 'j': of armature and the rotor's inertia, which are both given, armature "
-                        "counts"));
+              HasSubstr("joint 'j': armature and the rotor's inertia are both given, armature is used"));
 }
 
 TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
@@ -284,37 +283,37 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   hand.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
   EXPECT_LT((eigen(body_of(robot, "hand").com) - hand.com()).norm(), 1e-15);
   EXPECT_LT((eigen(body_of(robot, "hand").inertia) - hand.inertia()).norm(), 1e-15);
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value "
-                                            "where 'left' is 0"));
+  EXPECT_THAT(imported.decisions,
+              HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value for 'left' = 0"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
-  EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): left out, for the Gazebo simulator"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): omitted, for the Gazebo simulator"));
   EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): left out"));
   EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): left out"));
-  EXPECT_THAT(imported.decisions, HasSubstr("<tendon> (1 element): left out, its meaning is not known"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<tendon> (1 element): omitted, its meaning is unknown"));
   EXPECT_THAT(imported.decisions, HasSubstr("transmission 'both' couples 2 joints: left out"));
   std::vector<std::string> tips;
   for (const EndEffectorSetup& one : robot.end_effectors) tips.push_back(one.name);
   EXPECT_THAT(tips, ::testing::UnorderedElementsAre("tcp", "right_tip", "left_finger"));
 
-  // A locked master moves its followers; what is locked itself follows nobody.
+  // A locked master moves its mimic joints; a locked joint does not follow others.
   ImportOptions options;
   options.locked = {{"left", 0.03, {}}};
-  EXPECT_THAT(
-      import_corpus("gripper.urdf", options).decisions,
-      HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.035 m, its value where 'left' is 0.03"));
+  EXPECT_THAT(import_corpus("gripper.urdf", options).decisions,
+              HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.035 m, its value for 'left' = 0.03"));
   options.locked = {{"right", -0.01, {}}, {"left", 0.05, {}}};
   const std::string said = import_corpus("gripper.urdf", options).decisions;
-  EXPECT_THAT(said, HasSubstr("joint 'right' is locked at -0.01 m, as asked for\n"));
-  EXPECT_THAT(said, HasSubstr("joint 'left' is locked at 0.05 m, as asked for, which is outside of its limits"));
+  EXPECT_THAT(said, HasSubstr("joint 'right' is locked at -0.01 m, as requested\n"));
+  EXPECT_THAT(said, HasSubstr("joint 'left' is locked at 0.05 m, as requested, which is outside its limits"));
   EXPECT_THAT(said, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.1 rad"));
 }
 
 TEST(UrdfAssembly, InertiasThatNoBodyHasAreRefusedOrRepaired) {
   const Imported refused = import_corpus("impossible-inertia.urdf");
   EXPECT_FALSE(refused.robot);
-  EXPECT_THAT(refused.faults, HasSubstr("3:21: link 'bus' has the principal moments of inertia 1, 2, 4 kg m^2, and the "
-                                        "largest is above the sum of the others, which no body has (the triangle "
-                                        "inequality); the option repair_inertia (--repair-inertia) takes the nearest"));
+  EXPECT_THAT(refused.faults,
+              HasSubstr("3:21: link 'bus' has the principal moments of inertia 1, 2, 4 kg m^2, and the largest exceeds "
+                        "the sum of the others, which is physically impossible (triangle inequality); the option "
+                        "repair_inertia (--repair-inertia) uses the nearest"));
   EXPECT_THAT(refused.faults,
               HasSubstr("link 'arm' has the principal moments of inertia -0.1, 0.1, 0.3 kg m^2, and one "
                         "of them is negative"));
@@ -327,7 +326,7 @@ TEST(UrdfAssembly, InertiasThatNoBodyHasAreRefusedOrRepaired) {
   EXPECT_NEAR(robot.bodies[0].inertia.xx, 4.0 / 3, 1e-14);
   EXPECT_NEAR(robot.bodies[0].inertia.yy, 7.0 / 3, 1e-14);
   EXPECT_NEAR(robot.bodies[0].inertia.zz, 11.0 / 3, 1e-14);
-  EXPECT_THAT(repaired.decisions, HasSubstr("the nearest possible tensor is taken, [1.33333, 2.33333, 3.66667"));
+  EXPECT_THAT(repaired.decisions, HasSubstr("the nearest possible tensor is used, [1.33333, 2.33333, 3.66667"));
 }
 
 // The set of possible tensors is a cone, whose edges are points at n: 1 - n n^T. The nearest point P to A is the one
@@ -356,7 +355,7 @@ TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
   EXPECT_GT(changed, 200);
 }
 
-TEST(UrdfAssembly, AModelInThePlaneKeepsItsMomentAndGetsTheOthers) {
+TEST(UrdfAssembly, PlanarModelKeepsItsMomentAndGetsTheOthers) {
   const Imported imported = import_corpus("planar.urdf");
   ASSERT_EQ(imported.faults, "");
   const RobotSetup robot = robot_of(imported);
@@ -364,20 +363,20 @@ TEST(UrdfAssembly, AModelInThePlaneKeepsItsMomentAndGetsTheOthers) {
   EXPECT_DOUBLE_EQ(robot.bodies[0].inertia.zz, 0.2);
   EXPECT_DOUBLE_EQ(robot.bodies[0].inertia.xx, 0.1);
   EXPECT_DOUBLE_EQ(body_of(robot, "arm").inertia.yy, 0.005);
-  EXPECT_THAT(imported.decisions, HasSubstr("about one axis only, 0.2 kg m^2, as models in the plane have"));
+  EXPECT_THAT(imported.decisions, HasSubstr("about one axis only, 0.2 kg m^2, as in planar models"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'floor' is planar and becomes the free joint of the base"));
 }
 
 TEST(UrdfAssembly, FreeJointsAtTheRoot) {
   const Imported several = import_corpus("floating.urdf");
-  EXPECT_THAT(several.faults, HasSubstr("there are 2 free bodies, bus, debris: say which is the robot's base"));
+  EXPECT_THAT(several.faults, HasSubstr("there are 2 free bodies, bus, debris: select the robot's base"));
   ImportOptions options;
   options.base = {"bus", {}};
   const Imported chosen = import_corpus("floating.urdf", options);
   ASSERT_EQ(chosen.faults, "");
   EXPECT_EQ(robot_of(chosen).bodies.size(), 2u);
   EXPECT_THAT(chosen.decisions, HasSubstr("joint 'free' is the free joint of the base"));
-  EXPECT_THAT(chosen.decisions, HasSubstr("link 'debris' and what hangs on it is left out"));
+  EXPECT_THAT(chosen.decisions, HasSubstr("link 'debris' and its child links are omitted"));
 }
 
 TEST(UrdfAssembly, ShapesAndTheirFiles) {
@@ -385,7 +384,7 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   ASSERT_EQ(imported.faults, "");
   const Node& bus = *imported.robot->tree.find("base")->find("geometry");
   ASSERT_TRUE(bus.is_sequence());
-  ASSERT_EQ(bus.items.size(), 3u);  // two of its own, one of the mast
+  ASSERT_EQ(bus.items.size(), 3u);  // two of the bus, one of the mast
   EXPECT_EQ(flow_text(bus.items[0]), "{shape: box, size: [1, 1, 1], position: [0, 0, 0.1]}");
   EXPECT_EQ(flow_text(bus.items[1]), "{shape: sphere, radius: 0.4}");
   EXPECT_EQ(bus.items[2].find("shape")->text, "capsule");
@@ -393,14 +392,13 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   EXPECT_FALSE(imported.link("l1").find("geometry"));
   EXPECT_FALSE(imported.link("l2").find("geometry"));
   EXPECT_THAT(imported.decisions, HasSubstr("link 'l1': the collision shape 'package://some_robot/meshes/link.dae' is "
-                                            "left out, package 'some_robot' is not beside the file"));
-  EXPECT_THAT(imported.decisions,
-              HasSubstr("link 'l1': the visual shape 'package://some_robot/meshes/link.stl' is left "
-                        "out, package 'some_robot' is not beside the file"));
-  EXPECT_THAT(imported.decisions, HasSubstr("'meshes/missing.stl' is left out, there is no such file"));
-  EXPECT_THAT(imported.decisions, HasSubstr("its scale -1 makes it its mirror image"));
-  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2': the visual shape is left out, a dimension of 0 is no size"));
-  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2' has no shape that can be taken"));
+                                            "omitted, package 'some_robot' was not found near the file"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l1': the visual shape 'package://some_robot/meshes/link.stl' is "
+                                            "omitted, package 'some_robot' was not found near the file"));
+  EXPECT_THAT(imported.decisions, HasSubstr("'meshes/missing.stl' is omitted, there is no such file"));
+  EXPECT_THAT(imported.decisions, HasSubstr("its scale -1 mirrors it"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2': the visual shape is omitted, a dimension of 0 is not valid"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2' has no supported shape"));
   EXPECT_THAT(imported.decisions, Not(HasSubstr("bus.dae")));  // its collision shapes do
 
   // With the package.
@@ -423,7 +421,7 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   const std::string text = testing::bytes_of(testing::corpus("shapes.urdf"));
   EXPECT_EQ(file_of(import_text(text, beside)), "some_robot/meshes/link.stl [0.001, 0.001, 0.002]");
   options.mesh_fault = [](const std::filesystem::path&) { return "the mesh is flat"; };
-  EXPECT_THAT(import_corpus("shapes.urdf", options).decisions, HasSubstr("link.stl' is left out, the mesh is flat"));
+  EXPECT_THAT(import_corpus("shapes.urdf", options).decisions, HasSubstr("link.stl' is omitted, the mesh is flat"));
 }
 
 TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {
@@ -436,7 +434,8 @@ TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {
   EXPECT_TRUE(std::isinf(limits.lower));
   EXPECT_TRUE(std::isinf(limits.effort));
   EXPECT_EQ(limits.rate, 3);
-  EXPECT_THAT(imported.decisions, HasSubstr("link 'arm/base' is called 'arm_base': results are filed under names"));
+  EXPECT_THAT(imported.decisions,
+              HasSubstr("link 'arm/base' is renamed to 'arm_base': results are stored under names"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'arm/j1': the lower limit -1e+06 is none"));
 }
 
@@ -533,7 +532,7 @@ TEST(UrdfAssembly, AWorldThatIsNotDeclared) {
       "<link name='bus'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>");
   ASSERT_EQ(imported.faults, "");
   EXPECT_EQ(imported.robot->tree.find("base")->find("name")->text, "bus");
-  EXPECT_THAT(imported.decisions, HasSubstr("link 'world' is not declared and is taken as an empty root"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'world' is not declared and becomes an empty root"));
 }
 
 std::string satellite_with_wheel(const std::string& origin_of_inertia, const std::string& further = {}) {
@@ -576,7 +575,7 @@ TEST(UrdfAssembly, JointsThatBecomeWheels) {
   EXPECT_THAT(fault(satellite_with_wheel("xyz='0.1 0 0'"), "w"),
               HasSubstr("its centre of mass is 0.1 m from the axis"));
   EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0' rpy='0 0.3 0'"), "w"), HasSubstr("which is a balanced rotor"));
-  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "v"), HasSubstr("there is no joint 'v' to be a wheel"));
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "v"), HasSubstr("unknown joint 'v' for a wheel"));
   const std::string beyond =
       "<link name='arm'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
       "<joint name='a' type='revolute'><parent link='rotor'/><child link='arm'/></joint>";
@@ -585,7 +584,7 @@ TEST(UrdfAssembly, JointsThatBecomeWheels) {
   EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'", beyond), "a"),
               HasSubstr("link 'rotor', which carries it, is no part of the base"));
   options.locked = {{"w", 0, {}, LockedJoint::WrittenAs::number}};
-  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "w"), HasSubstr("is locked or chosen before"));
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "w"), HasSubstr("is locked or selected already"));
 }
 
 }  // namespace urdf_assembly_test

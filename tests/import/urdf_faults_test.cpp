@@ -1,4 +1,4 @@
-// What is wrong is said with its place and all at once; nothing crashes on what is not what it should be.
+// All errors are reported together with their locations; no invalid input causes a crash.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,12 +33,12 @@ std::string link(const std::string& name, double mass = 1) {
          "\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial></link>\n";
 }
 
-TEST(UrdfFaults, WhatIsNoUrdf) {
+TEST(UrdfFaults, FilesOtherThanUrdf) {
   EXPECT_THAT(faults(""), HasSubstr("this is no well-formed XML"));
   EXPECT_THAT(faults("<robot><link name='a'></robot>"), HasSubstr("this is no well-formed XML"));
   EXPECT_EQ(faults("\n <sdf/>"),
-            "2:3: the outermost element is <sdf>, of a URDF file it is <robot>; SDF files are not "
-            "read, most have a URDF of the same robot\n");
+            "2:3: the outermost element is <sdf>, expected <robot>; SDF files are not supported, use a URDF of the "
+            "same robot\n");
   EXPECT_EQ(faults("<robot/>"), "1:2: the robot has no <link>\n");
 }
 
@@ -50,7 +50,7 @@ TEST(UrdfFaults, XacroIsRefusedWithAdvice) {
 }
 
 // A file that xacro has been through: what it left is named, and running it again would not help.
-TEST(UrdfFaults, MacrosThatXacroLeftAreNamed) {
+TEST(UrdfFaults, UnexpandedMacrosAreNamed) {
   EXPECT_EQ(
       faults(robot("<xacro:gripper parent='bus'/>")),
       "3:2: the macro <xacro:gripper> was left over when xacro expanded the file: define it there, or remove it\n");
@@ -60,7 +60,7 @@ TEST(UrdfFaults, MacrosThatXacroLeftAreNamed) {
 }
 
 TEST(UrdfFaults, NamesAndTheTree) {
-  EXPECT_EQ(faults(robot(link("bus"))), "3:2: link 'bus' occurs twice, first in line 2; names must differ\n");
+  EXPECT_EQ(faults(robot(link("bus"))), "3:2: link 'bus' occurs twice, first in line 2; names must be unique\n");
   EXPECT_EQ(faults(robot("<link/>")), "3:2: <link> has no 'name'\n");
   EXPECT_THAT(faults(robot(link("a") + joint("j", "fixed", "bus", "a") + joint("j", "fixed", "bus", "a"))),
               HasSubstr("5:2: joint 'j' occurs twice, first in line 4"));
@@ -70,10 +70,12 @@ TEST(UrdfFaults, NamesAndTheTree) {
               HasSubstr("joint 'k' carries link 'a', which joint 'j' carries already"));
   EXPECT_THAT(
       faults(robot(link("a") + link("b") + joint("j", "fixed", "bus", "a"))),
-      HasSubstr("4:2: link 'b' is the child of no joint, as is 'bus': a robot has one root; there are 2: bus, b"));
+      HasSubstr(
+          "4:2: links 'b' and 'bus' are not children of a joint: a robot must have one root; there are 2: bus, b"));
   EXPECT_THAT(faults(robot(link("a") + link("b") + joint("j", "fixed", "a", "b") + joint("k", "fixed", "b", "a"))),
               HasSubstr("the joints of b, a form a cycle"));
-  EXPECT_THAT(faults(robot(joint("k", "fixed", "bus", "bus"))), HasSubstr("there is no root: the joints form a cycle"));
+  EXPECT_THAT(faults(robot(joint("k", "fixed", "bus", "bus"))),
+              HasSubstr("there is no root link: the joints form a cycle"));
   EXPECT_THAT(faults(robot(link("a") + "<joint name='j' type='revolut'><parent link='bus'/></joint>")),
               HasSubstr("4:17: joint 'j' has the unknown type 'revolut'; did you mean 'revolute'?"));
   EXPECT_THAT(faults(robot(link("a") + "<joint name='j' type='fixed'><parent link='bus'/></joint>")),
@@ -104,7 +106,7 @@ TEST(UrdfFaults, Numbers) {
             "3:45: <sphere> has no 'radius'\n");
 }
 
-TEST(UrdfFaults, WhatCannotMove) {
+TEST(UrdfFaults, BodiesThatCannotMove) {
   const std::string massless = robot("<link name='a'/>" + joint("j", "revolute", "bus", "a"));
   EXPECT_EQ(faults(massless), "3:18: joint 'j' moves link 'a', which has no mass: give it one, or lock the joint\n");
   ImportOptions locked;
@@ -112,27 +114,27 @@ TEST(UrdfFaults, WhatCannotMove) {
   EXPECT_EQ(faults(massless, locked), "");
   const std::string point =
       robot("<link name='a'><inertial><mass value='2'/></inertial></link>" + joint("j", "continuous", "bus", "a"));
-  EXPECT_THAT(faults(point), HasSubstr("link 'a' has a mass of 2 kg but no inertia, so nothing says how it turns: give "
-                                       "it one, or lock joint 'j'"));
+  EXPECT_THAT(faults(point),
+              HasSubstr("link 'a' has a mass of 2 kg but no inertia: add an inertia, or lock joint 'j'"));
   EXPECT_EQ(faults(point, locked), "");
   const std::string rod = robot(
       "<link name='a'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='0'/></inertial>"
       "</link>" +
       joint("j", "continuous", "bus", "a"));
-  EXPECT_THAT(faults(rod), HasSubstr("which a body without any thickness would have"));
+  EXPECT_THAT(faults(rod), HasSubstr("which means a body without thickness"));
   ImportOptions repair;
   repair.repair_inertia = true;
   EXPECT_EQ(faults(rod, repair), "");
   const std::string root =
       "<robot><link name='root'/>" + link("a") + joint("j", "continuous", "root", "a") + "</robot>";
-  EXPECT_THAT(faults(root), HasSubstr("the base, link 'root', has no mass: put the robot onto a satellite (bus: "
-                                      "FILE.yaml; --bus FILE.yaml), or choose another base (base: LINK; --base LINK), "
+  EXPECT_THAT(faults(root), HasSubstr("the base, link 'root', has no mass: mount the robot on a satellite (bus: "
+                                      "FILE.yaml; --bus FILE.yaml), or select another base (base: LINK; --base LINK), "
                                       "such as 'a'"));
 }
 
 TEST(UrdfFaults, FreeJointsInsideTheRobot) {
   EXPECT_THAT(faults(robot(link("a") + joint("j", "floating", "bus", "a"))),
-              HasSubstr("there are 2 free bodies, bus, a: say which is the robot's base"));
+              HasSubstr("there are 2 free bodies, bus, a: select the robot's base"));
   const std::string text =
       robot(link("a") + joint("j", "continuous", "bus", "a") + link("b") + joint("k", "floating", "a", "b"));
   EXPECT_THAT(faults(text),
@@ -157,13 +159,13 @@ TEST(UrdfFaults, ChoicesThatDoNotExist) {
   const Mark mark{std::make_shared<const std::string>("--base"), 0, 0};
   ImportOptions options;
   options.base = {"buss", mark};
-  EXPECT_EQ(faults(robot(""), options), "0:0: there is no link 'buss' to be the base; did you mean 'bus'?\n");
+  EXPECT_EQ(faults(robot(""), options), "0:0: unknown link 'buss' for the base; did you mean 'bus'?\n");
   options = {};
   options.locked = {{"j", 1, mark}};
-  EXPECT_THAT(faults(robot(""), options), HasSubstr("there is no joint 'j' to lock"));
+  EXPECT_THAT(faults(robot(""), options), HasSubstr("unknown joint 'j' in lock"));
   options = {};
   options.end_effectors = {{"tip", mark}};
-  EXPECT_THAT(faults(robot(""), options), HasSubstr("there is no link or frame 'tip' to be an end-effector"));
+  EXPECT_THAT(faults(robot(""), options), HasSubstr("unknown link or frame 'tip' for an end-effector"));
   options.end_effectors = {{"bus", mark}, {"bus", mark}};
   EXPECT_EQ(faults(robot(""), options), "0:0: end-effector 'bus' is chosen twice\n");
 }

@@ -55,7 +55,7 @@ long allocations_of_a_run(Method& stepper) {
 TEST(Allocation, TheCounterCounts) {
   const long before = allocations;
   const Vector v(100);
-  asm volatile("" : : "r"(v.data()) : "memory");  // or the compiler may do without the memory that nobody looks at
+  asm volatile("" : : "r"(v.data()) : "memory");  // prevents the compiler from removing unused memory
   EXPECT_GT(allocations, before);
 }
 

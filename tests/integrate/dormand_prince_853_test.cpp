@@ -64,7 +64,7 @@ TEST(DormandPrince853, ConvergesWithOrder8) {
   EXPECT_NEAR(std::log2(fine / finest), 8.0, 0.5) << fine << " " << finest;  // measured 7.7
 }
 
-// Of order 7, so that its error within one step shrinks with h⁸; here it is a thousand times the error at the ends.
+// Of order 7, so its error within one step is of order h⁸; here it is a thousand times the error at the ends.
 TEST(DormandPrince853, DenseOutputConvergesWithOrder7) {
   const FixedStepErrors coarse = errors_of_fixed_steps(4.0, 32);
   const FixedStepErrors fine = errors_of_fixed_steps(4.0, 64);
@@ -72,10 +72,10 @@ TEST(DormandPrince853, DenseOutputConvergesWithOrder7) {
   EXPECT_NEAR(std::log2(coarse.dense / fine.dense), 8.0, 0.5) << coarse.dense << " " << fine.dense;  // measured 7.8
 }
 
-// SciPy 1.10's DOP853 makes the same error, 1.205e-10, with 906 steps as here: it is the method's own.
+// SciPy 1.10's DOP853 has the same error, 1.205e-10, with the same 906 steps: it is the error of the method.
 TEST(DormandPrince853, KeplerOrbitAgainstClosedForm) {
   constexpr double kEccentricity = 0.6;
-  const double t_end = 20.0 * std::numbers::pi + 1.0;  // ten revolutions and a bit
+  const double t_end = 20.0 * std::numbers::pi + 1.0;  // slightly more than ten revolutions
   Stepper853 stepper({.size = Kepler::kSize}, {.rtol = 1e-13, .atol = 1e-13});
   const Kepler rhs;
   stepper.start(rhs, 0.0, Kepler::exact(0.0, kEccentricity), t_end);
@@ -94,8 +94,8 @@ TEST(DormandPrince853, KeplerOrbitAgainstClosedForm) {
   EXPECT_LT(stepper.statistics().rhs_evaluations, 16000);                                     // measured 14000
 }
 
-// The Arenstorf orbit returns to its start after one period (HNW I, II.0, (0.1)–(0.2)); passing the earth closely, it
-// magnifies errors by several orders.
+// The Arenstorf orbit returns to its start after one period (HNW I, II.0, (0.1)–(0.2)); the close passage of the earth
+// amplifies errors by several orders of magnitude.
 TEST(DormandPrince853, ArenstorfOrbitCloses) {
   const auto rhs = [](double, std::span<const double> y, std::span<double> dydt) {
     const double mu = 0.012277471, rest = 1.0 - mu;
@@ -210,7 +210,7 @@ TEST(DormandPrince853, BlowUpIsReportedWithItsTime) {
   EXPECT_NEAR(stepper.time(), 1.0, 1e-9);  // measured 8.2e-12
   EXPECT_THAT(stepper.explanation(), ::testing::HasSubstr("failed at t = "));
   EXPECT_THROW(stepper.reset_derivative(rhs), std::logic_error);
-  run(stepper, rhs, 0.0, {1.0}, 0.5);  // and may be started again
+  run(stepper, rhs, 0.0, {1.0}, 0.5);  // a stepper may be restarted
   EXPECT_EQ(stepper.status(), StepStatus::finished);
   EXPECT_NEAR(stepper.state()[0], 2.0, 1e-8);  // measured 1.5e-11
 }
@@ -294,7 +294,7 @@ TEST(DormandPrince853, StateMayBeReplacedAndDenseOutputStillShowsTheStep) {
   EXPECT_LT(largest_difference(stepper.state(), Coupled::exact(4.0)), 1e-8);  // measured 1e-11
 }
 
-// A force that switches at a known time: with reset_derivative at the switch the solution is exact to rounding.
+// A force that switches at a known time: with reset_derivative at the switch the solution is exact to rounding error.
 TEST(DormandPrince853, DerivativeMayBeResetWhereTheRightHandSideSwitches) {
   double force = 1.0;
   const auto rhs = [&](double, std::span<const double> y, std::span<double> dydt) { dydt[0] = y[1], dydt[1] = force; };
@@ -310,8 +310,8 @@ TEST(DormandPrince853, DerivativeMayBeResetWhereTheRightHandSideSwitches) {
   EXPECT_EQ(stepper.statistics().rejected, 0);
 }
 
-// Quadratures behind the controlled part are integrated to the same order but do not influence the steps.
-TEST(DormandPrince853, UncontrolledComponentsAreCarriedAlong) {
+// Quadratures after the controlled part are integrated to the same order without influence on the steps.
+TEST(DormandPrince853, UncontrolledComponentsAreIntegrated) {
   const auto with_work = [](double t, std::span<const double> y, std::span<double> dydt) {
     Kepler{}(t, y.first(4), dydt.first(4));
     dydt[4] = 1e6 * (dydt[2] * y[2] + dydt[3] * y[3]);  // a million times the rate of kinetic energy

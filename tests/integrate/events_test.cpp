@@ -56,7 +56,7 @@ TEST(Events, CrossingsAreFoundInTheirDirection) {
   EXPECT_EQ(all_events(0.5, 10.0, kFirst, Crossing::falling).size(), 2U);
 }
 
-TEST(Events, BackwardIntegrationFindsTheFirstOnTheWay) {
+TEST(Events, BackwardIntegrationFindsTheFirstCrossing) {
   const auto events = all_events(4.0, -1.0, kFirst, Crossing::any);
   ASSERT_EQ(events.size(), 2U);
   EXPECT_NEAR(events[0].time, pi, 1e-12);  // measured 1.2e-14
@@ -65,7 +65,7 @@ TEST(Events, BackwardIntegrationFindsTheFirstOnTheWay) {
   EXPECT_NEAR(events[1].time, 0.0, 1e-12);  // measured 5.7e-14
 }
 
-TEST(Events, EachCrossingOnceWhateverTheSteps) {
+TEST(Events, EachCrossingIsReportedOnce) {
   for (const double h : {0.013, 0.1, 0.4}) {
     EXPECT_EQ(all_events(0.5, 30.0, kFirst, Crossing::any, {.initial_step = h, .max_step = h}).size(), 9U) << h;
   }
@@ -118,7 +118,7 @@ TEST(Events, RestartAtTheEventDoesNotFindItAgain) {
   for (int k = 0; k < 10; ++k) EXPECT_NEAR(contacts[k], 2.0 * k + 1.0, 1e-11);  // measured at most 4.4e-12
 }
 
-TEST(Events, WorkOnTheFixedStepMethodToo) {
+TEST(Events, WorkWithTheFixedStepMethod) {
   const Manifold manifold{.size = 2};
   RungeKutta4<double> stepper(manifold, 0.01);
   EventLocator<double> locator(manifold);

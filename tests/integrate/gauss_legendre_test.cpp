@@ -1,4 +1,4 @@
-/// Gauss-Legendre collocation: what quadrature and stages integrate exactly, the order, what is kept.
+/// Gauss-Legendre collocation: exactness of quadrature and stages, order, and invariants.
 
 #include "grapnel/integrate/gauss_legendre.hpp"
 

@@ -42,7 +42,7 @@ TEST(Manifold, DefectsBelowAndAboveOneAndNanAreReported) {
   EXPECT_TRUE(std::isnan(normalize(manifold, std::span<double>(y))));
 }
 
-TEST(Manifold, FaultsAreNamed) {
+TEST(Manifold, ErrorsAreNamed) {
   EXPECT_NO_THROW(validate({.size = 12, .quaternions = {8, 0}, .controlled = 8}));
   EXPECT_THAT(message_of([] { validate({.size = -1}); }), HasSubstr("size is -1"));
   EXPECT_THAT(message_of([] { validate({.size = 6, .quaternions = {3}}); }),

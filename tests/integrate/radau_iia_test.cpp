@@ -1,4 +1,4 @@
-// Radau's method: its order with and without stiffness, dense output, quadratures, and steps that are made again.
+// Radau IIA: order with and without stiffness, dense output, quadratures, and repeated steps.
 #include "grapnel/integrate/radau_iia.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ Vector cosine_at(double t) {
   return {std::cos(phase(t)), -std::sin(phase(t)), 0.5 * t - 0.25 * (std::sin(2 * phase(t)) - std::sin(2 * phase(0)))};
 }
 
-// Two bodies about each other, not linear.
+// Two-body motion, nonlinear.
 StiffSystem kepler() { return {2, 2, 0, at_each(problems::Kepler{})}; }
 
 RadauIIA radau_with(StiffSystem system, const Vector& start, double tolerance, double first_step) {
@@ -55,7 +55,7 @@ struct Errors {
 Errors errors_of_a_step(double e, double h) {
   RadauIIA radau = radau_with(held_to_cosine(e), cosine_at(0), 1e-9, 1e-3);
   EXPECT_TRUE(radau.step(1e-3));
-  EXPECT_TRUE(radau.end_at(h));  // whatever its estimated error
+  EXPECT_TRUE(radau.end_at(h));  // for any estimated error
   const Vector exact = cosine_at(h);
   Errors errors{largest_difference(radau.y().first(2), exact), std::abs(radau.y()[2] - exact[2])};
   Vector y(3);
@@ -68,7 +68,8 @@ Errors errors_of_a_step(double e, double h) {
 
 double order(double coarse, double fine) { return std::log2(coarse / fine); }
 
-// Short against everything: a step's error is of order h^10, of quadratures too, and h^6 between stages.
+// Steps shorter than all time scales: the error is of order h^10 at the end, also for quadratures, and h^6 between
+// stages.
 TEST(RadauIIA, OrderIsNine) {
   const Errors coarse = errors_of_a_step(1, 1), fine = errors_of_a_step(1, 0.5);
   std::printf("[ measured ] powers of h: end %.2f, quadrature %.2f, between %.2f; errors %.2g, %.2g, %.2g\n",
@@ -79,7 +80,8 @@ TEST(RadauIIA, OrderIsNine) {
   EXPECT_NEAR(order(coarse.between, fine.between), 6, 0.5);  // measured 6.31
 }
 
-// Ten thousand times longer than the stiff time: the order falls to that of the stages [Hairer and Wanner 1996, IV.15].
+// Steps ten thousand times longer than the stiff time scale: the order is reduced to that of the stages [Hairer and
+// Wanner 1996, IV.15].
 TEST(RadauIIA, OrderOnAStiffProblem) {
   const Errors coarse = errors_of_a_step(1e-5, 0.5), fine = errors_of_a_step(1e-5, 0.25);
   std::printf("[ measured ] stiff: power of h %.2f, error %.2g; between %.2f, %.2g\n", order(coarse.end, fine.end),
@@ -113,9 +115,9 @@ TEST(RadauIIA, StepsFollowTheTolerance) {
   }
 }
 
-// A step made again to end earlier has the end's accuracy, not the polynomial's; and one that ends where it began is
-// none.
-TEST(RadauIIA, StepsEndWhereTheyAreTold) {
+// A step repeated with an earlier end has the accuracy of a step's end, not that of the polynomial; a step that ends at
+// its begin is no step.
+TEST(RadauIIA, StepsEndAtGivenTimes) {
   RadauIIA radau = radau_with(held_to_cosine(1), cosine_at(0), 1e-7, 0.25);
   radau.limit_step(0.25);
   ASSERT_TRUE(radau.step(10));
@@ -138,12 +140,11 @@ TEST(RadauIIA, StepsEndWhereTheyAreTold) {
   EXPECT_LT(largest_difference(radau.y(), cosine_at(0.3)), 1e-2 * between);
 }
 
-// The last points that were asked for together are the stages of the step that was made, and the step's end is not
-// asked for again.
-TEST(RadauIIA, LooksAtTheStagesLast) {
+// The last points evaluated together are the stages of the accepted step, and the step's end is not evaluated again.
+TEST(RadauIIA, EvaluatesTheStagesLast) {
   const StiffSystem inner = held_to_cosine(0.1);
   Vector times, begin;
-  std::vector<int> alone;  // how often a step's beginning was asked for
+  std::vector<int> alone;  // number of evaluations at a step's begin
   const auto noting = [&](std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
     if (t.size() == RadauIIA::kStages) times.assign(t.begin(), t.end());
     if (t.size() == 1) alone.back() += std::equal(y.begin(), y.end(), begin.begin());
@@ -164,7 +165,7 @@ TEST(RadauIIA, LooksAtTheStagesLast) {
   EXPECT_LT(largest_difference(radau.y(), cosine_at(radau.time())), 1e-7);  // measured 8.9e-9
 }
 
-TEST(RadauIIA, SaysWhenNoStepSucceeds) {
+TEST(RadauIIA, ReportsWhenNoStepSucceeds) {
   const StiffSystem broken{1, 1, 0, at_each([](double t, std::span<const double> y, std::span<double> dydt) {
                              dydt[0] = y[1];
                              dydt[1] = t > 0.1 ? NAN : -y[0];

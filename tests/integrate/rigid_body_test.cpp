@@ -98,7 +98,7 @@ TEST(RigidBodyMotion, TriaxialBodyAgainstEllipticFunctions) {
   EXPECT_LT(statistics.sum_of_quaternion_corrections, 1e-11);  // measured 5.4e-13
 }
 
-// The drift that renormalization removes shrinks with the tolerance.
+// The norm error removed by renormalization decreases with the tolerance.
 TEST(RigidBodyMotion, QuaternionDefectFollowsTheTolerance) {
   const RigidBody body{{3.0, 2.0, 1.0}};
   double previous = 1.0;
@@ -114,8 +114,7 @@ TEST(RigidBodyMotion, QuaternionDefectFollowsTheTolerance) {
   }
 }
 
-// The same motion seen from another inertial frame takes the same steps: the error measure does not depend on
-// orientation.
+// The same motion in another inertial frame takes the same steps: the error norm is independent of orientation.
 TEST(RigidBodyMotion, StepsDoNotDependOnTheInertialFrame) {
   const RigidBody body{{3.0, 2.0, 1.0}};
   const auto steps = [&](const Vector& y0) {

@@ -30,7 +30,7 @@ struct LaneTrees {
   const double* const* loop_numbers = nullptr;
 };
 
-/// What drives the trees, as DynamicsInput; pointers that may be null mean zero (or nothing prescribed).
+/// Input of the kernels, as DynamicsInput; null pointers mean zero (or nothing prescribed).
 struct LaneInput {
   const double* q;                 // coordinates
   const double* v;                 // velocities
@@ -66,7 +66,7 @@ struct KernelTable {
   void (*sine_cosine)(const double* angle, double* sine, double* cosine, int count);
 };
 
-// Reading one is possible anywhere, calling its functions only where is_supported() says so.
+// The tables may be read on any machine; their functions may be called only if is_supported().
 extern const KernelTable kernels_one_lane;
 extern const KernelTable kernels_sse2;
 extern const KernelTable kernels_avx2;

@@ -25,7 +25,7 @@ struct LaneModel {
   DynamicsWorkspace<P> workspace;
   std::vector<RootMomentum<P>> momenta;
   std::vector<LinkMotion<P>> motion;
-  // Loops refer to what stands before them.
+  // Loops refer to the members above.
   LaneArray<P, LinkTable> links;
   PhaseTables tables{};
   LaneLoops<P> loops;
@@ -54,7 +54,7 @@ struct LaneModel {
   LaneModel(const LaneModel&) = delete;
   LaneModel& operator=(const LaneModel&) = delete;
 
-  // What loops need of them.
+  // Tables for the loops.
   static PhaseTables tables_of(const LaneTrees& trees, LaneArray<P, LinkTable>& links) {
     for (int i = 0; i < trees.link_count; ++i) {
       links[i] = LinkTable{};

@@ -1,4 +1,4 @@
-/// Roots that are held at their poses, and fixed ones, in lanes against one at a time.
+/// Held roots and fixed roots in lanes against scalar integration.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace grapnel::testing {
 namespace ground_test {
 
-// The first robot's base is held where it is. `gravity` acts, and a force on every body's origin, if asked for.
+// The first robot's base is held at its pose. With `acted_on`, gravity and a force on every body's origin act.
 std::vector<Phase> held_phases(int index, int count, const Kind& kind, bool acted_on = false) {
   std::vector<Phase> phases = random_phases(index, count, kind);
   Random random(700 + index);
@@ -30,7 +30,7 @@ std::vector<Phase> held_phases(int index, int count, const Kind& kind, bool acte
   return phases;
 }
 
-// What the ground gives must not be small, so that agreement says something.
+// The ground reaction must not be small, so that agreement is significant.
 void expect_ground_works(const std::vector<Phase>& phases) {
   const Phase& p = phases[0];
   PhaseDynamics dynamics(p.model, p.own_setup());
@@ -109,14 +109,14 @@ TEST(LaneGround, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(held_phases(151, 13, fixed));
 }
 
-// Loops close on bases that float.
-TEST(LaneGround, LoopsOnAHeldBaseAreForCasesAlone) {
+// Lanes require a floating base for closed loops.
+TEST(LaneGround, LoopsOnAHeldBaseAreNotSupported) {
   Phase p = held_phases(152, 1, {})[0];
   ASSERT_GE(p.model.bodies().size(), 3U);
   PhaseSetup setup = p.setup;
   setup.closures.push_back(
       {"loop", p.model.body_index("b1"), Posed::identity(), p.model.body_index("b2"), Posed::identity()});
-  EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "loops close on a base that is fixed or held");
+  EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "closed loops on a fixed or held base");
   setup.held_root = -1;
   EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "");
 }

@@ -1,5 +1,5 @@
-/// Cases that lanes hand back before a step that somebody does not want, to go on alone: together the two parts are the
-/// phase that is integrated alone.
+/// Cases that lanes hand back before a rejected step, continued by single runs: both parts together equal the phase
+/// integrated by a single run.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace grapnel::testing {
 namespace handed_back_test {
 
-// No step of a case may end later than this [s]; those of some do not get so far, and one may not even begin.
+// Latest end of a step of each case [s]; some cases end earlier, and one may not begin.
 double last_time(std::uint64_t id) { return id == 4 ? 0.5 : 1.2 + 0.21 * static_cast<double>(id); }
 
 Outcomes run_with_gate(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
@@ -29,7 +29,7 @@ struct Difference {
   long handed_back = 0;
 };
 
-// The rest of every case alone, against all of it alone.
+// Remainder of every case by a single run, against a complete single run.
 Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
   Difference d;
@@ -43,7 +43,7 @@ Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integ
     }
     ++d.handed_back;
     EXPECT_EQ(o.status, LaneStatus::handed_back);
-    EXPECT_NE(explanation(o).find("is to go on alone"), std::string::npos);
+    EXPECT_NE(explanation(o).find("a single run must continue the case"), std::string::npos);
     EXPECT_LE(o.time, std::max(last_time(id), p.begin));
     EXPECT_GT(o.next_step, 0);
     if (id == 4) {
@@ -94,21 +94,21 @@ std::vector<Phase> phases_of(int index, JointControl control, std::optional<Cont
   return phases;
 }
 
-TEST(LaneHandedBack, TheRestIsIntegratedAlone) {
-  // Measured 7e-14 of free joints; 3e-10 (g++) and 1.6e-9 (clang) where efforts are cut, as of phases that are in lanes
-  // to their ends.
+TEST(LaneHandedBack, RemainderIsIntegratedBySingleRuns) {
+  // Measured 7e-14 for free joints; 3e-10 (g++) and 1.6e-9 (clang) with clipped efforts, as for phases completed in
+  // lanes.
   expect_the_same_motion("free", phases_of(160, JointControl::free));
   expect_the_same_motion("pd", phases_of(161, JointControl::pd), 1e-8);
   expect_the_same_motion("prescribed", phases_of(162, JointControl::prescribed));
   expect_the_same_motion("acted on", phases_of(163, JointControl::pd, {}, true));
 }
 
-TEST(LaneHandedBack, SampledControlGoesOn) {
+TEST(LaneHandedBack, SampledControlContinues) {
   expect_the_same_motion("sampled", phases_of(164, JointControl::pd, ControlTiming{0.07, 0}, true));
   expect_the_same_motion("sampled, delayed", phases_of(165, JointControl::pd, ControlTiming{0.07, 0.1}, true));
 }
 
-// With the same bits of any width.
+// Identical bits for any width.
 TEST(LaneHandedBack, BitsDependOnTheCaseAlone) {
   for (const bool outside : {false, true}) {
     const std::vector<Phase> phases = phases_of(166, JointControl::pd, ControlTiming{0.07, 0.1}, outside);

@@ -1,5 +1,4 @@
-// The recursive kernels in lanes: against the double kernels, at every width, and one lane without regard to the
-// others.
+// The recursive kernels in lanes: against the scalar kernels, at every width, and independence of the other lanes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +23,7 @@ constexpr std::vector<double> LaneResults::*kParts[] = {
     &LaneResults::vdot, &LaneResults::force, &LaneResults::inverse, &LaneResults::momenta,
     &LaneResults::q,    &LaneResults::v,     &LaneResults::motion};
 
-// Largest difference over the largest size.
+// Largest difference relative to the largest value.
 double difference(const std::vector<double>& x, const std::vector<double>& y) {
   if (x.size() != y.size()) return INFINITY;
   double size = 0, apart = 0;
@@ -46,7 +45,7 @@ bool same_bits(const LaneResults& x, const LaneResults& y) {
 
 class LaneKernels : public ::testing::TestWithParam<InstructionSet> {};
 
-TEST_P(LaneKernels, AgreeWithTheDoubleKernels) {
+TEST_P(LaneKernels, AgreeWithScalarKernels) {
   Worst vdot("forward dynamics"), force("forces of prescribed joints"), inverse("inverse dynamics"),
       momenta("momenta of roots"), q("recovered positions"), v("recovered velocities"), motion("poses and twists");
   Worst* worst[] = {&vdot, &force, &inverse, &momenta, &q, &v, &motion};
@@ -57,7 +56,7 @@ TEST_P(LaneKernels, AgreeWithTheDoubleKernels) {
     for (int i = 0; i < kCases; ++i) {
       const LaneResults expected = double_results(set.cases[i], set.prescribed);
       for (int part = 0; part < 7; ++part) {
-        // Measured with avx512: 1e-13 would be left by a robot whose mass matrix is ill-conditioned.
+        // Measured with avx512; 1e-13 results from a robot with an ill-conditioned mass matrix.
         ASSERT_LT(worst[part]->note(difference(lanes[i].*kParts[part], expected.*kParts[part]), robot), 1e-13) << part;
       }
     }
@@ -71,7 +70,7 @@ TEST_P(LaneKernels, DoNotDependOnTheOtherLanes) {
     const CaseSet set = random_cases(robot);
     const std::array<LaneResults, kCases> lanes = lane_results(GetParam(), set);
     const std::array<LaneResults, kCases> permuted = lane_results(GetParam(), set, other);
-    // All cases but one replaced by what is not a number, by infinities, and by huge angles.
+    // All cases except one are replaced by NaN, infinities, and large angles.
     const int kept = robot % kCases;
     CaseSet spoilt = set;
     for (int i = 0; i < kCases; ++i) {
@@ -88,7 +87,7 @@ TEST_P(LaneKernels, DoNotDependOnTheOtherLanes) {
   }
 }
 
-// Among the sets with fused products. SSE2's differ, or this would show nothing.
+// Among the sets with fused products. The bits of SSE2 differ; otherwise this test would be vacuous.
 TEST(LaneWidths, GiveTheSameBits) {
   int different = 0;
   for (int robot = 0; robot < kRobots; ++robot) {

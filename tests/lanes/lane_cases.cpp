@@ -12,7 +12,7 @@ namespace {
 
 using grapnel::testing::Random;
 
-// Entries of `width` lanes each, aligned as the kernels want them.
+// Entries of `width` lanes each, aligned for the kernels.
 class Packed {
  public:
   Packed(std::size_t entries, int width)
@@ -47,7 +47,7 @@ std::vector<double> numbers(const std::vector<Wrenchd>& wrenches) {
   return x;
 }
 
-// The same robot with another build: every number changed, the structure kept.
+// The same robot with other parameters: every number changed, the structure unchanged.
 Tree<double> varied(Tree<double> tree, Random& random) {
   for (TreeLink<double>& link : tree.links) {
     const double mass = random.uniform(0.7, 1.4), size = random.uniform(0.8, 1.2);
@@ -62,7 +62,7 @@ Tree<double> varied(Tree<double> tree, Random& random) {
   return tree;
 }
 
-// One pack: `width` cases and the model made of them.
+// One pack: `width` cases and their kernel model.
 class LaneRun {
  public:
   LaneRun(const KernelTable& kernels, const CaseSet& cases, std::span<const int> chosen)

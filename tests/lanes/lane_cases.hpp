@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them.
+/// Eight cases of one random tree structure with separate numbers, and lane kernel runs on them.
 
 #include <array>
 #include <memory>
@@ -15,7 +15,7 @@ namespace grapnel::lanes::testing {
 
 inline constexpr int kCases = 8;
 
-/// One case: a tree, its state, and what acts on it.
+/// One case: a tree, its state, and its loads.
 struct LaneCase {
   Tree<double> tree;
   std::vector<double> q, v, force, acceleration;
@@ -24,8 +24,8 @@ struct LaneCase {
   double elapsed;
 };
 
-/// What the kernels make of a case. Momenta have kRootNumbers entries per root; motion has eighteen per link, as
-/// KernelTable says.
+/// Kernel results of a case. Momenta have kRootNumbers entries per root; motion has eighteen per link, as in
+/// KernelTable.
 struct LaneResults {
   std::vector<double> vdot, force, inverse, momenta, q, v, motion;
 };
@@ -42,8 +42,8 @@ CaseSet random_cases(int index);
 /// The double kernels on one case.
 LaneResults double_results(const LaneCase& c, const std::vector<std::uint8_t>& prescribed);
 
-/// The set's kernels on all cases, `order[i]` being the case at place i of packs filled one after the other; results in
-/// the order of the cases.
+/// Results of the set's kernels on all cases. `order[i]` is the case at position i of consecutively filled packs;
+/// results are in the order of the cases.
 std::array<LaneResults, kCases> lane_results(InstructionSet set, const CaseSet& cases,
                                              const std::array<int, kCases>& order = {0, 1, 2, 3, 4, 5, 6, 7});
 

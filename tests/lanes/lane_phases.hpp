@@ -19,16 +19,17 @@ namespace grapnel::testing {
 
 using namespace lanes;
 
-/// One phase as both ways of integrating take it.
+/// One phase, for both integrations.
 struct Phase {
   Model model;
   PhaseSetup setup;
   State start;
   double begin = 0, end = 1;
-  std::function<void(PhaseSetup&)> renew = {};  // makes anew what has a state beside the clock; empty: nothing has
+  std::function<void(PhaseSetup&)> renew =
+      {};  // recreates stateful objects other than the clock; empty: there are none
 
   Rotationd start_attitude() const { return root_pose(model, start, 0).R; }
-  /// The setup with a clock, and what else has a state, that may go on.
+  /// The setup with its own clock and other stateful objects.
   PhaseSetup own_setup() const {
     PhaseSetup own = setup;
     if (own.clock) own.clock = std::make_shared<ControlClock>(*setup.clock);
@@ -38,7 +39,7 @@ struct Phase {
 };
 
 using Outcomes = std::map<std::uint64_t, LaneOutcome>;
-/// What cases have been asked (ControlTable::by_case), as they have left it.
+/// Dynamics of the cases that computed their own commands (ControlTable::by_case), in their final state.
 using Asked = std::map<std::uint64_t, std::unique_ptr<PhaseDynamics>>;
 
 /// Runs cases of one structure; `order` gives their ids.
@@ -101,12 +102,12 @@ struct Kind {
   bool friction = false, noise = false, spherical = false;
   double effort = std::numeric_limits<double>::infinity();
   JointProfile profile = JointProfile::quintic;
-  std::optional<ControlTiming> sampled = {};  // every case by a period of its own, near this one's
+  std::optional<ControlTiming> sampled = {};  // every case with a separate period, close to this one
   bool attitude = false;
-  bool fixed_root = false;  // the robot's
+  bool fixed_root = false;  // of the robot
 };
 
-/// Cases of a random robot with two free targets beside it; trajectories have ends inside the phase.
+/// Cases of a random robot with two free targets; trajectories end within the phase.
 inline std::vector<Phase> random_phases(int index, int count, const Kind& kind) {
   Random random(index);
   RobotOptions options;
@@ -156,7 +157,7 @@ inline IntegrationSetup tight(double relative = 1e-12) {
   return integration;
 }
 
-/// The numbers of integrals, in one order.
+/// The integrals as one list.
 inline std::vector<double> numbers_of(const PhaseIntegrals& i) {
   std::vector<double> all{i.motor_work, i.friction_work, i.external_work};
   const auto add = [&](const Momentumd& h) {
@@ -177,7 +178,7 @@ inline double difference(const PhaseIntegrals& a, const PhaseIntegrals& b) {
 
 inline const char* worst_of(double value, double bound) { return value <= bound ? "" : " <-- too large"; }
 
-/// Of what acts and what is on its way.
+/// Difference of active and delayed commands.
 inline double difference(const ControlClock& a, const ControlClock& b) {
   const std::vector<ControlClock::Command> x = a.commands(), y = b.commands();
   EXPECT_EQ(x.size(), y.size());
@@ -193,7 +194,7 @@ inline double difference(const ControlClock& a, const ControlClock& b) {
   return largest;
 }
 
-/// Of what thrusters have used, over their largest impulse and their time; they have fired as often.
+/// Difference of the thrusters' consumption, relative to their maximum impulse and time; firing counts must be equal.
 inline double difference(const ThrusterBank& a, const ThrusterBank& b) {
   double largest = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -291,7 +292,7 @@ inline void expect_same_bits(const LaneOutcome& a, const LaneOutcome& b) {
   EXPECT_TRUE(same(numbers(a), numbers(b)));
 }
 
-/// The same bits in any order, with any neighbours and, where products are fused, of any width. At least twelve phases.
+/// Identical bits in any order, with any neighbours and, for fused products, for any width. At least twelve phases.
 inline void expect_bits_of_the_case_alone(const std::vector<Phase>& phases) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
   const Outcomes reference = run(structure, phases, all_of(phases), InstructionSet::one_lane);

@@ -1,5 +1,5 @@
-/// Closed loops in lanes against one at a time: two, three and four arms on one target or two, in the plane, where rows
-/// are redundant, and in space; free joints and driven ones; and what leaves the lanes.
+/// Closed loops in lanes against scalar integration: two, three and four arms on one or two targets, planar (with
+/// redundant rows) and spatial; free and driven joints; and cases that leave the lanes.
 
 #include <gtest/gtest.h>
 
@@ -16,15 +16,15 @@ struct Loops {
   JointControl control = JointControl::free;
   bool friction = false;
   double effort = std::numeric_limits<double>::infinity();
-  int most_driven = 1000;  // of the joints, the last ones
-  double rate = 0.5;       // of joints at the start
+  int most_driven = 1000;  // number of driven joints, counted from the last
+  double rate = 0.5;       // initial joint rates
   double length = 0.6;     // [s]
   bool gravity = false;
-  bool turned = false;  // closures' frames turned any way, so that redundant rows are no axes
+  bool turned = false;  // closure frames rotated at random, so that redundant rows are not aligned with axes
   std::optional<ControlTiming> sampled = {};
 };
 
-// A start on the closures, near `start`.
+// An initial state on the closures, near `start`.
 State closed_near(const Model& model, const std::vector<LoopClosure>& closures, State start, const Loops& kind,
                   Random& random) {
   for (int joint : model.joints()) {
@@ -65,7 +65,7 @@ std::vector<Phase> phases_of(const ClosedCase& c, int index, int count, const Lo
       if (is_driven[j] == 0) drive = {};
       JointPath* path =
           drive.trajectory.pieces.empty() ? nullptr : std::get_if<JointPath>(&drive.trajectory.pieces[0].shape);
-      // Joints that are braked are at rest.
+      // Braked joints are at rest.
       if (path && kind.control == JointControl::prescribed)
         path->end = path->start, path->start_rate = path->end_rate = 0;
     }
@@ -79,14 +79,14 @@ std::vector<Phase> phases_of(const ClosedCase& c, int index, int count, const Lo
   return phases;
 }
 
-// A random closed case on a free base, whose loops lanes can take.
+// Whether lanes support the loops of a random closed case on a free base.
 bool is_for_lanes(const ClosedCase& c) {
   PhaseSetup setup;
   setup.closures = c.closures;
   return !c.closures.empty() && lane_obstacle(c.model, setup, tight()).empty();
 }
 
-// The first cases, from `first` on in steps, whose loops lanes can take.
+// The first cases, from `first` on in steps, whose loops lanes support.
 std::vector<int> cases_for_lanes(int first, int step, int count) {
   std::vector<int> found;
   for (int index = first; static_cast<int>(found.size()) < count; index += step) {
@@ -95,7 +95,7 @@ std::vector<int> cases_for_lanes(int first, int step, int count) {
   return found;
 }
 
-// How loops were kept closed, in lanes and alone: the same ranks, accounts of the same size, and loops that are closed.
+// Loop closure in lanes and in scalar integration: equal ranks, records of similar size, and closed loops.
 void expect_accounts_alike(const std::vector<Phase>& phases, const IntegrationSetup& integration) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
   for (InstructionSet set : supported_instruction_sets()) {
@@ -108,7 +108,7 @@ void expect_accounts_alike(const std::vector<Phase>& phases, const IntegrationSe
       for (const double open : {o.loops.largest.position, o.loops.largest.angle, o.loops.largest.velocity,
                                 o.loops.largest.angular_velocity})
         EXPECT_LT(open, 3e-13);  // measured 6e-14
-      // Largest of single steps, whose sizes rounding may change.
+      // Maxima over single steps, whose sizes depend on rounding errors.
       const double before = std::max(alone.unprojected.position, alone.unprojected.angle),
                    here = std::max(o.loops.unprojected.position, o.loops.unprojected.angle);
       EXPECT_LT(here, 4 * before + 1e-13);
@@ -121,7 +121,7 @@ void expect_accounts_alike(const std::vector<Phase>& phases, const IntegrationSe
   }
 }
 
-// Rounding has a say in the steps, in small motions a large one.
+// Rounding errors influence the steps, strongly for small motions.
 void expect_loops_alike(const char* what, int index, const Loops& kind, double bound = 3e-10, double more_steps = 0.2) {
   SCOPED_TRACE(seed_note(index) + ", " + what);
   const std::vector<Phase> phases = phases_of(random_closed(index), index, test::repetitions(4) + 1, kind);
@@ -132,7 +132,7 @@ TEST(LaneLoops, FreeJointsAgree) {
   for (int index : cases_for_lanes(0, 1, test::repetitions(14) + 1)) expect_loops_alike("free", index, {});
 }
 
-// All axes of a loop are parallel: three rows of a rigid closure are redundant, in whatever axes they are.
+// Parallel axes of a loop: three rows of a rigid closure are redundant, in any axes.
 TEST(LaneLoops, RedundantRowsAgree) {
   Loops kind;
   kind.turned = true;
@@ -148,18 +148,18 @@ TEST(LaneLoops, RedundantRowsAgree) {
   EXPECT_TRUE(any);
 }
 
-// Two arms on one target, whose loop moves in a plane but for what a test asks for.
+// Two arms on one target, in a planar loop except for the changes of a test.
 struct PlanarLoop {
   const char* what;
-  int turn_rows, push_rows;  // what lanes are to have
+  int turn_rows, push_rows;  // expected numbers of rows
   GraspModel model = GraspModel::rigid;
   Vector3d hinge{0, 0, 1};
   JointType last = JointType::revolute;  // of arm a, with its axis
   Vector3d axis{0, 0, 1};
 };
 
-// The whole is turned any way: normals are no axes of links or grasps. `near`: starts near the posture with all joints
-// at zero, in which the grasp is made, or else there.
+// The system is rotated at random, so that normals are not aligned with link or grasp axes. `near`: starts near the
+// zero posture, in which the grasp is defined, otherwise in that posture.
 Phase planar_loop(const PlanarLoop& loop, Random& random, bool near = true) {
   ModelBuilder builder;
   const Rotationd R = random.rotation();
@@ -198,7 +198,7 @@ Phase planar_loop(const PlanarLoop& loop, Random& random, bool near = true) {
   return p;
 }
 
-TEST(LaneLoops, InAPlaneHaveRowsForWhatMoves) {
+TEST(LaneLoops, PlanarLoopsHaveRowsForMovableDirections) {
   const double tilt = 0.6;
   const Vector3d tilted{0, std::sin(tilt), std::cos(tilt)}, across{1, 0, 0};
   using enum GraspModel;
@@ -228,8 +228,8 @@ TEST(LaneLoops, InAPlaneHaveRowsForWhatMoves) {
   }
 }
 
-// Axes that are parallel but for more than rounding have all rows: whether they count is for the rank.
-TEST(LaneLoops, AreInAPlaneWhereAxesAreParallelToRounding) {
+// Axes with deviations from parallel above rounding error have all rows; the rank decides whether they count.
+TEST(LaneLoops, PlanarityIsDecidedToRoundingError) {
   Random random(13);
   for (const double tilt : {1e-9, 1e-15}) {
     const Phase p =
@@ -239,12 +239,12 @@ TEST(LaneLoops, AreInAPlaneWhereAxesAreParallelToRounding) {
   }
 }
 
-// A grasp that is open across the plane cannot be closed by its joints: it leaves the lanes.
-TEST(LaneLoops, LeaveWhereAPlaneKeepsThemOpen) {
+// A grasp with an out-of-plane defect cannot be closed by its joints: the case leaves the lanes.
+TEST(LaneLoops, LeaveIfPlanarLoopsCannotClose) {
   Random random(12);
   std::vector<Phase> phases;
   for (int i = 0; i < 5; ++i) phases.push_back(planar_loop({"rigid", 1, 2}, random));
-  phases[2].setup.closures[0].X_AC.p += Vector3d{0, 0, 1e-6};  // of b3, whose z is the normal
+  phases[2].setup.closures[0].X_AC.p += Vector3d{0, 0, 1e-6};  // in the axes of b3, whose z is the normal
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
   for (InstructionSet set : supported_instruction_sets()) {
     for (const auto& [id, o] : run(structure, phases, all_of(phases), set))
@@ -267,7 +267,7 @@ TEST(LaneLoops, DrivesAgree) {
   sampled.control = JointControl::pd, sampled.sampled = ControlTiming{0.05, 0.07};
   for (int index : cases_for_lanes(0, 1, test::repetitions(2) + 1)) {
     expect_loops_alike("pd, friction", index, pd, 1e-9);
-    expect_loops_alike("pd, friction, limits", index, limited, 3e-8);  // which bend accelerations
+    expect_loops_alike("pd, friction, limits", index, limited, 3e-8);  // which make accelerations nonsmooth
     expect_loops_alike("braked", index, braked, 1e-9, 0.5);
     expect_loops_alike("computed torque", index, computed, 3e-8);
     expect_loops_alike("gravity", index, gravity, 1e-9);
@@ -275,7 +275,7 @@ TEST(LaneLoops, DrivesAgree) {
   }
 }
 
-// One evaluation: over a time so short that a step is one, velocities change by accelerations.
+// One evaluation: over one short step, velocities change by the accelerations.
 TEST(LaneLoops, AccelerationsAgree) {
   Loops kind;
   kind.length = 1e-3;
@@ -314,10 +314,11 @@ TEST(LaneLoops, BitsDependOnTheCaseAlone) {
     expect_bits_of_the_case_alone(phases_of(random_closed(index), index, 13, braked));
 }
 
-// --- What leaves the lanes. -----------------------------------------------------------------------------------------
+// --- Cases that leave the lanes.
+// --------------------------------------------------------------------------------------
 
-// Two arms of two links each in a plane, hands on one target: with both elbows at `bend` everything lies nearly on one
-// line, along which the closure then hardly gives way.
+// Two planar arms with two links each, grasping one target. With both elbows at `bend` the system is nearly collinear,
+// and the closure is nearly singular along that line.
 Phase stretched(double bend) {
   ModelBuilder builder;
   const auto add = [&](const std::string& name, const std::string& parent, JointType type, double x) {
@@ -346,7 +347,7 @@ Phase stretched(double bend) {
   return p;
 }
 
-TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
+TEST(LaneLoops, LeaveWhenRanksAreDoubtful) {
   const std::vector<Phase> phases{stretched(0.3), stretched(1e-6), stretched(0), stretched(0.2), stretched(2e-6)};
   for (InstructionSet set : supported_instruction_sets()) {
     SCOPED_TRACE(std::string(name(set)));
@@ -355,7 +356,7 @@ TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
       const bool in_doubt = id == 1 || id == 4;
       EXPECT_EQ(o.status, in_doubt ? LaneStatus::loops_in_doubt : LaneStatus::finished) << id << explanation(o);
       if (in_doubt) {
-        EXPECT_NE(explanation(o).find("closed loops come near"), std::string::npos);
+        EXPECT_NE(explanation(o).find("closed loops approach a configuration"), std::string::npos);
         continue;
       }
       EXPECT_EQ(o.loops.rank, id == 2 ? 1 : 2);  // of three rows
@@ -363,8 +364,8 @@ TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
   }
 }
 
-// Joints that are driven against the loop: no motion there is, in lanes or alone.
-TEST(LaneLoops, LeaveWhereDrivesContradictThem) {
+// Joints driven against the loop: no motion is possible, in lanes or in scalar integration.
+TEST(LaneLoops, LeaveWhenDrivesContradict) {
   std::vector<Phase> phases;
   for (int i = 0; i < 5; ++i) {
     Phase p = stretched(0.3 + 0.1 * i);
@@ -388,16 +389,16 @@ TEST(LaneLoops, LeaveWhereDrivesContradictThem) {
   }
 }
 
-TEST(LaneLoops, AreOnesThatProjectionKeepsClosed) {
+TEST(LaneLoops, RequireProjection) {
   Phase p = stretched(0.3);
   EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "");
   p.setup.loop_feedback = 10;
-  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are not closed by projection");
   p.setup.loop_feedback = 0, p.setup.project_loops = false;
-  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are not closed by projection");
 }
 
-// A case of another grasp's kind is of another structure.
+// A case with another grasp model has another structure.
 TEST(LaneLoops, HaveOneStructure) {
   const Phase p = stretched(0.3);
   Phase other = p;

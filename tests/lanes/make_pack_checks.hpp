@@ -32,8 +32,8 @@ void arithmetic(const double* a_, const double* b_, const double* c_, double* ou
   }
 }
 
-// One lane of a pack and of a mask written, the others left; the expectation is kept in arrays because g++ 12.2 at -O2
-// compiles the comparison of two numbers' bits wrongly when it knows that the numbers are equal.
+// Writes one lane of a pack and of a mask and checks that the others are unchanged. The expectation is kept in arrays
+// because g++ 12.2 at -O2 miscompiles the bitwise comparison of two numbers that it knows to be equal.
 template <class Arch>
 bool writes_one_lane(unsigned bits, int lane) {
   using P = Pack<Arch>;

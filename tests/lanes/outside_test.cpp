@@ -1,4 +1,4 @@
-/// What acts from outside, in lanes against one at a time: loads, an orbit's field, attitude control and gravity.
+/// External loads in lanes against scalar integration: loads, an orbit's field, attitude control and gravity.
 
 #include <gtest/gtest.h>
 
@@ -11,17 +11,17 @@ namespace outside_test {
 
 using Shape = LoadProfile::Shape;
 
-/// What is to act on a phase's bodies.
+/// External loads on a phase's bodies.
 struct Outside {
   std::vector<Shape> loads = {};
-  std::vector<LoadFrame> frames = {LoadFrame::world, LoadFrame::body};  // in turn
+  std::vector<LoadFrame> frames = {LoadFrame::world, LoadFrame::body};  // alternating
   bool streams = false;
   bool gravity = false, orbit = false, attitude = false;
   double eccentricity = 0;
   double limit = AttitudeControl::kNone;
 };
 
-// Starts and ends are the case's own, within the phase from 1 s to 3 s.
+// Random start and end within the phase from 1 s to 3 s.
 LoadProfile random_profile(Shape shape, Random& random) {
   LoadProfile profile;
   profile.shape = shape;
@@ -45,8 +45,7 @@ Stream random_stream(Random& random, bool both_sides) {
   return stream;
 }
 
-// A small and dense central body, so that the field is as strong as everything else, and nowhere so strong that it
-// makes large differences of small ones.
+// A small and dense central body, so that the field is comparable to the other loads, without large gradients.
 ReferenceOrbit random_orbit(double eccentricity, Random& random) {
   ReferenceOrbit orbit;
   orbit.mu = 1e20 * random.uniform(0.5, 2) * std::pow(1 - eccentricity, 3);
@@ -59,7 +58,7 @@ ReferenceOrbit random_orbit(double eccentricity, Random& random) {
   return orbit;
 }
 
-/// Cases that differ in every number but share what kind of thing acts where.
+/// Cases with different numbers but the same kinds of loads on the same bodies.
 std::vector<Phase> phases_with(const Outside& outside, int index, int count, const Kind& kind = {}) {
   std::vector<Phase> phases = random_phases(index, count, kind);
   Random random(1000 + index);
@@ -88,7 +87,7 @@ std::vector<Phase> phases_with(const Outside& outside, int index, int count, con
   return phases;
 }
 
-// What must not be small, so that agreement says something.
+// The external exchange must not be small, so that agreement is significant.
 void expect_much_comes_in(const std::vector<Phase>& phases) {
   PhaseDynamics dynamics(phases[0].model, phases[0].setup);
   const Phase& p = phases[0];
@@ -97,7 +96,7 @@ void expect_much_comes_in(const std::vector<Phase>& phases) {
   EXPECT_GT(norm(all.external_impulse.angular), 0.5);
 }
 
-// Differences of rounding grow with the motion, by up to 1e5 in these: 6e-8 at most over four seeds.
+// Rounding errors grow with the motion, by up to 1e5 here: at most 6e-8 over four seeds.
 void expect_outside_alike(const char* what, const Outside& outside, int index, const Kind& kind = {},
                           double tolerance = 1e-14) {
   const std::vector<Phase> phases = phases_with(outside, index, 9, kind);
@@ -144,7 +143,7 @@ TEST(LaneOutside, AttitudeControlAgrees) {
   expect_outside_alike("attitude control at its limit", outside, 50);
 }
 
-/// All of it, under drives.
+/// All external loads, with drives.
 Outside everything() {
   Outside outside{{Shape::constant, Shape::half_sine, Shape::sine, Shape::table, Shape::constant}};
   outside.frames = {LoadFrame::orbit, LoadFrame::body, LoadFrame::world};
@@ -166,7 +165,8 @@ TEST(LaneOutside, EverythingAgreesUnderEveryDrive) {
   for (const Kind& kind : kinds()) expect_outside_alike("everything", everything(), index++, kind);
   Kind spherical;
   spherical.spherical = true;
-  // Steps of 1e-14 are chosen by rounding in these: 691 or 1169, as the compiler has it; of 1e-13 there are 535 +- 2.
+  // At a tolerance of 1e-14 rounding errors determine the steps: 691 or 1169, depending on the compiler; at 1e-13 there
+  // are 535 +- 2.
   expect_outside_alike("everything, spherical joints", everything(), index++, spherical, 1e-13);
 }
 
@@ -181,8 +181,8 @@ TEST(LaneOutside, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(phases_with(control, index, 13));
 }
 
-// A case that ends early leaves its lane to numbers that can be evaluated, here with loads of their own.
-TEST(LaneOutside, AFailingCaseHarmsNoOther) {
+// The lane of a case that ends early continues with valid numbers, here with separate loads.
+TEST(LaneOutside, FailingCaseDoesNotAffectOthers) {
   std::vector<Phase> phases = phases_with(everything(), 70, 12);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
   const Outcomes sound = run(structure, phases, all_of(phases), InstructionSet::one_lane);
@@ -216,7 +216,7 @@ TEST(LaneOutside, RejectsAnotherStructure) {
     }
     return "accepted";
   };
-  const char* expected = "lane_case: what acts from outside has another structure";
+  const char* expected = "lane_case: the external loads have another structure";
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads.pop_back(); }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads[0].frame = LoadFrame::world; }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads[0].stream.reset(); }), expected);
@@ -224,12 +224,12 @@ TEST(LaneOutside, RejectsAnotherStructure) {
   EXPECT_EQ(message([](PhaseSetup& s) { s.orbit.reset(); }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.attitude.reset(); }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.gravity = {0, 0, 0}; }), expected);
-  PhaseSetup setup = p.setup;  // circles are ellipses, not the other way round
+  PhaseSetup setup = p.setup;  // a structure for ellipses serves circles, but not vice versa
   setup.orbit->eccentricity = 0;
   EXPECT_NO_THROW(lane_motion(structure, p.model, setup, 1, 2));
   EXPECT_THROW(lane_motion(lane_structure(p.model, setup, tight()), p.model, p.setup, 1, 2), std::invalid_argument);
   setup.orbit.reset();
-  EXPECT_THROW(lane_structure(p.model, setup, tight()), std::invalid_argument);  // loads in its axes
+  EXPECT_THROW(lane_structure(p.model, setup, tight()), std::invalid_argument);  // loads in the orbit's axes
   setup = p.setup;
   setup.loads[0].body = 1000;
   EXPECT_THROW(lane_structure(p.model, setup, tight()), std::invalid_argument);

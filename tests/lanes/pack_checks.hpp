@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What Pack computes, one function per instruction set behind plain arrays, so that the sets can be compared in one
+/// Results of Pack, one function per instruction set with plain arrays, so that the sets can be compared in one
 /// program.
 
 namespace grapnel::lanes::testing {
@@ -45,7 +45,7 @@ struct PackChecks {
   int width;
   /// `count` triples, a multiple of width; result k of triple i goes to out[k * count + i].
   void (*arithmetic)(const double* a, const double* b, const double* c, double* out, int count);
-  /// Masks to bits and back, lanes read and written one by one: the number of the first thing found wrong, 0 for none.
+  /// Conversion of masks to bits and back, reading and writing of lanes: the number of the first error, 0 for none.
   int (*masks)();
   /// Of `count` pairs, a multiple of width.
   void (*turns)(const double* s, const double* w, double* out, int count);

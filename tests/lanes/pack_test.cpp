@@ -1,5 +1,5 @@
-// Packs against plain doubles with std::fma where the grammar fuses, bit by bit, for every instruction set that runs
-// here. Compiled with -ffp-contract=off.
+// Packs against plain doubles with std::fma for fused operations, bit by bit, for every supported instruction set.
+// Compiled with -ffp-contract=off.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -27,7 +27,7 @@ const PackChecks& checks([[maybe_unused]] InstructionSet set) {
   return pack_checks_one_lane;
 }
 
-// All pairs and triples of these, then random ones whose products and sums cancel.
+// All pairs and triples of these values, then random ones whose products and sums cancel.
 struct Triples {
   std::vector<double> a, b, c;
   void add(double x, double y, double z) { a.push_back(x), b.push_back(y), c.push_back(z); }
@@ -122,7 +122,7 @@ bool same(double x, double y) {
 
 class PackTest : public ::testing::TestWithParam<InstructionSet> {};
 
-TEST_P(PackTest, ArithmeticRoundsAsTheGrammarSays) {
+TEST_P(PackTest, ArithmeticRoundsAsSpecified) {
   const PackChecks& pack = checks(GetParam());
   const bool fused = GetParam() != InstructionSet::sse2;
   const Triples t = triples();
@@ -138,7 +138,7 @@ TEST_P(PackTest, ArithmeticRoundsAsTheGrammarSays) {
   }
 }
 
-// The test before would not notice a set that never fuses if no case depended on it.
+// Checks that some cases depend on fusion; otherwise the previous test could not detect a set that never fuses.
 TEST_P(PackTest, SomeProductsNeedOneRounding) {
   const Triples t = triples();
   int different = 0;
@@ -149,10 +149,10 @@ TEST_P(PackTest, SomeProductsNeedOneRounding) {
   EXPECT_GT(different, 1000);
 }
 
-TEST_P(PackTest, MasksAndLanesAreReadAndWrittenOneByOne) { EXPECT_EQ(checks(GetParam()).masks(), 0); }
+TEST_P(PackTest, MasksAndLanesAreAccessible) { EXPECT_EQ(checks(GetParam()).masks(), 0); }
 
-// 2 atan2(s, |w|) / s in all octants, near their borders, for quaternions of any norm, and where s is next to nothing.
-TEST_P(PackTest, TurnsOfQuaternionsAreTheLibrarys) {
+// 2 atan2(s, |w|) / s in all octants, near their borders, for quaternions of any norm, and for vanishing s.
+TEST_P(PackTest, QuaternionAnglesAgreeWithTheLibrary) {
   std::vector<double> s, w;
   const double borders[] = {0, 1e-200, 1e-9, 0.1, M_PI / 8, 0.5, M_PI / 4, 1, 3 * M_PI / 8, 1.3, M_PI / 2};
   for (const double angle : borders) {
@@ -184,7 +184,7 @@ TEST_P(PackTest, TurnsOfQuaternionsAreTheLibrarys) {
   std::printf("[ measured ] relative error %.2g\n", worst);
 }
 
-TEST_P(PackTest, WidthIsTheSets) {
+TEST_P(PackTest, WidthMatchesTheSet) {
   EXPECT_EQ(checks(GetParam()).width, lane_count(GetParam()));
   EXPECT_EQ(kernels(GetParam()).width, lane_count(GetParam()));
 }

@@ -1,4 +1,4 @@
-/// Many phases at once in lanes, against one at a time.
+/// Many phases in lanes, against scalar integration.
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -10,7 +10,7 @@
 namespace grapnel::testing {
 namespace phase_test {
 
-TEST(LanePhase, FreeJointsAgreeWithOneAtATime) { expect_alike("free", random_phases(1, 11, {}), 3e-10); }
+TEST(LanePhase, FreeJointsAgree) { expect_alike("free", random_phases(1, 11, {}), 3e-10); }
 
 TEST(LanePhase, FreeSphericalJointsAgree) {
   Kind kind;
@@ -49,7 +49,7 @@ TEST(LanePhase, CycloidalPathsAgree) {
   expect_alike("prescribed, cycloidal", random_phases(7, 9, kind), 3e-10);
 }
 
-// An on-board computer: laws speak at ticks, and what they say is held, at once or 1.3 and 2.5 periods later.
+// Sampled control: commands are computed at ticks and held, without delay or delayed by 1.3 and 2.5 periods.
 TEST(LanePhase, SampledControlAgrees) {
   Kind kind;
   for (const double delay : {0.0, 1.3, 2.5}) {
@@ -64,7 +64,7 @@ TEST(LanePhase, SampledControlAgrees) {
   }
 }
 
-TEST(LanePhase, SampledCasesHaveTheirBitsAlone) {
+TEST(LanePhase, SampledBitsDependOnTheCaseAlone) {
   Kind kind;
   kind.control = JointControl::pd;
   kind.friction = kind.attitude = true;
@@ -72,8 +72,8 @@ TEST(LanePhase, SampledCasesHaveTheirBitsAlone) {
   expect_bits_of_the_case_alone(random_phases(14, 13, kind));
 }
 
-// Gains too high for the period: the rates grow, and the run is given up as the one alone is.
-TEST(LanePhase, UnstableSampledControlIsSaid) {
+// Gains too high for the period: the rates grow, and the run ends as the scalar run does.
+TEST(LanePhase, UnstableSampledControlIsReported) {
   Kind kind;
   kind.control = JointControl::pd;
   kind.sampled = ControlTiming{0.05, 0};
@@ -126,7 +126,7 @@ TEST(LanePhase, APhaseWithoutExtentEndsWhereItStarts) {
   }
 }
 
-TEST(LanePhase, RejectsWhatDoesNotFit) {
+TEST(LanePhase, RejectsInvalidCases) {
   const std::vector<Phase> phases = random_phases(11, 2, {});
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
   const auto once = [&](auto change) {
@@ -145,7 +145,7 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
   };
   EXPECT_THROW(once([](LaneCase& c) { c.links.pop_back(); }), std::invalid_argument);
   EXPECT_THROW(once([](LaneCase& c) { c.motion = nullptr; }), std::invalid_argument);
-  EXPECT_THROW(once([](LaneCase&) {}), std::runtime_error);  // what the sink throws passes through
+  EXPECT_THROW(once([](LaneCase&) {}), std::runtime_error);  // exceptions of the sink pass through
   PhaseSetup held = phases[0].setup;
   held.held_root = phases[0].model.body_index("b0");
   const LaneStructure structure_held = lane_structure(phases[0].model, held, tight());
@@ -154,7 +154,7 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
                std::invalid_argument);
   EXPECT_THROW(lane_case(structure, phases[0].model, held, phases[0].start, nullptr, c), std::invalid_argument);
   held.held_root = phases[0].model.body_index("b1");
-  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "what is held is no free root, or under attitude control");
+  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "the held root is not free, or is under attitude control");
   EXPECT_THROW(lane_structure(phases[0].model, held, tight()), std::invalid_argument);
   const auto obstacle_of = [&](const std::function<void(JointDescription&)>& change) {
     ModelBuilder builder;
@@ -198,7 +198,7 @@ TEST(LanePhase, MemoryDoesNotGrow) {
   EXPECT_NEAR(static_cast<double>(late), static_cast<double>(early), 4096);
 }
 
-TEST(LanePhase, RejectsAPrescribedJointThatStandsStillWithARate) {
+TEST(LanePhase, RejectsAPrescribedJointAtRestWithARate) {
   Kind kind;
   kind.control = JointControl::prescribed;
   const Phase p = random_phases(8, 1, kind)[0];
@@ -211,7 +211,7 @@ TEST(LanePhase, RejectsAPrescribedJointThatStandsStillWithARate) {
   EXPECT_NE(lane_obstacle(p.model, setup, tight(), 1, 3), "");
 }
 
-/// Whatever drives the joints.
+/// All kinds of joint control.
 std::vector<Kind> kinds() {
   Kind pd, prescribed, computed;
   pd.control = JointControl::pd, pd.friction = pd.noise = true, pd.effort = 5;
@@ -229,7 +229,7 @@ TEST(LanePhase, BitsDependOnTheCaseAlone) {
   }
 }
 
-TEST(LanePhase, AFailingCaseHarmsNoOther) {
+TEST(LanePhase, FailingCaseDoesNotAffectOthers) {
   Kind kind;
   kind.control = JointControl::pd;
   std::vector<Phase> phases = random_phases(30, 12, kind);
@@ -241,7 +241,7 @@ TEST(LanePhase, AFailingCaseHarmsNoOther) {
   phases[2].start.v[0] = std::numeric_limits<double>::quiet_NaN();
   phases[5].start.q.back() = std::numeric_limits<double>::infinity();
   for (JointDrive& drive : phases[8].setup.drives) drive.kp = 1e13;  // too stiff for so few steps
-  for (JointDrive& drive : phases[9].setup.drives) drive.kp = -1e7;  // runs away
+  for (JointDrive& drive : phases[9].setup.drives) drive.kp = -1e7;  // unstable
   const std::map<std::uint64_t, bool> fails = {{2, true}, {5, true}, {8, true}, {9, true}};
   Outcomes reference;
   for (InstructionSet set : supported_instruction_sets()) {

@@ -1,4 +1,4 @@
-/// Bodies that bend, in lanes: springs and dampers at joints, and pieces without mass between them.
+/// Flexible bodies in lanes: springs and dampers at joints, and massless segments between them.
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 namespace grapnel::testing {
 namespace springs_test {
 
-// A free base with an arm of two links that bend in space and twist, of which the first is driven through a gear that
-// yields, and a target beside it; every case has stiffnesses and masses of its own.
+// A free base with an arm of two links with bending and torsion, the first driven through an elastic gear, and a
+// target; every case has different stiffnesses and masses.
 std::vector<Phase> flexible_phases(int index, int count, JointControl control, double damping) {
   Random random(index);
   std::vector<Phase> phases;
@@ -37,7 +37,7 @@ std::vector<Phase> flexible_phases(int index, int count, JointControl control, d
     builder.add(target);
     Phase p{builder.build(), {}, {}, 1, 2};
     p.start = random_state(p.model, random, 0.1);
-    for (const int body : p.model.springs()) {  // far from rest they would be chaotic
+    for (const int body : p.model.springs()) {  // large deflections would be chaotic
       const Body& b = p.model.bodies()[static_cast<std::size_t>(body)];
       p.start.q[static_cast<std::size_t>(b.q)] = random.uniform(-0.01, 0.01);
       p.start.v[static_cast<std::size_t>(b.v)] = random.uniform(-0.05, 0.05);
@@ -68,8 +68,8 @@ TEST(LaneSprings, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(flexible_phases(6, 13, JointControl::pd, 0.01));
 }
 
-// What dampers take is integrated for one tree.
-TEST(LaneSprings, OfATargetMayNotDamp) {
+// Damper work is integrated for one tree only.
+TEST(LaneSprings, TargetDampersAreNotSupported) {
   Phase p = flexible_phases(7, 1, JointControl::free, 0.01)[0];
   EXPECT_EQ(lane_obstacle(p.model, p.setup, {}), "");
   ModelBuilder builder(p.model);
@@ -78,7 +78,7 @@ TEST(LaneSprings, OfATargetMayNotDamp) {
   panel.joint.spring = JointSpring{1, 0.1, 0};
   panel.mass = 1, panel.inertia = Symmetric3d::diagonal(0.1, 0.1, 0.1);
   builder.add(panel);
-  EXPECT_EQ(lane_obstacle(builder.build(), {}, {}), "dampers work elsewhere than in the robot");
+  EXPECT_EQ(lane_obstacle(builder.build(), {}, {}), "dampers outside the robot");
 }
 
 }  // namespace springs_test

@@ -1,5 +1,5 @@
-// States in lanes against dynamics/ one state at a time, on random robots with every kind of joint: the same to
-// rounding, and the same bits whatever stands beside a case and whatever the width.
+// States in lanes against dynamics/ for single states, on random robots with every kind of joint: equal up to rounding
+// error, and identical bits for any neighbours and any width.
 #include "grapnel/lanes/states.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Model some_model(int i, Random& random) {
   return random_model(options, random);
 }
 
-// Cases of one model, row by row, and what the lanes made of them.
+// Cases of one model, row-major, and their results in lanes.
 struct Cases {
   std::vector<State> states;
   std::vector<double> q, v, force, acceleration;
@@ -86,14 +86,14 @@ std::vector<double> numbers_of(const std::vector<LinkMotion<double>>& links) {
   return numbers;
 }
 
-TEST(States, AreWhatDynamicsComputesOfOne) {
+TEST(States, AgreeWithScalarDynamics) {
   Worst motion("motion"), forward("forward dynamics"), inverse("inverse dynamics"), mass("mass matrix");
   for (const InstructionSet set : supported_instruction_sets()) {
     for (int i = 0; i < 12; ++i) {
       SCOPED_TRACE(std::string(name(set)) + ", " + seed_note(i));
       Random random(i);
       const Model model = some_model(i, random);
-      Cases c = some_cases(model, 11, random);  // not a whole number of packs
+      Cases c = some_cases(model, 11, random);  // not a multiple of the width
       compute(model, set, c);
       Workspace workspace(model);
       for (std::size_t k = 0; k < c.states.size(); ++k) {
@@ -118,7 +118,7 @@ TEST(States, AreWhatDynamicsComputesOfOne) {
   }
 }
 
-TEST(States, DependOnTheirOwnCaseAlone) {
+TEST(States, DependOnTheCaseAlone) {
   Random random(3);
   const Model model = some_model(1, random);
   Cases all = some_cases(model, 13, random);
@@ -133,7 +133,7 @@ TEST(States, DependOnTheirOwnCaseAlone) {
       EXPECT_EQ(again.forces, all.forces);
       EXPECT_EQ(again.mass_matrix, all.mass_matrix);
     }
-    // One of them alone.
+    // One case alone.
     const std::size_t k = 9, nq = all.q.size() / 13, nv = all.v.size() / 13;
     Cases one;
     const auto take = [&](const std::vector<double>& from, std::size_t n) {
@@ -166,8 +166,8 @@ TEST(States, RowsThatAreAbsentAreZeroAndOneRowServesAll) {
   EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 1e-3);
 }
 
-// Motion, but no dynamics: that would be of joints that move by themselves.
-TEST(States, RefuseJointsThatMoveByModes) {
+// Kinematics only: dynamics would treat the joints as independent.
+TEST(States, RejectModalJoints) {
   ModelBuilder builder;
   BodyDescription body;
   body.name = "base", body.joint.type = JointType::free;

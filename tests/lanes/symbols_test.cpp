@@ -1,5 +1,5 @@
-// A function that the linker may take from any object file must not be one compiled for an instruction set that the
-// machine may lack: whatever a set's translation unit lets others link to carries the set in its name.
+// Functions that the linker may take from any object file must not be compiled for an instruction set that the machine
+// may lack. All linkable symbols of a set's translation unit must contain the set in their name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,14 +17,14 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 struct SetName {
-  std::string file;  // the end of its object files' names
+  std::string file;  // suffix of its object files' names
   std::string tag;   // in mangled names
 };
 const std::vector<SetName> kSets = {
     {"_one_lane", "OneLane"}, {"_sse2", "Sse2"}, {"_avx2", "Avx2"}, {"_avx512", "Avx512"}};
 
-// Names of functions in `nm --defined-only`'s output that another object file can be linked to, and that carry neither
-// the set's tag nor, as the tables do, its name.
+// Names of linkable functions in `nm --defined-only`'s output that contain neither the set's tag nor, as the tables do,
+// its name.
 std::vector<std::string> untagged(const std::string& symbols, const SetName& set) {
   std::vector<std::string> found;
   std::istringstream lines(symbols);
@@ -47,7 +47,7 @@ std::string run(const std::string& command) {
   return output;
 }
 
-TEST(Symbols, OfLaneFilesCarryTheirSet) {
+TEST(Symbols, CarryTheirSet) {
   std::istringstream objects(GRAPNEL_LANE_OBJECTS);
   int checked = 0;
   for (std::string object; std::getline(objects, object, '|');) {
@@ -55,7 +55,7 @@ TEST(Symbols, OfLaneFilesCarryTheirSet) {
       if (object.find(set.file + ".cpp") == std::string::npos) continue;
       SCOPED_TRACE(object);
       const std::string symbols = run(std::string(GRAPNEL_NM) + " --defined-only '" + object + "'");
-      // What it is for is there, so nm could read the file.
+      // The set's own symbols exist, so nm could read the file.
       EXPECT_NE(symbols.find(set.tag), std::string::npos);
       EXPECT_THAT(untagged(symbols, set), IsEmpty());
       ++checked;
@@ -64,7 +64,7 @@ TEST(Symbols, OfLaneFilesCarryTheirSet) {
   EXPECT_GT(checked, 0);
 }
 
-TEST(Symbols, WithoutTheirSetAreFound) {
+TEST(Symbols, UntaggedSymbolsAreFound) {
   const std::string symbols =
       "0000000000000000 W _ZNSt6vectorIdSaIdEE9push_backERKd\n"
       "0000000000000000 W _ZN7grapnel5lanes4sumsINS0_4Avx2EEEvv\n"

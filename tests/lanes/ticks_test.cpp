@@ -1,5 +1,5 @@
-/// Sampled control that every case says itself at its ticks, with motion in lanes: sensors that misread, laws that take
-/// the model for another one, controllers, and thrusters; against one at a time.
+/// Sampled control computed by every case at its ticks, with motion in lanes: noisy sensors, laws with another model,
+/// controllers, and thrusters; against scalar integration.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace ticks_test {
 
-// Reads all rates and positions of joints with noise and a bias, every second time anew.
+// Reads all joint rates and positions with noise and a bias; the bias changes at every second sample.
 class NoisySensors final : public SensorReader {
  public:
   NoisySensors(std::uint64_t seed, bool forces) : seed_(seed), forces_(forces) {}
@@ -21,7 +21,7 @@ class NoisySensors final : public SensorReader {
       held_ = sample.state.v;
       for (std::size_t i = 0; i < held_.size(); ++i)
         held_[i] += 1e-2 * normal_number(seed_, 0, std::uint32_t(i), taken_);
-      // What a force sensor reads depends on what acted until now.
+      // The reading of a force sensor depends on the loads up to now.
       if (forces_) held_.back() += 1e-3 * sample.dynamics->acceleration().back();
       ++taken_;
     }
@@ -39,7 +39,7 @@ class NoisySensors final : public SensorReader {
   SensorReadings readings_;
 };
 
-// Proportional, integral and damping, of the joints and of the base's turning; it knows its own past.
+// PID control of the joints and of the base's attitude, with internal state.
 class OwnPid final : public Controller {
  public:
   explicit OwnPid(double until = std::numeric_limits<double>::infinity()) : until_(until) {}
@@ -76,7 +76,7 @@ std::vector<Thruster> thrusters(double rise) {
   return all;
 }
 
-// Lanes and cases alone follow one text at a tick: they differ by rounding, measured 2e-13 and less.
+// Lanes and scalar cases execute the same code at a tick: the difference is rounding error, measured at most 2e-13.
 constexpr double kRounding = 1e-11;
 
 std::vector<Phase> sampled_phases(int index, int count, Kind kind, double period, double delay) {
@@ -105,7 +105,7 @@ TEST(LanePhase, SampledSensorsAgree) {
   }
 }
 
-// Noise of tracking and cut efforts as well; joints that follow their paths exactly beside a base that sensors steer.
+// Also with tracking noise and clipped efforts; prescribed joints with a base controlled by sensors.
 TEST(LanePhase, SampledSensorsAgreeUnderLimitsAndExactPaths) {
   Kind kind;
   kind.friction = kind.noise = kind.attitude = true;
@@ -159,7 +159,7 @@ void push_by_thrusters(Phase& p, ThrusterModulation::Kind kind, double rise) {
   p.renew(p.setup);
 }
 
-// They must have fired, and closed, often, so that agreement says something.
+// The thrusters must have fired often, so that agreement is significant.
 void expect_firings(const std::vector<Phase>& phases, long least) {
   long firings = 0;
   for (const Phase& p : phases) {
@@ -168,7 +168,7 @@ void expect_firings(const std::vector<Phase>& phases, long least) {
     const ThrusterBank& bank = *dynamics.setup().actuators.thrusters;
     for (std::size_t i = 0; i < bank.size(); ++i) firings += bank.use(i).firings;
   }
-  EXPECT_GT(firings, grapnel::test::kSanitized ? least / 4 : least);  // of fewer cases
+  EXPECT_GT(firings, grapnel::test::kSanitized ? least / 4 : least);  // fewer cases
 }
 
 TEST(LanePhase, SampledThrustersAgree) {
@@ -186,8 +186,8 @@ TEST(LanePhase, SampledThrustersAgree) {
   }
 }
 
-// A structure for all these, with orbits and loads beside them.
-TEST(LanePhase, SampledCasesThatAreAskedHaveTheirBitsAlone) {
+// One structure for all these features, with orbits and loads.
+TEST(LanePhase, SampledBitsByCaseDependOnTheCaseAlone) {
   Kind kind;
   kind.control = JointControl::pd, kind.friction = kind.attitude = true;
   std::vector<Phase> phases = sampled_phases(45, 13, kind, 0.1, 0.03);
@@ -204,8 +204,8 @@ TEST(LanePhase, SampledCasesThatAreAskedHaveTheirBitsAlone) {
   expect_bits_of_the_case_alone(phases);
 }
 
-// It ends its case where it would end it alone, with the same message, and no other.
-TEST(LanePhase, SampledControllersMayGiveUp) {
+// A failing controller ends its case at the same time and with the same message as a scalar run, and no other case.
+TEST(LanePhase, SampledControllersMayFail) {
   Kind kind;
   kind.control = JointControl::pd;
   std::vector<Phase> phases = sampled_phases(46, 10, kind, 0.05, 0.02);
@@ -217,7 +217,7 @@ TEST(LanePhase, SampledControllersMayGiveUp) {
       EXPECT_EQ(o.finished(), id != 3 && id != 5);
       if (o.finished()) continue;
       EXPECT_EQ(o.status, LaneStatus::broken_off);
-      EXPECT_NE(explanation(o).find("was broken off"), std::string::npos);
+      EXPECT_NE(explanation(o).find("control failed"), std::string::npos);
       PhaseDynamics dynamics(phases[id].model, phases[id].own_setup());
       const PhaseOutcome alone =
           simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
@@ -232,7 +232,7 @@ TEST(LanePhase, SampledControllersMayGiveUp) {
   }
 }
 
-TEST(LanePhase, SampledCasesNeedSomebodyToAsk) {
+TEST(LanePhase, SampledCasesRequireAControl) {
   std::vector<Phase> phases = sampled_phases(47, 1, {}, 0.05, 0);
   control_by_own(phases[0]);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
@@ -242,7 +242,7 @@ TEST(LanePhase, SampledCasesNeedSomebodyToAsk) {
                std::invalid_argument);
   PhaseSetup continuous = phases[0].setup;
   continuous.clock.reset(), continuous.channels.reset();
-  EXPECT_EQ(lane_obstacle(phases[0].model, continuous, tight()), "a controller of its own is asked continuously");
+  EXPECT_EQ(lane_obstacle(phases[0].model, continuous, tight()), "a custom controller without a clock");
 }
 
 }  // namespace ticks_test

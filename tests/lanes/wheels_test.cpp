@@ -1,5 +1,5 @@
-/// Reaction wheels in lanes against one at a time: three in a row of axes, pyramids, slanted ones; motors at their
-/// largest torques; sampled; and what happens near largest rates.
+/// Reaction wheels in lanes against scalar integration: three orthogonal wheels, pyramids, slanted wheels; saturated
+/// motors; sampled control; and behaviour near maximum rates.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ struct Wheels {
   std::vector<Vector3d> axes;
   double torque = std::numeric_limits<double>::infinity();
   double rate = std::numeric_limits<double>::infinity();
-  double fastest = 20;  // at the start [rad/s]
+  double fastest = 20;  // initial value [rad/s]
   bool gravity = false;
 };
 
@@ -38,7 +38,7 @@ std::vector<Vector3d> slanted(int count, Random& random) {
 
 std::string name_of(std::size_t wheel) { return "wheel-" + std::to_string(wheel); }
 
-// The same phase with wheels on the first body, which keep its attitude.
+// The same phase with wheels on the first body that hold its attitude.
 Phase with_wheels(const Phase& p, const Wheels& wheels, Random& random) {
   ModelBuilder builder;
   for (const Body& b : p.model.bodies()) builder.add(b.description);
@@ -64,7 +64,7 @@ Phase with_wheels(const Phase& p, const Wheels& wheels, Random& random) {
     for (int k = 0; k < traits.coordinates; ++k) result.start.q[same.q + k] = p.start.q[b.q + k];
     for (int k = 0; k < traits.velocities; ++k) result.start.v[same.v + k] = p.start.v[b.v + k];
   }
-  // Joints keep their drives, wherever they are among the joints now.
+  // Joints keep their drives, at their new positions in the list of joints.
   result.setup.drives.assign(model.joints().size(), JointDrive{});
   std::vector<int> channels(p.model.joints().size(), 0);
   result.setup.wheels.resize(wheels.axes.size());
@@ -98,7 +98,7 @@ std::vector<Phase> phases_with(const Wheels& wheels, int index, int count, const
   return phases;
 }
 
-// What wheels give must not be small, so that agreement says something.
+// The wheels' torque must not be small, so that agreement is significant.
 void expect_wheels_work(const std::vector<Phase>& phases, double least) {
   const Phase& p = phases[0];
   PhaseDynamics dynamics(p.model, p.own_setup());
@@ -114,7 +114,7 @@ void expect_wheels_work(const std::vector<Phase>& phases, double least) {
 void expect_wheels_alike(const char* what, const Wheels& wheels, int index, const Kind& kind = {}) {
   const std::vector<Phase> phases = phases_with(wheels, index, test::repetitions(9) + 1, kind);
   expect_wheels_work(phases, 1);
-  // At this tolerance rounding has a say in the steps.
+  // At this tolerance rounding errors influence the steps.
   expect_alike(what, phases, 3e-8, tight(1e-14), 1e-11, 0.2);  // measured 1e-9
 }
 
@@ -126,7 +126,7 @@ TEST(LaneWheels, ArraysAgree) {
   expect_wheels_alike("two wheels", {slanted(2, random)}, 83);
 }
 
-TEST(LaneWheels, MotorsAtTheirLargestTorquesAgree) { expect_wheels_alike("largest torques", {pyramid(), 0.3}, 84); }
+TEST(LaneWheels, SaturatedMotorsAgree) { expect_wheels_alike("largest torques", {pyramid(), 0.3}, 84); }
 
 TEST(LaneWheels, AgreeUnderEveryDriveAndGravity) {
   Wheels wheels{pyramid()};
@@ -146,7 +146,7 @@ TEST(LaneWheels, SampledControlAgrees) {
   expect_wheels_alike("sampled", {pyramid(), 0.5}, 90, kind);
 }
 
-// Told by what else there is for a base's actuators, under a clock: each case says it itself (take_turn).
+// Other base actuators under a clock: each case computes its commands itself (take_turn).
 std::vector<Phase> asked_phases(int index, const std::function<void(Phase&)>& change) {
   Kind kind;
   kind.control = JointControl::pd;
@@ -199,7 +199,7 @@ TEST(LaneWheels, SampledDumpingAgrees) {
   expect_asked_alike("dumping", phases);
 }
 
-// Says what every wheel and valve does, as a logged table would.
+// Commands every wheel and valve individually, as a logged table would.
 class OneByOne final : public Controller {
  public:
   void update(const ControlInput& in, ControlCommand& out) override {
@@ -208,8 +208,8 @@ class OneByOne final : public Controller {
   }
 };
 
-// Without attitude control, and without a torque on the base: its actuators are told one by one.
-TEST(LaneWheels, SampledTorquesOneByOneAgree) {
+// Without attitude control and base torque: the actuators are commanded individually.
+TEST(LaneWheels, SampledIndividualTorquesAgree) {
   expect_asked_alike("one by one", asked_phases(98, [](Phase& p) {
                        p.setup.commanded_root = p.setup.attitude->root;
                        p.setup.attitude.reset();
@@ -224,11 +224,11 @@ TEST(LaneWheels, SampledTorquesOneByOneAgree) {
 TEST(LaneWheels, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(phases_with({pyramid(), 0.3}, 91, 13));
   Wheels limited{kOrthogonal};
-  limited.rate = 120, limited.fastest = 100;  // some cases leave
+  limited.rate = 120, limited.fastest = 100;  // some cases leave the lanes
   expect_bits_of_the_case_alone(phases_with(limited, 92, 13));
 }
 
-// What lanes have left of a phase, alone.
+// The remainder of a phase handed back by lanes, integrated by a single run.
 PhaseOutcome rest_of(const Phase& p, const LaneStructure& structure, const LaneOutcome& o,
                      const IntegrationSetup& integration) {
   PhaseDynamics dynamics(p.model, p.own_setup());
@@ -238,8 +238,8 @@ PhaseOutcome rest_of(const Phase& p, const LaneStructure& structure, const LaneO
                         PhaseResumption{p.begin, o.integrals, o.next_step});
 }
 
-// Lanes hand back what comes near a largest rate, and nothing that does not, before it gets there; alone, such wheels
-// are held.
+// Lanes hand back cases with a wheel near its maximum rate, and only these, before it reaches the rate; in single runs
+// such wheels are held.
 void expect_to_leave_near_largest_rates(const Kind& kind) {
   Wheels wheels{kOrthogonal};
   wheels.rate = 105, wheels.torque = 1, wheels.fastest = 100;
@@ -276,7 +276,7 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
           EXPECT_LT(difference(rest.end_state, alone.end_state), 1e-6) << id;
           EXPECT_LT(difference(rest.integrals, alone.integrals), 1e-6) << id;
         }
-        EXPECT_NE(explanation(o).find("a reaction wheel comes near its largest rate"), std::string::npos);
+        EXPECT_NE(explanation(o).find("a reaction wheel approaches its maximum rate"), std::string::npos);
         EXPECT_GT(fastest, 0.7 * wheels.rate) << id;
       }
     }
@@ -286,21 +286,21 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
   }
 }
 
-TEST(LaneWheels, LeaveNearLargestRates) {
+TEST(LaneWheels, LeaveNearMaximumRates) {
   expect_to_leave_near_largest_rates({});
   Kind sampled;
   sampled.sampled = ControlTiming{0.1, 0.15};
   expect_to_leave_near_largest_rates(sampled);
 }
 
-TEST(LaneWheels, NeedAttitudeControl) {
+TEST(LaneWheels, RequireAttitudeControl) {
   std::vector<Phase> phases = phases_with({kOrthogonal}, 94, 1);
   PhaseSetup setup = phases[0].setup;
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");
   setup.actuators.wheel_speed_rate = 0.1;
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own continuously");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "continuous control of reaction wheel speeds");
   setup.attitude.reset();
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels turn without attitude control");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels without attitude control");
 }
 
 }  // namespace wheels_test

@@ -21,7 +21,7 @@ double farthest(const Points& points, const Vector3d& n) {
   return most;
 }
 
-// That the hull is that of the points: as far in every direction, and vertices are points.
+// Checks the hull: equal extent in every direction, and vertices are input points.
 void expect_hull_of(const Points& points, const ConvexHull& hull, double size) {
   ASSERT_FALSE(hull.is_empty());
   for (const Vector3d& v : hull.vertices) {
@@ -58,7 +58,7 @@ Points box_points(int n, const Vector3d& size, const Rotationd& R) {
   return points;
 }
 
-TEST(ConvexHull, OfABox) {
+TEST(ConvexHull, Box) {
   for (const int n : {1, 2, 7}) {
     const ConvexHull hull = convex_hull(box_points(n, {1, 2, 3}, Rotationd::identity()));
     expect_hull_of(box_points(n, {1, 2, 3}, Rotationd::identity()), hull, 3);
@@ -70,8 +70,8 @@ TEST(ConvexHull, OfABox) {
   EXPECT_EQ(convex_hull(box_points(1, {1, 2, 3}, Rotationd::identity())).vertices.size(), 8u);
 }
 
-// Rounding leaves no four of these in one plane.
-TEST(ConvexHull, OfATurnedBox) {
+// Due to rounding errors no four of these are coplanar.
+TEST(ConvexHull, RotatedBox) {
   const Rotationd R = rotation_about({0.36, 0.48, 0.8}, 1.2345);
   for (const int n : {1, 2, 7}) {
     const Points points = box_points(n, {1, 2, 3}, R);
@@ -87,7 +87,7 @@ TEST(ConvexHull, OfATurnedBox) {
   }
 }
 
-TEST(ConvexHull, OfRandomPoints) {
+TEST(ConvexHull, RandomPoints) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const int count : {4, 5, 8, 30, 300, 3000}) {
@@ -104,7 +104,7 @@ TEST(ConvexHull, OfRandomPoints) {
 }
 
 // All on the surface: every point is a vertex.
-TEST(ConvexHull, OfASphere) {
+TEST(ConvexHull, Sphere) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
   Points points;
@@ -120,7 +120,7 @@ TEST(ConvexHull, OfASphere) {
 }
 
 // A cylinder's rims, a cone's tip above a disc, points that nearly coincide.
-TEST(ConvexHull, OfRoundThings) {
+TEST(ConvexHull, RoundShapes) {
   Points points;
   for (int i = 0; i < 64; ++i) {
     const double a = 2 * M_PI * i / 64;
@@ -135,7 +135,7 @@ TEST(ConvexHull, OfRoundThings) {
   expect_hull_of(points, convex_hull(points), 2);
 }
 
-TEST(ConvexHull, IsEmptyWithoutAnInside) {
+TEST(ConvexHull, IsEmptyForCoplanarPoints) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(convex_hull({}).is_empty());
   EXPECT_TRUE(convex_hull(Points(10, {1, 2, 3})).is_empty());
@@ -149,7 +149,7 @@ TEST(ConvexHull, IsEmptyWithoutAnInside) {
   EXPECT_FALSE(convex_hull(Points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1e-6}}).is_empty());
 }
 
-TEST(TriangleMesh, HasAHullOrIsRefused) {
+TEST(TriangleMesh, RequiresAHull) {
   const Points corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const auto mesh = make_triangle_mesh("corner", corners, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}});
   EXPECT_EQ(mesh->name, "corner");

@@ -1,4 +1,4 @@
-// Building a model: order, names, offsets, and every fault with its message.
+// Building a model: order, names, offsets, and every error with its message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ BodyDescription body(const std::string& name, const std::string& parent, JointTy
 BodyDescription base() { return body("base", "", JointType::free); }
 BodyDescription link() { return body("link", "base", JointType::revolute); }
 
-// Faults of a base and one link that somebody has spoilt.
+// Errors of a model with a base and one modified link.
 template <class Spoil>
 std::vector<std::string> faults_of_link(Spoil&& spoil) {
   BodyDescription b = link();
@@ -105,7 +105,7 @@ TEST(ModelBuilder, ReattachesABodyOfAnExistingModel) {
               ThrowsMessage<std::out_of_range>(HasSubstr("no body 'moon' to attach")));
 }
 
-TEST(ModelBuilder, NamesWhatItDoesNotKnow) {
+TEST(ModelBuilder, ReportsUnknownNames) {
   const Model model = ModelBuilder().add(base()).add(link()).build();
   EXPECT_THAT([&] { model.body_index("lnik"); },
               ThrowsMessage<std::out_of_range>(HasSubstr("no body 'lnik' in the model; there are 'base', 'link'")));
@@ -113,22 +113,22 @@ TEST(ModelBuilder, NamesWhatItDoesNotKnow) {
               ThrowsMessage<std::out_of_range>(HasSubstr("no frame 'tool' in the model; there are none")));
 }
 
-TEST(ModelBuilder, AcceptsASoundLink) {
+TEST(ModelBuilder, AcceptsAValidLink) {
   EXPECT_THAT(faults_of_link([](BodyDescription&) {}), ElementsAre());
 }
 
-TEST(ModelBuilder, RefusesAModelOfNothing) {
+TEST(ModelBuilder, RejectsAnEmptyModel) {
   EXPECT_THAT([] { ModelBuilder().build(); }, ThrowsMessage<ModelError>(HasSubstr("a model needs at least one body")));
 }
 
-TEST(ModelBuilder, RefusesImpossibleMass) {
+TEST(ModelBuilder, RejectsInvalidMass) {
   for (double mass : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(faults_of_link([&](auto& b) { b.mass = mass; }),
                 ElementsAre(AllOf(HasSubstr("body 'link': mass"), HasSubstr("must be positive"))));
   }
 }
 
-TEST(ModelBuilder, RefusesImpossibleInertia) {
+TEST(ModelBuilder, RejectsInvalidInertia) {
   EXPECT_THAT(faults_of_link([](auto& b) { b.inertia = Symmetric3d::diagonal(1, 1, -0.5); }),
               ElementsAre(HasSubstr("body 'link': inertia is not positive definite (principal moments -0.5, 1, 1)")));
   EXPECT_THAT(faults_of_link([](auto& b) { b.inertia = Symmetric3d::zero(); }),
@@ -141,14 +141,14 @@ TEST(ModelBuilder, RefusesImpossibleInertia) {
       ElementsAre(HasSubstr("breaks the triangle inequality: principal moment 2.5 is larger than the sum of 1 and 1")));
   EXPECT_THAT(faults_of_link([](auto& b) { b.inertia.xz = std::nan(""); }),
               ElementsAre(HasSubstr("inertia is not finite")));
-  // A flat plate is at the limit, and allowed; turned, it is still.
+  // A flat plate is at the limit and accepted, also when rotated.
   const Rotationd R = rotation_about({0.6, 0, 0.8}, 0.7);
   EXPECT_EQ(inertia_fault(Symmetric3d::diagonal(1, 1, 2)), "");
   EXPECT_EQ(inertia_fault(rotate(R, Symmetric3d::diagonal(1, 1, 2))), "");
   EXPECT_NE(inertia_fault(rotate(R, Symmetric3d::diagonal(1, 1, 2.001))), "");
 }
 
-TEST(ModelBuilder, RefusesBadJoints) {
+TEST(ModelBuilder, RejectsInvalidJoints) {
   EXPECT_THAT(faults_of_link([](auto& b) {
                 b.joint.axis = {0, 0, 2};
               }),
@@ -171,7 +171,7 @@ TEST(ModelBuilder, RefusesBadJoints) {
               ElementsAre(HasSubstr("rotor inertia must not be negative")));
 }
 
-TEST(ModelBuilder, RefusesBadPlacements) {
+TEST(ModelBuilder, RejectsInvalidPoses) {
   EXPECT_THAT(faults_of_link([](auto& b) { b.X_PF.p[0] = HUGE_VAL; }),
               ElementsAre(HasSubstr("body 'link': joint placement is not finite")));
   EXPECT_THAT(
@@ -183,7 +183,7 @@ TEST(ModelBuilder, RefusesBadPlacements) {
               ElementsAre(HasSubstr("body 'link': centre of mass is not finite")));
 }
 
-TEST(ModelBuilder, RefusesBadStructure) {
+TEST(ModelBuilder, RejectsInvalidStructure) {
   EXPECT_THAT(faults_of_link([](auto& b) { b.parent = "bass"; }),
               ElementsAre(HasSubstr("body 'link': unknown parent 'bass'")));
   EXPECT_THAT(faults_of_link([](auto& b) { b.name = "base"; }),
@@ -210,7 +210,7 @@ TEST(ModelBuilder, RefusesBadStructure) {
           AllOf(HasSubstr("frame 'e': unknown body 'nobody'"), HasSubstr("frame 'e' occurs twice"))));
 }
 
-TEST(ModelBuilder, ListsAllFaultsAtOnce) {
+TEST(ModelBuilder, ListsAllErrors) {
   BodyDescription bad = link(), worse = body("worse", "nowhere", JointType::prismatic);
   bad.mass = -1, bad.joint.axis = {1, 1, 0};
   worse.inertia = Symmetric3d::diagonal(1, 1, 9), worse.joint.limits.effort = 0;
@@ -228,7 +228,7 @@ TEST(ModelBuilder, ListsAllFaultsAtOnce) {
 
 // Joints that move by modes: in a row, alike, of independent modes; and the model spans the same with orthonormal
 // columns.
-TEST(ModelBuilder, ChecksJointsThatMoveByModes) {
+TEST(ModelBuilder, ChecksModalJoints) {
   const auto chain_of = [](std::vector<std::vector<double>> rates, const char* third_on) {
     ModelBuilder builder;
     builder.add(base());

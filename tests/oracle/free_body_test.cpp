@@ -19,7 +19,7 @@ oracle::SymmetricTop random_top(Random& random) {
           random.vector(1)};
 }
 
-// The closed form obeys its own kinematics and Euler's equations, as Grapnel states them, at any time.
+// The closed form satisfies its kinematics and Euler's equations, in Grapnel's form, at any time.
 TEST(SymmetricTop, ObeysGrapnelsEquationsOfMotion) {
   Worst kinematics("symmetric top, quaternion rates"), dynamics("symmetric top, accelerations");
   for (int i = 0; i < 100; ++i) {

@@ -7,7 +7,7 @@
 
 namespace grapnel::oracle {
 
-/// A crank that can turn all the way round: 0.3 + 1.0 < 0.9 + 0.8.
+/// A crank with full rotation: 0.3 + 1.0 < 0.9 + 0.8.
 inline FourBar crank_rocker() {
   return {0.9,
           {0, 4, 0.6, 0.45, -0.1},
@@ -23,7 +23,7 @@ inline FiveBar five_bar() {
           1,
           {0.3, -1.4}};
 }
-/// Somewhere, in a plane that is no coordinate plane.
+/// A pose in a plane that is not a coordinate plane.
 inline Posed tilted() { return {rotation_from_rpy(0.4, -0.7, 1.1), {0.3, -0.5, 0.8}}; }
 
 }  // namespace grapnel::oracle

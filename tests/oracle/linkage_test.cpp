@@ -63,7 +63,7 @@ TEST(FourBar, TimeByQuadratureHasTheRateAndTheAccelerationOfItsInverse) {
   }
 }
 
-TEST(FiveBar, ClosesAndKeepsItsEnergy) {
+TEST(FiveBar, ClosesAndConservesEnergy) {
   FiveBar bars = five_bar();
   const Vector2 x(2.2, 0.7), rate(0.8, -0.5);
   const Vector2 y = bars.coupler_angles(x);
@@ -161,7 +161,7 @@ TEST(MaximalSystem, AcceleratesTheFiveBar) {
   }
 }
 
-TEST(MaximalSystem, TurnsTheFourBarAsTheQuadratureSays) {
+TEST(MaximalSystem, FourBarAgreesWithQuadrature) {
   const GroundedFourBar g{crank_rocker(), {0.1, -0.3}};
   const Linkage l = four_bar_model(g.bars, LinkageCut::pin_hinge, false, tilted(), 0.07);
   State state = zero_state(l.model);

@@ -14,8 +14,8 @@ using Matrix3 = Eigen::Matrix3d;
 using Vector = Eigen::VectorXd;
 using Vector3 = Eigen::Vector3d;
 
-// Pivots of rows of length one. While integrating, the stages of a step are off the constraints by the square of the
-// step, and redundant rows with them.
+// Rank thresholds for rows of length one. During integration, the stages of a step violate the constraints by the
+// square of the step, and so do redundant rows.
 constexpr double kRankThreshold = 1e-10, kRankThresholdOnTheWay = 1e-4;
 
 Matrix3 cross_matrix(const Vector3& p) {
@@ -109,7 +109,7 @@ struct Snapshot {
   Vector3 velocity(int body, const Vector3& p) const {
     return state.V.segment<3>(6 * body + 3) + w(body).cross(p - state.com[body]);
   }
-  // What the acceleration of the body's point at p has beside a_c + alpha x (p - c).
+  // Velocity-dependent acceleration of the body's point at p, in addition to a_c + alpha x (p - c).
   Vector3 centripetal(int body, const Vector3& p) const { return w(body).cross(w(body).cross(p - state.com[body])); }
 };
 
@@ -138,7 +138,7 @@ Rows relative_motion(const Snapshot& s, int a, int b, const Vector3& p) {
   return r;
 }
 
-// Of a joint's relative motion: which components are its rates, and which it forbids.
+// Components of a joint's relative motion: its rates, and the constrained ones.
 struct JointRows {
   Matrix free, forbidden;
 };
@@ -202,7 +202,7 @@ struct Assembly {
     const int count = velocity_count(joint.type);
     rates.X.middleRows(body.v, count) = rows.free * motion.X;
     rates.bias.segment(body.v, count) = rows.free * motion.bias;
-    // A free root's velocities are components in axes that turn with it.
+    // A free root's velocities are components in rotating axes.
     if (joint.type == JointType::free) {
       rates.bias.segment<3>(body.v + 3) -= s.R[i].transpose() * s.w(i).cross(s.velocity(i, s.origin[i]));
     }

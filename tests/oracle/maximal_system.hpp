@@ -25,7 +25,7 @@ namespace grapnel::oracle {
 
 using Wrench6 = Eigen::Matrix<double, 6, 1>;  // [moment; force], or the same of an impulse
 
-/// Where all bodies are and how they move, in the order of Model::bodies().
+/// Poses and velocities of all bodies, in the order of Model::bodies().
 struct MaximalState {
   std::vector<Eigen::Vector3d> com;   // in W [m]
   std::vector<Eigen::Quaterniond> R;  // R_WB
@@ -35,10 +35,10 @@ struct MaximalState {
   Eigen::Vector3d origin(const Model& model, int body) const;
 };
 
-/// Poses and twists by a recursion of its own over the joints' descriptions.
+/// Poses and twists by a separate recursion over the joints' descriptions.
 MaximalState maximal_state(const Model& model, const State& state);
 
-/// What acts. Empty vectors mean zero, or nothing prescribed.
+/// Loads. Empty vectors mean zero, or nothing prescribed.
 struct MaximalLoads {
   std::vector<double> tau;  // per velocity of the model, as Forces::generalized; not read where prescribed
   std::vector<ExternalWrench> external;

@@ -1,4 +1,5 @@
-/// The maximal-coordinate model on open chains, where Grapnel's own dynamics are known to be right, and its integrator.
+/// The maximal-coordinate model on open chains, for which Grapnel's dynamics are verified separately, and its
+/// integrator.
 
 #include "oracle/maximal_system.hpp"
 
@@ -35,7 +36,7 @@ Open random_open(int index) {
 }
 MaximalLoads loads_of(const Forces& forces) { return {forces.generalized, forces.external, forces.gravity, {}, {}}; }
 
-TEST(MaximalSystem, BodiesAreWhereForwardKinematicsPutsThem) {
+TEST(MaximalSystem, BodyPosesAgreeWithForwardKinematics) {
   Worst pose("poses"), twist("twists");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -52,7 +53,7 @@ TEST(MaximalSystem, BodiesAreWhereForwardKinematicsPutsThem) {
   }
 }
 
-TEST(MaximalSystem, OpenTreesMoveAsTheRecursionSays) {
+TEST(MaximalSystem, OpenTreesAgreeWithTheRecursion) {
   Worst worst("accelerations");  // measured 2e-14
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -65,7 +66,7 @@ TEST(MaximalSystem, OpenTreesMoveAsTheRecursionSays) {
   }
 }
 
-TEST(MaximalSystem, PrescribedMotionsTakeTheForcesOfTheRecursion) {
+TEST(MaximalSystem, PrescribedMotionForcesAgreeWithTheRecursion) {
   Worst accelerations("accelerations"), forces("forces");  // measured 9e-14, 1e-13
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -92,7 +93,7 @@ TEST(MaximalSystem, PrescribedMotionsTakeTheForcesOfTheRecursion) {
   }
 }
 
-TEST(MaximalSystem, IntegrationIsOfFourthOrderAndKeepsMomentum) {
+TEST(MaximalSystem, IntegrationHasOrderFourAndConservesMomentum) {
   RobotOptions options;
   options.least_bodies = options.most_bodies = 5;
   Random random(3);

@@ -7,8 +7,8 @@
 namespace grapnel {
 namespace {
 
-// Jdot v of all closures: the rows' rates that velocities alone make, from the ordinary accelerations of all bodies in
-// W at zero vdot, body by body; shares nothing with LoopSolver.
+// Jdot v of all closures: the velocity-dependent accelerations of the rows, from the accelerations of all bodies in W
+// at zero vdot; independent of LoopSolver.
 Eigen::VectorXd velocity_dependent_rows(const Model& model, const State& state, std::span<const LoopClosure> closures) {
   const Kinematics k = forward_kinematics(model, state);
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, {});

@@ -20,7 +20,7 @@ Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematic
 
 /// Accelerations by coordinate partitioning, dense: the closures determine some velocities from the others
 /// ("determinate" and "indeterminate"; Chaudhary and Saha 2008), v = T v_i, T^T M T vdot_i = T^T (tau - c - M Tdot
-/// v_i). An independent route, O(n^3). `tau`: generalized forces beside gravity (empty: zero).
+/// v_i). An independent method, O(n^3). `tau`: generalized forces in addition to gravity (empty: zero).
 struct PartitionedSolution {
   std::vector<double> vdot;
   std::vector<double> multipliers;  // least squares of J^T lambda = M vdot + c - tau

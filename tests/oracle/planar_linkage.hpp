@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the hand-written planar linkages share. Independent of Grapnel (nothing of it is included).
+/// Common functions of the hand-written planar linkages. Independent of Grapnel (nothing of it is included).
 
 #include <Eigen/Core>
 #include <cmath>

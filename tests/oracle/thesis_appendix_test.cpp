@@ -1,10 +1,5 @@
-// Where the thesis's printed Appendices A to C differ from the derived planar robot, one test for each slip: the
-// printed term is stated as far as it is wrong, and the difference is shown to be exactly the slip. The structure (B.9)
-// is right.
-//
-// The appendices do not describe one robot. In A and in C's r3 arm 2 sits at +a0/2 and its link points along +x at zero
-// angle; B's inertias belong to a mount at -a0/2 with the link along -x; the numbers of chapter 4 to a mount at -a0/2
-// with the link along +x (docs: robots/planar-dual-arm.yaml).
+// Differences between the thesis's printed Appendices A to C and the derived planar robot, one test per typo. Each test
+// states the printed term and shows that the difference is exactly the typo. The structure (B.9) is correct.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -53,7 +48,7 @@ class ThesisAppendix : public ::testing::TestWithParam<int> {
 
 constexpr double kRounding = 1e-12;
 
-// A and B speak of different robots: (A.1)'s second tip is the derived one for +a0/2, B's I_b13 the derived one for
+// A and B describe different robots: (A.1)'s second tip is the derived one for +a0/2, B's I_b13 the derived one for
 // -a0/2.
 TEST_P(ThesisAppendix, A_MountsArm2OnTheOtherSideThanB) {
   const Eigen::Vector3d tip_in_A{s.q[0] + a0 / 2 * cosine({0}) + r.a3 * cosine({0, 3}),

@@ -29,7 +29,7 @@ Eigen::Vector3d momentum(const PlanarBody& x, const Eigen::Vector2d& v, double w
   return {p[0], p[1], x.inertia * w + cross2(x.com, p)};
 }
 
-TEST(TwoBodyImpact, KeepsMomentumAndItsOwnLaw) {
+TEST(TwoBodyImpact, ConservesMomentumAndSatisfiesItsLaw) {
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
@@ -45,7 +45,7 @@ TEST(TwoBodyImpact, KeepsMomentumAndItsOwnLaw) {
     for (const PlanarImpact& x : {frictionless_impact(a, b, c, n, e), rigid_grasp(a, b, c)}) {
       const Eigen::Vector3d after = momentum(a, x.velocity1, x.rate1) + momentum(b, x.velocity2, x.rate2);
       ASSERT_LT((after - before).norm(), 1e-13 * (1 + before.norm()));  // measured 2e-15
-      // Each body by itself: the impulse at c explains its change, with opposite signs.
+      // Each body separately: the impulse at c explains its change, with opposite signs.
       const double l = x.angular_impulse + cross2(c, x.impulse);
       ASSERT_LT((momentum(a, x.velocity1, x.rate1) - momentum(a, a.velocity, a.rate) -
                  Eigen::Vector3d(x.impulse[0], x.impulse[1], l))

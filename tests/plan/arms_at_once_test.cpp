@@ -1,4 +1,5 @@
-/// Places on one target that end-effectors cannot reach at once: found whatever the base does, and said with the gap.
+/// Grasp points on one target that end-effectors cannot reach simultaneously: detection for any base pose, and the
+/// reported gap.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,23 +30,22 @@ ReachProblem thesis_pair(const Servicer& s, double distance) {
   return p;
 }
 
-TEST(ArmsOnOneTarget, SaysThatPointsAreTooFarApart) {
+TEST(ArmsOnOneTarget, ReportsPointsTooFarApart) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   const ReachSolution r = plan_reach(base, thesis_pair(s, 7.4));
   EXPECT_FALSE(r.found);
-  EXPECT_EQ(
-      r.failure,
-      "end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' of target 'sat' at once, "
-      "wherever the base is: these are 7.4 m apart, the end-effectors come at most 7 m apart; a gap of 0.4 m remains "
-      "between 'tip-2' and 'left' when 'tip-1' is at 'right'");
+  EXPECT_EQ(r.failure,
+            "end-effectors 'tip-1' and 'tip-2' cannot reach grasp points 'right' and 'left' of target 'sat' "
+            "simultaneously for any base pose: the grasp points are 7.4 m apart, the end-effectors come at most 7 m "
+            "apart; a gap of 0.4 m remains between 'tip-2' and 'left' when 'tip-1' is at 'right'");
 }
 
-TEST(ArmsOnOneTarget, SaysThatPointsAreTooNear) {
+TEST(ArmsOnOneTarget, ReportsPointsTooClose) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 6.5);
-  // All joints are stiff but the last, which bends by half a radian.
+  // All joints are fixed except the last, which moves by half a radian.
   p.lower = p.upper = {0, 0, 0, M_PI, 0, 0};
   p.upper[5] = 0.5;
   p.start.position = p.guess = p.lower;
@@ -53,15 +53,17 @@ TEST(ArmsOnOneTarget, SaysThatPointsAreTooNear) {
   EXPECT_FALSE(r.found);
   const double nearest = std::hypot(6 + std::cos(0.5), std::sin(0.5));
   char text[200];
-  std::snprintf(text, sizeof text,
-                "these are 6.5 m apart, the end-effectors come no nearer than %.4g m to each other; a gap of %.4g m",
-                nearest, nearest - 6.5);
+  std::snprintf(
+      text, sizeof text,
+      "the grasp points are 6.5 m apart, the end-effectors come no nearer than %.4g m to each other; a gap of %.4g m",
+      nearest, nearest - 6.5);
   EXPECT_THAT(r.failure, HasSubstr(text));
   EXPECT_THAT(r.failure, Not(HasSubstr("comes no closer")));
 }
 
-// The points lie along x, one hand is to point along y, the other along z: no plane of both arms holds all three.
-TEST(ArmsOnOneTarget, SaysThatOrientationsDoNotFit) {
+// The grasp points are along x; one end-effector must point along y, the other along z. No plane of both arms contains
+// all three.
+TEST(ArmsOnOneTarget, ReportsIncompatibleOrientations) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -70,18 +72,17 @@ TEST(ArmsOnOneTarget, SaysThatOrientationsDoNotFit) {
   const std::vector<Incompatible> found = incompatible_goals(base, p, p.guess);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].goals, (std::vector<std::size_t>{0, 1}));
-  EXPECT_THAT(found[0].text,
-              HasSubstr("with the orientations asked for, wherever the base is: without these they can"));
-  // The gap is shared by the hands.
+  EXPECT_THAT(found[0].text, HasSubstr("with the demanded orientations for any base pose; without these they can"));
+  // Both end-effectors share the gap.
   const ClosestTogether closest = closest_together(base, p, p.goals, p.guess);
   EXPECT_NEAR(closest.error.segment<2>(3).norm() + closest.error.segment<2>(8).norm(), M_PI / 2, 1e-4);
   EXPECT_LT(closest.error.head<3>().norm(), 1e-4);
-  // Here the base's tilt puts the arms in the plane of x and z.
+  // Here the base's tilt puts the arms into the x-z plane.
   p.goals[0].direction_W = {-1, 0, 0};
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
 }
 
-// A base with a hand, and a boom that turns on it with a hand at either end.
+// A base with one end-effector, and a boom hinged on it with an end-effector at either end.
 Servicer boom() {
   ModelBuilder builder;
   BodyDescription base;
@@ -114,8 +115,8 @@ ReachProblem boom_problem(const Servicer& s, const std::vector<std::pair<std::st
   return p;
 }
 
-// nose to up takes the boom one way, nose to down the other way.
-TEST(ArmsOnOneTarget, FindsThreePointsOfWhichAnyTwoFit) {
+// nose to up rotates the boom in one direction, nose to down in the other.
+TEST(ArmsOnOneTarget, ReportsThreeIncompatiblePointsWithCompatiblePairs) {
   const Servicer s = boom();
   FloatingBase base(s.model, true);
   const double d = std::sqrt(1.9 * 1.9 - 1);
@@ -123,19 +124,19 @@ TEST(ArmsOnOneTarget, FindsThreePointsOfWhichAnyTwoFit) {
   const std::vector<Incompatible> found = incompatible_goals(base, p, p.guess);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].goals.size(), 3u);
-  EXPECT_THAT(found[0].text, HasSubstr("end-effectors 'nose', 'up' and 'down' cannot be at grasp points 'for-nose', "
-                                       "'for-up' and 'for-down' of target 'sat' at once, wherever the base is, though "
-                                       "any two of them can: the closest attempt leaves 'nose'"));
+  EXPECT_THAT(found[0].text, HasSubstr("end-effectors 'nose', 'up' and 'down' cannot reach grasp points 'for-nose', "
+                                       "'for-up' and 'for-down' of target 'sat' simultaneously for any base pose, "
+                                       "although each pair of them can: the closest attempt leaves 'nose'"));
   p.goals[0].X_WG.p = {1, 0, 0};
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
-  // Two targets ask nothing of each other here.
+  // Different targets do not constrain each other here.
   p.goals[0].X_WG.p = {d, 0, 0};
   p.goals[0].target = "other";
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
 }
 
-// Places of no common target, of hands on one joint.
-TEST(ArmsOnOneTarget, NamesTheJointThatTwoArmsShare) {
+// Grasp points without a common target, for end-effectors on one joint.
+TEST(ArmsOnOneTarget, NamesTheSharedJoint) {
   const Servicer s = boom();
   FloatingBase base(s.model, false);
   const double a = 0.3;
@@ -144,13 +145,13 @@ TEST(ArmsOnOneTarget, NamesTheJointThatTwoArmsShare) {
   const ReachSolution r = plan_reach(base, p);
   EXPECT_FALSE(r.found);
   EXPECT_THAT(r.failure, HasSubstr("end-effector 'up' comes no closer than"));
-  EXPECT_THAT(r.failure, HasSubstr("alone it would arrive, but 'down' would not: they hang on the same joints "
-                                   "('boom-joint')"));
-  EXPECT_THAT(r.failure, HasSubstr("alone it would arrive, but 'up' would not"));
+  EXPECT_THAT(r.failure,
+              HasSubstr("it could arrive alone, but then 'down' could not: they share joints ('boom-joint')"));
+  EXPECT_THAT(r.failure, HasSubstr("it could arrive alone, but then 'up' could not"));
 }
 
-// Points that fit each other but are out of reach: the hand that fails is named with its point.
-TEST(ArmsOnOneTarget, NamesThePointThatIsOutOfReach) {
+// Compatible but unreachable points: the message names the end-effector and its point.
+TEST(ArmsOnOneTarget, NamesTheUnreachablePoint) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -159,11 +160,11 @@ TEST(ArmsOnOneTarget, NamesThePointThatIsOutOfReach) {
   EXPECT_FALSE(r.found);
   EXPECT_THAT(r.failure, HasSubstr("to grasp point 'right' of target 'sat': the grasp point is "));
   EXPECT_THAT(r.failure, HasSubstr("and the arm is at most 3 m long"));
-  EXPECT_THAT(r.failure, Not(HasSubstr("at once")));
+  EXPECT_THAT(r.failure, Not(HasSubstr("simultaneously")));
 }
 
-// Everything can be reached, but not with the speed asked for.
-TEST(ArmsOnOneTarget, CountsTheInitialGuessesThatWereTried) {
+// Reachable points, but not at the demanded speed.
+TEST(ArmsOnOneTarget, ReportsTheNumberOfInitialGuesses) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 1);
@@ -174,13 +175,13 @@ TEST(ArmsOnOneTarget, CountsTheInitialGuessesThatWereTried) {
     EXPECT_FALSE(r.found);
     EXPECT_EQ(r.starts, starts);
     EXPECT_THAT(r.failure,
-                HasSubstr("every arm by itself reaches its point, but none of the " + std::to_string(starts) +
+                HasSubstr("each arm alone reaches its grasp point, but none of the " + std::to_string(starts) +
                           (starts == 1 ? " initial guess tried" : " initial guesses tried")));
   }
 }
 
-// Two planar arms come as far apart as their lengths say, and no further.
-TEST(RandomPair, ComesAsFarApartAsItsChainIsLong) {
+// Two planar arms can be as far apart as their lengths allow, and no farther.
+TEST(RandomPair, GapAgreesWithTheChainLength) {
   Worst worst("gap against lengths [m]");
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -1,4 +1,4 @@
-/// How the base answers to its joints: against the mass matrix's route, and derivatives against differences.
+/// Base motion in response to the joints: against the mass matrix, and derivatives against finite differences.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ Vector6d direction(Random& random) {
   return xi;
 }
 
-TEST(FloatingBase, TwistIsThatOfTheMassMatrix) {
+TEST(FloatingBase, TwistAgreesWithTheMassMatrix) {
   Worst worst("base twist against base_twist_from_momentum");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -36,13 +36,13 @@ TEST(FloatingBase, TwistIsThatOfTheMassMatrix) {
     const Twistd expected = transposed_times(s.X_WB().R, base_twist_from_momentum(s.model, s.state, 0, motion.h));
     ASSERT_GT(column(expected).norm(), 1e-3);
     EXPECT_LT(worst.note((base.base_twist() - column(expected)).norm(), i), 1e-12);  // measured 2.6e-14
-    // The state's own twist has that momentum.
+    // The state's twist has that momentum.
     const Twistd own = transposed_times(s.X_WB().R, root_twist(s.model, s.state, 0));
     EXPECT_LT((base.base_twist() - column(own)).norm(), 1e-11);
   }
 }
 
-TEST(FloatingBase, GeneralizedJacobianIsTheOneOfDynamics) {
+TEST(FloatingBase, GeneralizedJacobianAgreesWithDynamics) {
   Worst worst("generalized Jacobian");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -64,7 +64,7 @@ TEST(FloatingBase, GeneralizedJacobianIsTheOneOfDynamics) {
   }
 }
 
-TEST(FloatingBase, DerivativesAreThoseOfDifferences) {
+TEST(FloatingBase, DerivativesAgreeWithFiniteDifferences) {
   Worst per_angle("dV/dtheta"), per_rate("dV/drate"), per_displacement("displacement rate");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -105,7 +105,7 @@ TEST(FloatingBase, DerivativesAreThoseOfDifferences) {
   }
 }
 
-TEST(FloatingBase, FrameTwistsChangeAsDifferencesSay) {
+TEST(FloatingBase, FrameTwistDerivativesAgreeWithFiniteDifferences) {
   Worst worst("change of a frame's twist with joint values");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -136,7 +136,7 @@ TEST(FloatingBase, FrameTwistsChangeAsDifferencesSay) {
   }
 }
 
-TEST(FloatingBase, StandsStillWhereItIsHeld) {
+TEST(FloatingBase, HeldBaseHasZeroTwist) {
   const Servicer s = random_servicer(3);
   FloatingBase base(s.model, false);
   base.place(s.theta());
@@ -149,7 +149,7 @@ TEST(FloatingBase, StandsStillWhereItIsHeld) {
   EXPECT_EQ((J - J_g).norm(), 0);
 }
 
-TEST(FloatingBase, RefusesAForest) {
+TEST(FloatingBase, RejectsAForest) {
   RobotOptions options;
   options.targets = 1;
   Random random(1);

@@ -1,4 +1,4 @@
-/// The nearest point below linear inequalities, by the conditions that make it the nearest.
+/// The closest point subject to linear inequalities, by its optimality conditions.
 
 #include "grapnel/plan/least_distance.hpp"
 
@@ -16,8 +16,8 @@ Eigen::MatrixXd random_matrix(std::mt19937& generator, Eigen::Index rows, Eigen:
                                       [&] { return 2 * (static_cast<double>(generator()) * 0x1p-32) - 1; });
 }
 
-// x - c is made of rows that hold x, none of them pulling the other way.
-TEST(LeastDistance, IsNearestWhereTheRowsCanBeKept) {
+// x - c is a combination of active rows with nonnegative multipliers.
+TEST(LeastDistance, IsMinimalForFeasibleRows) {
   double farthest = 0;
   for (unsigned seed = 0; seed < 50; ++seed) {
     std::mt19937 generator(seed);
@@ -45,28 +45,27 @@ TEST(LeastDistance, IsNearestWhereTheRowsCanBeKept) {
   EXPECT_GT(farthest, 1);
 }
 
-// Two rows that contradict each other by 1 give way by a half each, and the others do not matter.
-TEST(LeastDistance, GivesWayEvenlyWhereTheyCannot) {
+// Two rows that contradict each other by 1 are relaxed by a half each; other rows do not matter.
+TEST(LeastDistance, RelaxesInfeasibleRowsEqually) {
   Eigen::MatrixXd A(3, 2);
   A << 1, 0, -1, 0, 0, 1;
   const Eigen::Vector3d b{0, -1, 5};
   const LeastDistance found = nearest_below(A, b, Eigen::Vector2d(7, 2));
-  EXPECT_NEAR(found.left, 0.5, 1e-3);  // measured 2.5e-4 off: what keeps rows apart that depend on each other
+  EXPECT_NEAR(found.left, 0.5, 1e-3);  // measured error 2.5e-4: the regularization of dependent rows
   EXPECT_NEAR(found.x[0], 0.5, 1e-6);
   EXPECT_NEAR(found.x[1], 2, 1e-6);
 }
 
-// What nothing is asked of stays where it is.
-TEST(LeastDistance, OfNoRowsIsThePointItself) {
+// Without rows the point is unchanged.
+TEST(LeastDistance, WithoutRowsReturnsThePoint) {
   const Eigen::Vector3d c{1, -2, 3};
   const LeastDistance found = nearest_below(Eigen::MatrixXd(0, 3), Eigen::VectorXd(0), c);
   EXPECT_EQ(found.x, c);
   EXPECT_EQ(found.left, 0);
 }
 
-// Rows that say the same, among them one that asks for less and one that is another's multiple, move the point as one
-// of them does.
-TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
+// Equivalent rows, including a weaker one and a multiple, move the point as a single row does.
+TEST(LeastDistance, EqualRowsCountOnce) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 generator(seed);
     const Eigen::MatrixXd a = random_matrix(generator, 1, 6);
@@ -80,7 +79,7 @@ TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
     EXPECT_LT((found.x - one.x).norm(), 1e-7) << seed;  // measured 4e-9
     EXPECT_LT(found.left, 1e-7) << seed;
   }
-  // Equal rows that contradict another by 1 still give way by a half each.
+  // Equal rows that contradict another by 1 are still relaxed by a half each.
   Eigen::MatrixXd A(4, 2);
   A << 1, 0, 1, 0, -1, 0, -1, 0;
   const Eigen::Vector4d b{0, 0, -1, -1};
@@ -90,8 +89,8 @@ TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
   EXPECT_NEAR(found.x[1], 2, 1e-6);
 }
 
-// One after the other, down or up, they are what each is by itself.
-TEST(LeastDistance, IsTheSameWhateverWasSolvedBefore) {
+// A sequence of solutions, with e decreasing or increasing, equals the separate solutions.
+TEST(LeastDistance, IsIndependentOfEarlierSolutions) {
   double different = 0, farthest = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 generator(seed);
@@ -110,8 +109,8 @@ TEST(LeastDistance, IsTheSameWhateverWasSolvedBefore) {
   EXPECT_GT(farthest, 1);
 }
 
-// The more a row may give way the less far the point is.
-TEST(LeastDistance, GivesWayForAShorterWay) {
+// The distance decreases with the allowed relaxation.
+TEST(LeastDistance, RelaxationReducesTheDistance) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Constant(1, 1, 2);
   const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2), c = Eigen::VectorXd::Zero(1);
   double before = 1.001;

@@ -1,4 +1,4 @@
-/// Least-norm steps within bounds.
+/// Minimum-norm steps within bounds.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace newton_step_test {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-TEST(NewtonStep, IsTheLeastNormSolution) {
+TEST(NewtonStep, IsTheMinimumNormSolution) {
   Eigen::MatrixXd J(2, 3);
   J << 1, 2, 0.5, -1, 0.3, 2;
   const Eigen::Vector2d e(0.3, -0.7);
@@ -28,7 +28,7 @@ TEST(NewtonStep, IsTheLeastNormSolution) {
   EXPECT_FALSE(step.filtered);
 }
 
-TEST(NewtonStep, GoesAroundABound) {
+TEST(NewtonStep, RespectsABound) {
   Eigen::MatrixXd J(1, 2);
   J << 1, 1;
   const Eigen::VectorXd e = Eigen::VectorXd::Constant(1, -2.0);
@@ -38,7 +38,7 @@ TEST(NewtonStep, GoesAroundABound) {
   EXPECT_EQ(step.at_bound, std::vector<int>{0});
 }
 
-TEST(NewtonStep, StopsWhereAllAreBound) {
+TEST(NewtonStep, StopsIfAllVariablesAreBound) {
   Eigen::MatrixXd J(1, 2);
   J << 1, 1;
   const Eigen::VectorXd e = Eigen::VectorXd::Constant(1, -2.0);
@@ -47,9 +47,9 @@ TEST(NewtonStep, StopsWhereAllAreBound) {
   EXPECT_DOUBLE_EQ(step.d[1], 0.5);
 }
 
-TEST(NewtonStep, DampsSmallSingularValuesAndLeavesOutStructuralZeros) {
+TEST(NewtonStep, DampsSmallSingularValuesAndSkipsStructuralZeros) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 3);
-  J(0, 0) = 1, J(1, 1) = 1e-4;  // the third row and column do not exist
+  J(0, 0) = 1, J(1, 1) = 1e-4;  // the third row and column are zero
   const Eigen::Vector3d e(-1, -1, -1);
   const std::vector<double> x(3, 0.0), lower(3, -kNone), upper(3, kNone);
   const NewtonStep step = least_norm_step(J, e, x, lower, upper, 1e-2);
@@ -60,9 +60,8 @@ TEST(NewtonStep, DampsSmallSingularValuesAndLeavesOutStructuralZeros) {
   EXPECT_DOUBLE_EQ(smallest_singular_value(J), 1e-4);
 }
 
-// Steps are damped by the eigenvalues of J J^T: against the singular values of J, of which some are small and one may
-// be none at all.
-TEST(NewtonStep, IsDampedAsSingularValuesSay) {
+// Damping by the eigenvalues of J J^T: against the singular values of J, some of them small or zero.
+TEST(NewtonStep, DampingAgreesWithSingularValues) {
   testing::Worst worst("damped step against that by singular values, relative");
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(testing::seed_note(i));

@@ -1,4 +1,4 @@
-/// Measures of solutions: against their definitions, and gradients against differences.
+/// Objectives: against their definitions, and gradients against finite differences.
 
 #include "grapnel/plan/goal.hpp"
 
@@ -75,7 +75,7 @@ TEST(Excursion, IsTheIntegralOfTheSquaredRates) {
   }
 }
 
-TEST(Objective, GradientsAreThoseOfDifferences) {
+TEST(Objective, GradientsAgreeWithFiniteDifferences) {
   using Kind = Objective::Kind;
   Worst worst("gradients of measures");
   for (int i = 0; i < 12; ++i) {

@@ -1,5 +1,5 @@
-/// The momentum integral of a segment: against the simulation that knows only equations of motion, and its
-/// sensitivities against differences.
+/// The momentum integral of a segment: against a simulation of the equations of motion, and its sensitivities against
+/// finite differences.
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ Posed simulated_end(const Flight& f, const PhaseSetup& setup) {
   return root_pose(f.servicer.model, outcome.end_state, 0);
 }
 
-TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
+TEST(PathSegment, AgreesWithForwardDynamics) {
   Worst position("end of a segment against the simulation [m]"), angle("the same [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -65,14 +65,14 @@ TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
     const SegmentEnd end = segment.fly(f.position, f.rate, false);
     ASSERT_TRUE(end.finished) << end.failure;
     const Posed expected = simulated_end(f, followed(f));
-    EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // it has turned
+    EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // the base has rotated
     EXPECT_LT(position.note(norm(end.X_WB.p - expected.p), i), 1e-9);                    // measured 4e-11
     EXPECT_LT(angle.note(rotation_angle(transpose(end.X_WB.R) * expected.R), i), 1e-9);  // measured 1e-11
   }
 }
 
-// Attitude control that feeds forward what the joints' motion takes keeps a base exactly that is at rest to begin with.
-TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
+// Attitude control with feedforward of the joints' reaction holds a base exactly if it is initially at rest.
+TEST(PathSegment, AttitudeControlledBaseAgreesWithSimulation) {
   Worst position("end of a segment with the attitude kept against the simulation [m]");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -83,7 +83,7 @@ TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
     FloatingBase base(f.servicer.model, true);
     base.keep_attitude();
     const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
-    EXPECT_GT(norm(motion.h.angular), 1e-3);  // it counts for nothing
+    EXPECT_GT(norm(motion.h.angular), 1e-3);  // it has no effect
     PathSegment segment(base, f.start, motion);
     const SegmentEnd end = segment.fly(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
@@ -93,7 +93,7 @@ TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
     const Posed expected = simulated_end(f, setup);
     EXPECT_LT(rotation_angle(transpose(f.start.X_WB.R) * expected.R), 1e-9);
     EXPECT_LT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-14);
-    EXPECT_GT(norm(f.start.X_WB.p - end.X_WB.p), 1e-3);  // it has moved
+    EXPECT_GT(norm(f.start.X_WB.p - end.X_WB.p), 1e-3);  // the base has moved
     EXPECT_LT(position.note(norm(end.X_WB.p - expected.p), i), 1e-9);
     const double h = 1e-4;
     for (std::size_t j = 0; j < f.position.size(); ++j) {
@@ -107,7 +107,7 @@ TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
   }
 }
 
-TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
+TEST(PathSegment, SensitivitiesAgreeWithFiniteDifferences) {
   Worst worst("sensitivities of the base's end");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -117,7 +117,7 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
     const SegmentEnd end = segment.fly(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
     const double h = 1e-4;
-    // Displacement of the base in B between two flights.
+    // Displacement of the base in B between two integrations.
     const auto difference = [&](const std::vector<double>& x1, const std::vector<double>& r1,
                                 const std::vector<double>& x0, const std::vector<double>& r0) {
       const Posed X1 = segment.fly(x1, r1, false).X_WB, X0 = segment.fly(x0, r0, false).X_WB;
@@ -136,13 +136,13 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
   }
 }
 
-// What a search takes for good is good enough for it, and costs less.
-TEST(PathSegment, SearchesWithLessAccuracyAndWork) {
+// Search accuracy is sufficient for a search, and costs less.
+TEST(PathSegment, SearchAccuracyReducesTheCost) {
   Worst angle("end of a segment as a search sees it [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
     Flight f = random_flight(i);
-    for (double& rate : f.rate) rate *= 10;  // joints that swing
+    for (double& rate : f.rate) rate *= 10;  // joints that overshoot
     FloatingBase base(f.servicer.model, true);
     const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
     PathSegment full(base, f.start, motion), search(base, f.start, motion);
@@ -154,7 +154,7 @@ TEST(PathSegment, SearchesWithLessAccuracyAndWork) {
   }
 }
 
-TEST(PathSegment, SaysThatItsNodesDoNotResolveTheMotion) {
+TEST(PathSegment, ReportsUnresolvedMotion) {
   Flight f = random_flight(0);
   for (double& rate : f.rate) rate *= 1e6;
   FloatingBase base(f.servicer.model, true);

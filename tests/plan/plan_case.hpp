@@ -54,7 +54,7 @@ inline Servicer random_servicer(int index, bool free_root = true) {
 
 inline constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// A segment from `start` with no limits and nothing better than the first solution.
+/// A segment from `start` without limits and without an objective.
 inline ReachProblem reach_problem(const Servicer& s, double duration, JointProfile profile, const Vector3d& gravity) {
   ReachProblem p;
   const std::size_t n = s.model.joints().size();
@@ -65,7 +65,7 @@ inline ReachProblem reach_problem(const Servicer& s, double duration, JointProfi
   return p;
 }
 
-/// The thesis's robot at Table 4.3's initial angles, and its case 1 as a planning problem from the published final
+/// The thesis's robot at the initial angles of Table 4.3, and its case 1 as a planning problem from the published final
 /// angles.
 inline Servicer thesis_servicer() {
   ModelBuilder builder;
@@ -78,7 +78,7 @@ inline Servicer thesis_servicer() {
   return s;
 }
 
-/// Sets the measure of a problem from its start, guess and limits.
+/// Sets the objective of a problem from its start, guess and limits.
 inline void set_measure(ReachProblem& p, Objective::Kind kind) {
   p.objective = Objective(kind, p.start, p.guess, p.lower, p.upper);
 }

@@ -1,5 +1,5 @@
-/// How the demanded rates change with the configuration, against differences: arms with as many joints as the demand
-/// has rows, with more, and with fewer; and planning of arms whose axes are all tilted.
+/// Derivatives of the demanded rates with respect to the configuration, against finite differences: arms with as many
+/// joints as the demand has rows, with more, and with fewer; and planning of arms with tilted axes.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace rate_sensitivity_test {
 
-// One end-effector of a random servicer, whose place moves.
+// One end-effector of a random servicer, with a moving grasp point.
 Goal random_goal(const Servicer& s, Random& random) {
   Goal g;
   g.frame = static_cast<int>(s.model.frames().size()) - 1;
@@ -29,7 +29,7 @@ Posed displaced(const Posed& X, int k, double h) {
   return k < 3 ? Posed{X.R * rotation_about(axis, h), X.p} : Posed{X.R, X.p + X.R * (h * axis)};
 }
 
-TEST(RateSensitivity, IsThatOfDifferences) {
+TEST(RateSensitivity, AgreesWithFiniteDifferences) {
   Worst worst("change of demanded rates, relative");
   int redundant = 0, short_of = 0;
   for (int i = 0; i < 40; ++i) {
@@ -47,7 +47,7 @@ TEST(RateSensitivity, IsThatOfDifferences) {
       };
       const std::vector<double> theta = s.theta();
       const DemandedRates here = rates_at(theta, s.X_WB());
-      // Near a singularity differences are no measure.
+      // Close to a singularity finite differences are inaccurate.
       const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(here.G).singularValues();
       if (sigma.minCoeff() < 0.05 * sigma[0]) continue;
       redundant += here.G.cols() > here.G.rows();
@@ -72,7 +72,7 @@ TEST(RateSensitivity, IsThatOfDifferences) {
   EXPECT_GT(short_of, 5);
 }
 
-// Where joints that follow the plan exactly bring the tips, by forward dynamics, which know nothing of planning.
+// Final end-effector errors of a forward dynamics simulation with exact joint tracking, independent of planning.
 double flown_miss(const TiltedArms& arms, const ReachSolution& plan) {
   const ReachProblem& p = arms.problem;
   PhaseSetup setup;

@@ -1,5 +1,5 @@
-/// Free-floating inverse kinematics: reference solutions, random robots whose goals come from a flight, limits,
-/// orientations, measures, and what is said where there is no solution.
+/// Free-floating inverse kinematics: reference solutions, random robots with goals from a simulated motion, limits,
+/// orientations, objectives, and messages for infeasible goals.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ void expect_arrives(const ReachSolution& s) {
   }
 }
 
-// Two models made independently of this project found these from the published angles by Newton steps of least norm.
+// Two independent models found these solutions from the published angles by minimum-norm Newton steps.
 TEST(ThesisPlan, ReferenceSolutions) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -51,7 +51,7 @@ TEST(ThesisPlan, ReferenceSolutions) {
   }
 }
 
-TEST(ThesisPlan, JacobianIsThatOfDifferences) {
+TEST(ThesisPlan, JacobianAgreesWithFiniteDifferences) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   for (RateDemand demand : {RateDemand::given, RateDemand::velocity, RateDemand::twist, RateDemand::linear}) {
@@ -68,7 +68,7 @@ TEST(ThesisPlan, JacobianIsThatOfDifferences) {
   }
 }
 
-TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
+TEST(ThesisPlan, ObjectivesSelectAmongSolutions) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   const auto distance = [](const std::vector<double>& a, const std::vector<double>& b) {
@@ -87,11 +87,11 @@ TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
   EXPECT_LT(distance(nearest.position, p.guess), distance(as_found.position, p.guess));
   EXPECT_LT(distance(excursion.position, p.start.position), 0.9 * distance(as_found.position, p.start.position));
 
-  // Least within what the goals leave free: the gradient lies in the span of the goals' gradients.
+  // Minimal within the freedom of the goals: the gradient is in the span of the goals' gradients.
   ReachProblem q = p;
   Shooting shooting(base, q);
   const Shot shot = shooting.shoot(excursion.position, excursion.rate);
-  // By differences over positions, the rates following.
+  // By finite differences over positions, with the corresponding rates.
   Eigen::VectorXd gradient(6);
   for (int j = 0; j < 6; ++j) {
     const auto value = [&](double h) {
@@ -124,7 +124,7 @@ TEST(ThesisPlan, StaysWithinLimits) {
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);
   const ReachSolution without = plan_reach(base, p);
-  // A limit that cuts off what was found.
+  // A limit that excludes the previous solution.
   p.upper[1] = without.position[1] - 0.05;
   for (Objective::Kind kind : {Objective::Kind::as_found, Objective::Kind::excursion}) {
     set_measure(p, kind);
@@ -134,7 +134,7 @@ TEST(ThesisPlan, StaysWithinLimits) {
   }
 }
 
-TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
+TEST(ThesisPlan, ReportsAnArmThatIsTooShort) {
   SKIP_UNDER_SANITIZERS();
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -150,7 +150,7 @@ TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
   EXPECT_LT(r.miss[0].distance, 2.6);
 }
 
-TEST(ThesisPlan, NamesTheLimitThatStopsIt) {
+TEST(ThesisPlan, NamesTheActiveLimit) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);
@@ -163,7 +163,7 @@ TEST(ThesisPlan, NamesTheLimitThatStopsIt) {
   EXPECT_NE(r.failure.find(" limit "), std::string::npos) << r.failure;
 }
 
-TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
+TEST(ThesisPlan, ReportsTheSingularDirection) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::velocity);
@@ -172,13 +172,14 @@ TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
   const ReachSolution r = plan_reach(base, p);
   EXPECT_FALSE(r.found);
   EXPECT_NEAR(r.miss[1].distance, 0.02, 1e-6);
-  EXPECT_NE(r.failure.find("end-effector 'tip-2' comes no closer than 0.02 m: no joint moves it nearer"),
+  EXPECT_NE(r.failure.find("end-effector 'tip-2' comes no closer than 0.02 m: no joint moves it closer"),
             std::string::npos)
       << r.failure;
 }
 
-// A hand 0.02 m out of its arm's plane: no solution, but the closest attempt will do for a goal that accepts as much.
-TEST(ThesisPlan, TakesWhatAGoalAccepts) {
+// An end-effector goal 0.02 m outside its arm's plane: no solution, but the closest attempt is accepted by a goal with
+// this tolerance.
+TEST(ThesisPlan, UsesTheAcceptedErrorsOfAGoal) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::velocity);
@@ -194,8 +195,8 @@ TEST(ThesisPlan, TakesWhatAGoalAccepts) {
   EXPECT_GE(r.miss[1].distance, 0.02);
 }
 
-// Goals from a flight, so that a solution exists; the search starts away from it, or anywhere.
-TEST(RandomPlan, FindsWhatAFlightHasReached) {
+// Goals from a simulated motion, so that a solution exists; the search starts at a perturbed or random configuration.
+TEST(RandomPlan, ReachesGoalsOfASimulation) {
   Worst worst("position error of planned random robots [m]");
   int solved = 0, tried = 0;
   for (int i = 0; i < 30; ++i) {
@@ -244,7 +245,7 @@ TEST(RandomPlan, FindsWhatAFlightHasReached) {
   EXPECT_GE(solved, 27);  // a solution exists; a search may miss it
 }
 
-TEST(Plan, RefusesWrongSizes) {
+TEST(Plan, RejectsWrongSizes) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);

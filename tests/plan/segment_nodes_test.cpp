@@ -1,4 +1,5 @@
-/// Nodes of a segment in SIMD lanes: the same bits on every instruction set, and those of the equations in doubles.
+/// Nodes of a segment in SIMD lanes: identical bits on every instruction set, equal to those of the equations in
+/// doubles.
 
 #include <gtest/gtest.h>
 
@@ -13,8 +14,8 @@ namespace segment_nodes_test {
 
 constexpr int kFlights = 40;
 
-// Random robots, with sliding joints and rotors among them; free with and without angular momentum, with the attitude
-// kept, and on a fixed root; with and without splines.
+// Random robots, some with prismatic joints and rotors; floating with and without angular momentum,
+// attitude-controlled, and on a fixed root; with and without splines.
 struct Flight {
   Servicer servicer;
   SegmentStart start;
@@ -66,7 +67,7 @@ void put(std::vector<double>& all, const PlacedLinks& links) {
   put(all, &links.com[0], 3), put(all, &links.mass, 1), put(all, &links.H_inverse.xx, 6);
 }
 
-// All that a flight says, of every node too.
+// All results of an integration, including those of every node.
 std::vector<double> all_of(const Flight& f, std::optional<lanes::InstructionSet> set) {
   FloatingBase base = f.base();
   PathSegment segment(base, f.start, f.motion, set);
@@ -86,7 +87,7 @@ std::vector<double> all_of(const Flight& f, std::optional<lanes::InstructionSet>
   return all;
 }
 
-// Nothing where they are the same.
+// Empty if they are equal.
 std::string differences(const std::vector<double>& a, const std::vector<double>& b) {
   if (a.size() != b.size()) return "different sizes";
   if (std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0) return "";
@@ -112,8 +113,8 @@ TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-// What nobody keeps is computed in the same place over and over again: nothing of it may matter.
-TEST(SegmentNodes, EndWithTheSameBitsWhetherTheWayIsKeptOrNot) {
+// Nodes that are not stored reuse the same memory; leftover contents must not matter.
+TEST(SegmentNodes, BitsAreIndependentOfStoredNodes) {
   for (int i = 0; i < kFlights; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
@@ -132,9 +133,9 @@ TEST(SegmentNodes, EndWithTheSameBitsWhetherTheWayIsKeptOrNot) {
   }
 }
 
-// Where a node's links are, their inertias and k_j are what FloatingBase says of its joint values, bit for bit; and
-// with no angular momentum the base's angular velocity changes by its g_j.
-TEST(SegmentNodes, AreThoseOfTheFloatingBase) {
+// Link poses, inertias and k_j of a node equal those of FloatingBase for its joint values, bit for bit. Without angular
+// momentum the base's angular velocity changes by its g_j.
+TEST(SegmentNodes, AgreeWithTheFloatingBase) {
   Worst turning("base's angular velocity per unknown against FloatingBase's g_j and k_j, relative");
   int turned = 0;
   for (int i = 0; i < kFlights; ++i) {

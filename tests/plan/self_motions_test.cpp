@@ -1,5 +1,5 @@
-/// What a search for self-motion goes by: integrations in few steps, how far they say that they may be off, and what
-/// follows from that where the target turns several times during the piece.
+/// Integrations of the self-motion search: few steps, error estimates, and their consequences if the target rotates
+/// several times during the approach.
 
 #include "grapnel/plan/self_motions.hpp"
 
@@ -15,8 +15,8 @@
 namespace grapnel::testing {
 namespace self_motions_test {
 
-// The target turns so many times during the piece, about any axis or, with the hand's axis asked for, about the
-// direction in which it comes in; the grasp point is up to a hand's breadth from that axis.
+// The target rotates this many times during the approach, about any axis or, with an axis orientation, about the
+// approach direction; the grasp point is up to 0.1 m from that axis.
 StraightInProblem turning(const Servicer& s, FloatingBase& base, Goal::Orientation orientation, double turns,
                           int seed) {
   Random random(100 + seed);
@@ -32,7 +32,7 @@ StraightInProblem turning(const Servicer& s, FloatingBase& base, Goal::Orientati
   return p;
 }
 
-// Limits that the rates of least norm keep, with little to spare.
+// Limits that the minimum-norm rates satisfy with a small margin.
 ReachProblem just_kept(const Servicer& s, const StraightInProblem& p, const StraightInPath& path) {
   ReachProblem kept = nothing_kept(s, p);
   constexpr double kSpare = 2e-3;  // [rad], and as a share of the rates
@@ -51,9 +51,9 @@ ReachProblem just_kept(const Servicer& s, const StraightInProblem& p, const Stra
 
 constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Orientation::axis};
 
-// Forty steps are too few for a target that turns several times: what they violate is not. With their error unknown
-// 10 of 43 of these demands were refused.
-TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
+// Forty steps are too few for a target that rotates several times, so that coarse results violate limits that exact
+// ones satisfy. Without error estimates 10 of these 43 cases were rejected.
+TEST(SelfMotions, CoarseStepsRejectNoFeasibleCase) {
   int cases = 0;
   for (const double turns : {2.0, 4.0, 6.0}) {
     for (int seed = 0; seed < test::repetitions(12); ++seed) {
@@ -75,8 +75,8 @@ TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
   EXPECT_GT(cases, test::repetitions(12));
 }
 
-// The estimate is larger than what the integration is off, not by far, and both fall with the steps.
-TEST(SelfMotions, SayHowFarTheyMayBeOff) {
+// The estimate exceeds the integration error, but not by much, and both decrease with the steps.
+TEST(SelfMotions, ErrorEstimateBoundsTheError) {
   Worst below("error of an integration over the estimate"), above("the estimate over the error");
   int cases = 0;
   for (const double turns : {1.0, 3.0, 6.0}) {

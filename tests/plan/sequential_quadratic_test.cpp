@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace sequential_quadratic_test {
 
-// f and g_i of two unknowns with gradients; e = 0 is none unless given.
+// f and g_i of two unknowns with gradients; no equality constraints unless given.
 struct Value {
   double value = 0;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
@@ -24,8 +24,8 @@ class Small : public NonlinearProgram {
  public:
   Function f;
   std::vector<Function> goals, rows;
-  std::vector<Function> distances;  // f has minus the least of them
-  bool names_all = true;            // else those rows only that were once violated
+  std::vector<Function> distances;  // f contains minus their minimum
+  bool names_all = true;            // else only rows that were violated once
   int visits = 0;
 
   bool go_to(const std::vector<double>& y) override {
@@ -79,7 +79,7 @@ class Small : public NonlinearProgram {
   }
   Eigen::MatrixXd curvature() override { return Eigen::MatrixXd::Identity(2, 2); }
 
-  // From there; how many steps it took.
+  // Minimizes from y; returns the number of steps.
   int solve(std::vector<double>& y, const QuadraticSearch& search = {}, const std::vector<int>& free = {0, 1}) {
     known_.assign(rows.size(), names_all);
     go_to(y);
@@ -138,7 +138,7 @@ TEST(SequentialQuadratic, FollowsACurvedValley) {
 }
 
 // Rosenbrock's valley within the unit circle: known to end at (0.7864, 0.6177).
-TEST(SequentialQuadratic, KeepsWithinARoundEdge) {
+TEST(SequentialQuadratic, StaysWithinACurvedConstraint) {
   Small program;
   program.f = rosenbrock;
   program.rows = {outside_unit_circle};
@@ -149,9 +149,9 @@ TEST(SequentialQuadratic, KeepsWithinARoundEdge) {
   EXPECT_LE(program.violation(), 5e-7);
 }
 
-TEST(SequentialQuadratic, MeetsGoalsThatDependOnEachOther) {
+TEST(SequentialQuadratic, SatisfiesDependentGoals) {
   Small program;
-  program.f = linear(0, 1, 2);  // least on the circle at -(1, 2)/sqrt 5
+  program.f = linear(0, 1, 2);  // minimum on the circle at -(1, 2)/sqrt 5
   const Function twice = [](const Eigen::Vector2d& y) {
     const Value one = outside_unit_circle(y);
     return Value{2 * one.value, 2 * one.slope};
@@ -163,10 +163,10 @@ TEST(SequentialQuadratic, MeetsGoalsThatDependOnEachOther) {
   EXPECT_NEAR(y[1], -2 / std::sqrt(5), 1e-6);
 }
 
-TEST(SequentialQuadratic, LearnsOfRowsThatItComesAcross) {
+TEST(SequentialQuadratic, AddsRowsDuringTheSearch) {
   Small program;
   program.f = linear(0, -1, -1);
-  // A disc, by its tangents: none is known before it is violated.
+  // A disc, described by its tangents; a tangent is unknown until it is violated.
   constexpr int kTangents = 40;
   for (int i = 0; i < kTangents; ++i) {
     const double angle = 0.3 + 2 * 3.14159265358979 * i / kTangents;
@@ -176,14 +176,14 @@ TEST(SequentialQuadratic, LearnsOfRowsThatItComesAcross) {
   std::vector<double> y = {0, 0};
   program.solve(y);
   EXPECT_LE(program.violation(), 5e-7);
-  // Between the tangents next to the direction of (1, 1), at a corner of the polygon.
+  // Between the tangents closest to the direction of (1, 1), at a corner of the polygon.
   const double step = 2 * 3.14159265358979 / kTangents, corner = 1 / std::cos(0.5 * step);
   EXPECT_NEAR(std::hypot(y[0], y[1]), corner, 1e-6);
   EXPECT_LE(std::abs(std::atan2(y[1], y[0]) - 0.25 * 3.14159265358979), 0.5 * step);
 }
 
-// The place in a triangle that is farthest from its corners: the centre of the circle through them.
-TEST(SequentialQuadratic, MakesTheLeastDistanceMost) {
+// The point in a triangle farthest from its corners: the circumcentre.
+TEST(SequentialQuadratic, MaximizesTheMinimumDistance) {
   Small program;
   program.f = linear(0, 0, 0);
   program.distances = {distance_from(0, 0), distance_from(4, 0), distance_from(1, 3)};
@@ -196,7 +196,7 @@ TEST(SequentialQuadratic, MakesTheLeastDistanceMost) {
   EXPECT_NEAR(y[1], 1, 1e-5);
 }
 
-TEST(SequentialQuadratic, EndsSoonWhereNothingKeepsTheRows) {
+TEST(SequentialQuadratic, EndsEarlyForInfeasibleRows) {
   Small program;
   program.f = rosenbrock;
   program.rows = {outside_unit_circle, linear(3, -1, 0)};  // x >= 3 within the circle
@@ -206,7 +206,7 @@ TEST(SequentialQuadratic, EndsSoonWhereNothingKeepsTheRows) {
   EXPECT_GT(program.violation(), 1);
 }
 
-TEST(SequentialQuadratic, LeavesWhatIsNotFree) {
+TEST(SequentialQuadratic, KeepsFixedUnknowns) {
   Small program;
   program.f = rosenbrock;
   std::vector<double> y = {0.5, 2};

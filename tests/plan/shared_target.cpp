@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kHalfTurn = 3.14159265358979323846;
 
-// In the plane: z is a principal axis, so that motion about z stays in the plane.
+// Planar: z is a principal axis, so that motion about z stays in the plane.
 BodyDescription body(const std::string& name, const std::string& parent, double mass, double size, bool planar,
                      Random& random) {
   BodyDescription b;
@@ -21,7 +21,8 @@ BodyDescription body(const std::string& name, const std::string& parent, double 
   return b;
 }
 
-// A chain of links along x of its links' frames, from `parent`; joint axes z, or y and x in turn. A hand at its end.
+// A chain of links along x of their frames, from `parent`; joint axes z, or alternately y and x. An end-effector at its
+// end.
 void add_arm(ModelBuilder& builder, const std::string& prefix, const std::string& parent, const Posed& mount,
              bool planar, Random& random) {
   const int joints = planar ? random.integer(3, 4) : random.integer(6, 7);
@@ -46,7 +47,8 @@ void add_arm(ModelBuilder& builder, const std::string& prefix, const std::string
   builder.add(FrameDescription{"hand-" + prefix, last, {Rotationd::identity(), {length, 0, 0}}});
 }
 
-// Rates that bring the hands to a target moving with V at `goals`, which are put where the hands then are.
+// Rates that bring the end-effectors to a target moving with V at `goals`; the goals are set to the resulting
+// end-effector positions.
 bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<double>& position, ReachProblem& p) {
   std::vector<double> rate(position.size(), 0.0);
   PathSegment segment(base, p.start, p.motion);
@@ -62,9 +64,9 @@ bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<doub
     const Shot shot = Shooting(base, p).shoot(position, rate);
     if (!shot.valid) return false;
     for (double r : shot.rate) {
-      if (std::abs(r) > 1) return false;  // near a singularity: no target to plan for
+      if (std::abs(r) > 1) return false;  // close to a singularity: skipped
     }
-    if (shot.error.norm() < 1e-8) return true;  // a solution is as near
+    if (shot.error.norm() < 1e-8) return true;  // within the tolerance of a solution
     rate = shot.rate;
   }
   return false;

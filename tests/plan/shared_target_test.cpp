@@ -1,4 +1,4 @@
-/// Several hands to one moving target at once: seeded random servicers and targets.
+/// Several end-effectors reach one moving target simultaneously: seeded random servicers and targets.
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@ namespace shared_target_test {
 
 using Orientation = Goal::Orientation;
 
-// Two or three arms, in space or in a plane (where orientations and twists ask for more than there is: rows out of the
-// plane), some on one more common joint.
-TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
+// Two or three arms, in space or in a plane (where orientations and twists contain infeasible rows out of the plane),
+// some with one more common joint.
+TEST(RandomSharedTarget, IsReachedByAllEndEffectors) {
   Worst worst("error of hands at a shared target [m or rad]"), unmet("demanded motion left unmet [m/s or rad/s]");
   const RateDemand demands[] = {RateDemand::velocity, RateDemand::twist, RateDemand::linear, RateDemand::task};
   int solved = 0, tried = 0, at_once = 0;
@@ -33,7 +33,7 @@ TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
     if (!r.found) continue;
     ++solved, at_once += r.starts == 1;
     unmet.note(r.unmet_rate, i);
-    // Flown again, the hands are where the target has its points.
+    // Integrated again, the end-effectors are at the target's grasp points.
     PathSegment segment(base, p.start, p.motion);
     const SegmentEnd end = segment.fly(r.position, r.rate, false);
     base.place(r.position);

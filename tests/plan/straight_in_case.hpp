@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// An arm of seven joints that comes straight in to a point of a target that tumbles.
+/// An arm with seven joints on a final straight approach to a grasp point of a tumbling target.
 
 #include "grapnel/plan/straight_way.hpp"
 #include "plan/plan_case.hpp"
 
 namespace grapnel::testing {
 
-// A base with an arm of seven joints, axes in turn about z and y.
+// A base with an arm with seven joints, axes alternately z and y.
 inline Servicer seven_joints() {
   ModelBuilder builder;
   BodyDescription base;
@@ -47,7 +47,7 @@ inline StraightInProblem problem_for(const Servicer& s, FloatingBase& base, Goal
   p.stand_off = 0.3, p.final_speed = 0.02;
   base.place(p.position);
   const Posed X_WE = p.X_WB * base.frame_pose(0);
-  // A tumbling target whose stand-off point is where the hand is.
+  // A tumbling target whose stand-off point is at the end-effector.
   FreeBody body;
   body.com = {0.1, -0.05, 0.02};
   body.inertia = {20, 30, 35, 1, -2, 0.5};
@@ -67,7 +67,7 @@ inline StraightInProblem problem_for(const Servicer& s, FloatingBase& base, Goal
   return p;
 }
 
-// A problem that asks nothing of the way.
+// A problem without path constraints.
 inline ReachProblem nothing_kept(const Servicer& s, const StraightInProblem& p) {
   ReachProblem kept = reach_problem(s, p.end - p.begin, JointProfile::quintic, {0, 0, 0});
   kept.motion = p.motion;

@@ -1,4 +1,4 @@
-/// Resolved-rate motion straight in: it arrives, at the speed asked for, on the line, in the tumbling frame.
+/// Final straight approach by resolved rates: arrival, demanded speed, and straightness in the tumbling frame.
 
 #include <gtest/gtest.h>
 
@@ -11,16 +11,16 @@
 namespace grapnel::testing {
 namespace straight_in_test {
 
-// What a simulation of it shows that knows the joints' motion only, the target free beside it.
+// Results of a simulation of the joint motion with a free target.
 struct Flown {
-  double line = 0;                           // farthest of the hand from the line [m]
-  double distance = 1, speed = 0, spin = 0;  // of the hand from its point, and relative to it, at the end
-  double momentum = 0, drift = 0;            // of the servicer about its centre of mass, and how much it changed
+  double line = 0;                           // maximum distance of the end-effector from the line [m]
+  double distance = 1, speed = 0, spin = 0;  // of the end-effector from its grasp point, and relative to it, at the end
+  double momentum = 0, drift = 0;            // of the servicer about its centre of mass, and its change
   std::vector<double> lowest, highest, fastest, strongest;  // per joint
-  std::vector<double> fast_ends, strong_ends;               // at the begin and the end, where there is no self-motion
+  std::vector<double> fast_ends, strong_ends;               // at the begin and the end, without self-motion
 };
 
-// Of the arm's joint, among all of a model's.
+// Index of the arm's joint among all joints of a model.
 std::size_t joint_index(const Model& model, int joint) {
   const int body = model.body_index("l" + std::to_string(joint));
   return static_cast<std::size_t>(std::find(model.joints().begin(), model.joints().end(), body) -
@@ -93,7 +93,7 @@ Flown flown(const Servicer& s, FloatingBase& base, const StraightInProblem& p, c
 constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Orientation::axis,
                                                Goal::Orientation::pose};
 
-TEST(StraightIn, ArrivesOnTheLineAtTheSpeedAskedFor) {
+TEST(StraightIn, ArrivesOnTheLineAtTheDemandedSpeed) {
   Worst arrival("arrival of a straight-in motion, simulated [m]"), line("distance from the line on the way [m]");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
@@ -116,14 +116,14 @@ TEST(StraightIn, ArrivesOnTheLineAtTheSpeedAskedFor) {
   }
 }
 
-TEST(StraightIn, DampsNearASingularityAndSaysSo) {
+TEST(StraightIn, DampsAndReportsASingularity) {
   Servicer s = seven_joints();
   for (int j = 0; j < 7; ++j)
-    s.state.q[s.model.bodies()[s.model.joints()[j]].q] = j == 3 ? 0.06 : 0.01 * j;  // nearly stretched
+    s.state.q[s.model.bodies()[s.model.joints()[j]].q] = j == 3 ? 0.06 : 0.01 * j;  // nearly fully extended
   FloatingBase base(s.model, true);
   StraightInProblem p = problem_for(s, base, Goal::Orientation::free);
   base.place(p.position);
-  // Straight out along the stretched arm, farther than it reaches.
+  // Along the extended arm, beyond its reach.
   p.goals[0].direction_T = transposed_times(p.targets[0].X_WT.R, (p.X_WB * base.frame_pose(0)).R * Vector3d{1, 0, 0});
   p.goals[0].X_TG.p =
       inverse(p.targets[0].X_WT) * (p.X_WB * base.frame_pose(0)).p + p.stand_off * p.goals[0].direction_T;
@@ -135,7 +135,7 @@ TEST(StraightIn, DampsNearASingularityAndSaysSo) {
   for (const JointTrajectory& j : path.joints) EXPECT_LT(std::abs(evaluate(j, 7.9).rate), 20);
 }
 
-// --- Limits on the way, kept by self-motion
+// --- Limits enforced by self-motion
 
 TEST(SelfMotion, TermsAreOrthonormalAndVanishTwiceAtTheEnds) {
   constexpr int kMost = 12;
@@ -155,7 +155,7 @@ TEST(SelfMotion, TermsAreOrthonormalAndVanishTwiceAtTheEnds) {
   }
 }
 
-// The joint that goes farthest from where it begins, upwards or downwards, and how far.
+// The joint with the largest displacement from its initial value, its direction and the displacement.
 std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
   std::pair<int, double> result{0, 0};
   for (int j = 0; j < 7; ++j) {
@@ -166,7 +166,7 @@ std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
   return result;
 }
 
-TEST(StraightInWay, PositionLimitsAreKeptBySelfMotion) {
+TEST(StraightInWay, SelfMotionEnforcesPositionLimits) {
   Worst line("distance from the line, of joints that keep their limits [m]"), drift("momentum's drift meanwhile");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
@@ -175,7 +175,7 @@ TEST(StraightInWay, PositionLimitsAreKeptBySelfMotion) {
     const StraightInPath simple = plan_straight_in(base, p);
     const auto [joint, way] = farthest(p, flown(s, base, p, simple));
     ReachProblem kept = nothing_kept(s, p);
-    // Nothing in the way: the rates of least norm, to the bit.
+    // Inactive limits: the minimum-norm rates, bit for bit.
     const StraightWay free = keep_straight_in(base, p, kept);
     EXPECT_TRUE(free.kept);
     EXPECT_TRUE(free.self_motion.coefficients.empty());
@@ -209,7 +209,7 @@ TEST(StraightInWay, PositionLimitsAreKeptBySelfMotion) {
   }
 }
 
-// A joint that does most between the ends, in terms of what it does there: the ends are those of least norm.
+// The joint with the largest ratio of its maximum to its end values; the end values are those of minimum norm.
 int busiest(const std::vector<double>& most, const std::vector<double>& at_ends) {
   int joint = 0;
   for (int j = 0; j < 7; ++j) {
@@ -218,7 +218,7 @@ int busiest(const std::vector<double>& most, const std::vector<double>& at_ends)
   return joint;
 }
 
-TEST(StraightInWay, RateAndEffortLimitsAreKeptBySelfMotion) {
+TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
   int rates = 0;
   for (Goal::Orientation orientation : kOrientations) {
     SCOPED_TRACE(static_cast<int>(orientation));
@@ -260,8 +260,8 @@ TEST(StraightInWay, RateAndEffortLimitsAreKeptBySelfMotion) {
   EXPECT_GE(rates, 1);
 }
 
-// A base that may turn no farther; and what no self-motion can do is said with joint, side and time.
-TEST(StraightInWay, TheBasesTurnIsKeptAndTroubleIsSaid) {
+// A limit on the base rotation; violations that self-motion cannot remove are reported with joint, side and time.
+TEST(StraightInWay, BaseRotationIsLimitedAndViolationsAreReported) {
   Servicer s = seven_joints();
   FloatingBase base(s.model, true);
   StraightInProblem p = problem_for(s, base, Goal::Orientation::free);
@@ -277,10 +277,10 @@ TEST(StraightInWay, TheBasesTurnIsKeptAndTroubleIsSaid) {
   EXPECT_LT(flown(s, base, p, less.path).line, 1e-9);
 
   kept.way.base_turn = kNone;
-  kept.upper[4] = p.position[4] - 0.01;  // beyond it as the piece begins
+  kept.upper[4] = p.position[4] - 0.01;  // exceeded at the begin of the approach
   const StraightWay none = keep_straight_in(base, p, kept);
   EXPECT_FALSE(none.kept);
-  EXPECT_NE(none.trouble.find("joint 'j4' goes 0.01"), std::string::npos) << none.trouble;
+  EXPECT_NE(none.trouble.find("joint 'j4' moves 0.01"), std::string::npos) << none.trouble;
   EXPECT_NE(none.trouble.find("beyond its upper limit of -0.51 at t = "), std::string::npos) << none.trouble;
   EXPECT_GE(none.violation, 0.01 - 1e-9);
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Two arms of seven joints with tilted axes on a free base, drawn at random, and grasp points that they can reach
-/// because a flight has: what planning is hard on, since no two axes are parallel and the base turns in all directions.
+/// Two random arms with seven joints and tilted axes on a floating base, and grasp points that are known to be
+/// reachable. A hard case for planning: no two axes are parallel, and the base rotates about all axes.
 
 #include <cmath>
 #include <random>
@@ -18,13 +18,13 @@ struct TiltedArms {
   ReachProblem problem;  // to be read with `model` in place
 };
 
-/// Drawn from `seed`: a base of some 400 kg, per arm seven joints whose axes are turned against each other by up to
-/// 1.2 rad, links of 0.1 to 0.5 m and 2 to 12 kg, joints within 2.8 rad; after `duration` the tips are to be at poses
-/// that move, in which a flight from the start with joint motions of up to 1.2 rad has brought them. Four initial
-/// guesses, the first where the joints start; the least excursion. `base_share`: of the base's mass, for lighter ones.
+/// Drawn from `seed`: a base of about 400 kg; per arm seven joints with axes tilted against each other by up to 1.2
+/// rad, links of 0.1 to 0.5 m and 2 to 12 kg, joints within 2.8 rad. The goals are moving poses that the tips reach
+/// after `duration` by joint motions of up to 1.2 rad. Four initial guesses, the first at the initial joint values;
+/// objective: excursion. `base_share`: scales the base's mass, for lighter bases.
 inline TiltedArms tilted_arms(unsigned seed, double duration = 30, double base_share = 1) {
   std::mt19937 generator(seed);
-  // Not the library's distributions, whose numbers differ from one standard library to the next.
+  // The distributions of the standard library differ between implementations.
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(generator()) * 0x1p-32);
   };

@@ -1,5 +1,5 @@
-/// Ways that violate as little as there is: against the least peak rate that a spline can have, found otherwise, and on
-/// random arms.
+/// Feasibility restoration: against the minimum peak rate that a spline can have, computed independently, and on random
+/// arms.
 
 #include "grapnel/plan/way_restoration.hpp"
 
@@ -16,7 +16,7 @@
 namespace grapnel::testing {
 namespace way_restoration_test {
 
-// A fixed base with one joint, which a demand takes from 0 to `angle` in `duration`, at rest in the end.
+// A fixed base with one joint that moves from 0 to `angle` in `duration`, to rest.
 struct OneJoint {
   Model model;
   ReachProblem problem;
@@ -42,8 +42,8 @@ OneJoint one_joint(double angle, double duration) {
   return result;
 }
 
-// The least largest rate that a quintic with these inner knots can have from 0 to 1 in one second: the Chebyshev
-// approximation of its rate by those of the splines, by Lawson's weights (1961).
+// The minimum peak rate of a quintic with these inner knots from 0 to 1 in one second: the Chebyshev approximation of
+// its rate by those of the splines, with Lawson's weights (1961).
 double least_peak_rate(int knots) {
   constexpr int kTimes = 801, kIterations = 2000;
   const JointSpline spline(knots);
@@ -69,7 +69,7 @@ double least_peak_rate(int knots) {
   return least;
 }
 
-TEST(WayRestoration, ViolatesAsLittleAsThereIs) {
+TEST(WayRestoration, MinimizesTheViolation) {
   constexpr double kAngle = 1.3, kDuration = 8, kLimit = 0.1;
   for (const int knots : {0, 1, 4}) {
     SCOPED_TRACE(knots);
@@ -91,8 +91,8 @@ TEST(WayRestoration, ViolatesAsLittleAsThereIs) {
   }
 }
 
-// A limit that the splines can just keep is kept, one that they just cannot is not.
-TEST(WayRestoration, TellsPossibleFromImpossible) {
+// A limit slightly above the minimum peak rate is satisfied, one slightly below is not.
+TEST(WayRestoration, DistinguishesFeasibleFromInfeasible) {
   constexpr double kAngle = 1.3, kDuration = 8;
   const double least = least_peak_rate(4) * kAngle / kDuration;
   for (const double share : {1.01, 0.97}) {
@@ -114,9 +114,9 @@ TEST(WayRestoration, TellsPossibleFromImpossible) {
 class Restored : public ::testing::TestWithParam<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, Restored, ::testing::Range(1u, 9u));
 
-// Two arms on a floating base: rates and the base's turn brought well below what the first solution has, with the hands
-// still near their goals.
-TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
+// Two arms on a floating base: rates and base rotation limited well below those of the first solution, with the
+// end-effectors still close to their goals.
+TEST_P(Restored, EnforcesRatesAndBaseRotation) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -128,7 +128,7 @@ TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
   p.way.limits = true;
   p.way.base_turn = 1e-4, p.way.R_WB0 = p.start.X_WB.R;
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 1e-3);
-  // What the solution itself has of both.
+  // Both values of the solution itself.
   const WayEnd as_it_is = nearest_way(base, p, shot, 4, 0, 1e9);
   ASSERT_TRUE(as_it_is.shot);
   const double fastest = 1e-3 * (1 + as_it_is.violation);
@@ -146,8 +146,8 @@ TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
   EXPECT_LT(stiller.shot->largest_error(), 1e-3);
 }
 
-// A light base turns so far that flights need other numbers of nodes from one step to the next.
-TEST(WayRestoration, FollowsFlightsWithOtherNodes) {
+// A light base rotates so far that integrations need different numbers of nodes from step to step.
+TEST(WayRestoration, SupportsChangingNodes) {
   SKIP_UNDER_SANITIZERS();
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);

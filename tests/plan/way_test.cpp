@@ -1,4 +1,4 @@
-/// What a segment does on its way: splines, sensitivities at its nodes, efforts, and what is kept there.
+/// Paths of segments: splines, sensitivities at the nodes, efforts, and path constraints.
 
 #include "grapnel/plan/way.hpp"
 
@@ -72,7 +72,7 @@ FreeMotion motion_of(const Flight& f) {
   return free_motion(f.servicer.model, f.servicer.state, f.start.begin, {0, 0, 0});
 }
 
-TEST(PathSegment, WithASplineEndsWhereForwardDynamicsEnds) {
+TEST(PathSegment, WithASplineAgreesWithForwardDynamics) {
   Worst worst("end of a segment with splines against the simulation");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -100,8 +100,8 @@ TEST(PathSegment, WithASplineEndsWhereForwardDynamicsEnds) {
   }
 }
 
-// At the end and at the nodes, in all unknowns.
-TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
+// At the end and at the nodes, with respect to all unknowns.
+TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
   Worst at_end("at the end"), turn("turn of the base at nodes"), spin("its angular velocity at nodes");
   for (int i = 0; i < 8; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -152,8 +152,8 @@ TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
   }
 }
 
-// Of robots whose rotors have no axes, on bases that float and that do not.
-TEST(JointEfforts, DerivativesAreThoseOfDifferences) {
+// For robots whose rotors have no stated axes, with floating and fixed bases.
+TEST(JointEfforts, DerivativesAgreeWithFiniteDifferences) {
   Worst worst("derivatives of a sum of efforts against differences, relative");
   constexpr double kStep = 1e-5;
   for (int i = 0; i < 30; i += 2) {
@@ -203,8 +203,8 @@ TEST(JointEfforts, DerivativesAreThoseOfDifferences) {
   }
 }
 
-// Against (2.8), whose mass matrix knows nothing of the recursion.
-TEST(JointEfforts, AreThoseOfTheReducedEquation) {
+// Against (2.8), whose mass matrix is independent of the recursion.
+TEST(JointEfforts, AgreeWithTheReducedEquation) {
   Worst worst("efforts against the reduced equation, relative");
   for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -218,7 +218,7 @@ TEST(JointEfforts, AreThoseOfTheReducedEquation) {
     JointEfforts(base, gravity)
         .evaluate(s.theta(), s.rates(), acceleration, s.X_WB(), motion.in_base(0, s.X_WB()), effort);
     const ReducedEquation eq = reduced_equation(s.model, s.state, 0, {}, gravity);
-    // Its joints stand in the order of velocities.
+    // Its joints are in the order of velocities.
     const std::vector<int> order = joint_velocities(s.model, 0);
     Eigen::VectorXd a(base.joints()), expected(base.joints());
     std::vector<int> place(base.joints());
@@ -236,9 +236,9 @@ TEST(JointEfforts, AreThoseOfTheReducedEquation) {
   }
 }
 
-// --- What is kept
+// --- Path constraints
 
-// The largest of something over the way that a solution takes.
+// Maximum of a quantity along the path of a solution.
 template <class Of>
 double largest_on(const Model& model, const ReachProblem& p, const ReachSolution& r, Of&& of) {
   FloatingBase base(model, true);
@@ -288,7 +288,7 @@ TEST_P(Kept, RatesStayWithinTheirLimits) {
   expect_arrival(arms.model, arms.problem, kept);
   EXPECT_LE(largest_on(arms.model, arms.problem, kept, fastest), 0.85 * before * (1 + 2e-6));
   EXPECT_LE(kept.way->rate_share, 1 + 1e-6);
-  EXPECT_GE(kept.way->rate_share, 0.99);  // it gives away no more than it has to
+  EXPECT_GE(kept.way->rate_share, 0.99);  // the limit is used fully
 }
 
 TEST_P(Kept, EffortsStayWithinTheirLimits) {
@@ -321,7 +321,7 @@ TEST_P(Kept, EffortsStayWithinTheirLimits) {
   (void)free;
 }
 
-TEST_P(Kept, TheBaseStaysNearItsAttitude) {
+TEST_P(Kept, BaseRotationStaysWithinItsLimit) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -340,9 +340,8 @@ TEST_P(Kept, TheBaseStaysNearItsAttitude) {
   EXPECT_LE(kept.way->base_turn, p.way.base_turn + 1e-6);
 }
 
-// Each objective against what the other solutions have of it, and its gradient by the fact that no small change is
-// better.
-TEST(WayObjective, BecomesLeast) {
+// Each objective against its values for the other solutions; optimality: no small change improves it.
+TEST(WayObjective, IsMinimized) {
   SKIP_UNDER_SANITIZERS();
   using Kind = Objective::Kind;
   TiltedArms arms = tilted_arms(4);
@@ -366,7 +365,7 @@ TEST(WayObjective, BecomesLeast) {
     p.objective = Objective(Kind::excursion, p.start, p.guess, p.lower, p.upper);
     p.way.knots = 0;
     const ReachSolution least_way = plan_reach(base, p);
-    // The same term of the plan that moves the joints least.
+    // The same term of the plan with minimum excursion.
     p.objective = Objective(std::vector<Objective::Term>{{Kind::excursion, 1}, {kind, 1e-12}}, p.start, p.guess,
                             p.lower, p.upper);
     const ReachSolution measured = plan_reach(base, p);
@@ -378,8 +377,8 @@ TEST(WayObjective, BecomesLeast) {
 
 // --- Wheels that keep the base's attitude
 
-// Shares and their integral against differences.
-TEST(PlannedWheels, DerivativesAreThoseOfDifferences) {
+// Shares and their integral against finite differences.
+TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   Worst worst("shares of wheels against differences");
   TiltedArms arms = tilted_arms(2);
   FloatingBase base(arms.model, true);

@@ -1,4 +1,4 @@
-/// Plants that are stepped, without the FMU around them: here sanitizers see the thread that they have.
+/// Stepwise execution of plants without an FMU, so that sanitizers see their thread.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -59,7 +59,7 @@ std::vector<double> pd(const PlantOutputs& seen) {
   return tau;
 }
 
-TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
+TEST_F(Plants, AgreeWithTheBuiltInLaw) {
   const CaptureResult reference = simulate_capture(problem());
   const auto plant = run();
   plant->begin();
@@ -73,8 +73,8 @@ TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
   EXPECT_EQ(plant->outputs().numbers().size(), plant_variables(plant_of(problem(), false), {}).outputs);
 }
 
-// A satellite without driven joints takes torques on its base and commands of its actuators, in phases of `motion`.
-TEST_F(Plants, NeedNoJointAndNoCapture) {
+// A satellite without driven joints, with torques on its base and actuator commands, in phases of `motion`.
+TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
   const std::string wheels = "  wheel_array: {configuration: orthogonal, inertia: 0.05}\n";
   const std::string panel =
       "  links:\n    - {name: p, parent: bus, joint: {name: h, type: revolute, axis: [0, 0, 1], spring: {stiffness: "
@@ -87,26 +87,30 @@ TEST_F(Plants, NeedNoJointAndNoCapture) {
             "schema: grapnel-scenario/1\nname: bus\nrobot:\n  name: bus\n  base: {name: bus, mass: 50, inertia: "
             "[2, 2, 2]}\n" +
                 parts + "control: {period: 0.1}\n" + phases + "\n");
-      CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), true);
-      PlantVariables variables = plant_variables(plant, {});
-      const std::size_t inputs = variables.inputs;
-      PlantRun run(std::move(plant), std::move(variables));
-      run.begin();
-      std::vector<double> command(inputs, 0.0);
-      command.back() = 0.5;  // about z [N m]
-      for (int k = 1; !run.has_ended(); ++k) run.step(0.1 * k, command);
-      EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
-      EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
-      EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
-      if (parts.empty()) {
-        EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+      // A base without actuators takes torques unasked: there is nothing else to command.
+      for (const bool base_torque : {true, false}) {
+        CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), base_torque);
+        PlantVariables variables = plant_variables(plant, {});
+        const std::size_t inputs = variables.inputs;
+        ASSERT_GT(inputs, 0u);
+        PlantRun run(std::move(plant), std::move(variables));
+        run.begin();
+        std::vector<double> command(inputs, 0.0);
+        command.back() = 0.5;  // about z [N m], on the base or by the third wheel
+        for (int k = 1; !run.has_ended(); ++k) run.step(0.1 * k, command);
+        EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
+        EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
+        EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
+        if (parts.empty()) {
+          EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+        }
       }
     }
   }
 }
 
-// Wherever a run is, its thread ends with it: before it began, at a sample, at its end, after a failure.
-TEST_F(Plants, EndWhereverTheyAre) {
+// The run's thread ends with the object in every state: before begin(), at a sample, at the end, after a failure.
+TEST_F(Plants, MayBeDestroyedAtAnyTime) {
   run();
   {
     const auto plant = run();
@@ -134,15 +138,15 @@ TEST_F(Plants, EndWhereverTheyAre) {
   EXPECT_NEAR(plant->outputs().joints[1].position, before.joints[1].position, 1e-15);
 }
 
-TEST_F(Plants, SayWhyTheyCannotBe) {
+TEST_F(Plants, ReportInvalidScenarios) {
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque turns it"), std::string::npos);
+  EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque rotates it"), std::string::npos);
   CaptureProblem still = problem();
   still.approach.reset(), still.post_impact.reset();
   EXPECT_THROW(plant_of(still, false), PlantError);
 }
 
-TEST_F(Plants, ComeWithAllTheirFiles) {
+TEST_F(Plants, IncludeAllFiles) {
   std::vector<Fault> warnings;
   const GatheredPlant gathered = gather_plant(folder_ / "short.yaml", {"targets[0].mass=12", "approach.duration=2 s"},
                                               {"targets[0].mass", "approach.duration"}, false, &warnings);
@@ -152,7 +156,7 @@ TEST_F(Plants, ComeWithAllTheirFiles) {
   ASSERT_EQ(gathered.package.parameters.size(), 2u);
   EXPECT_EQ(gathered.package.parameters[0].start, 12);
   EXPECT_EQ(gathered.package.parameters[1].unit, "s");
-  // There and back.
+  // Round trip.
   write("plant.json", plant_json(gathered.package));
   const PlantPackage back = read_plant(folder_);
   EXPECT_EQ(back.scenario, gathered.package.scenario);

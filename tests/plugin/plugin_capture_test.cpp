@@ -42,7 +42,7 @@ void expect_passes(const CaptureResult& result) {
 }
 
 // pd, damping of the base included, says the same as the example's plugin, sampled and delayed alike.
-TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
+TEST(PluginCapture, ExampleEqualsBuiltInLaw) {
   const CaptureResult plugin = simulate_capture(own({}));
   expect_passes(plugin);
   ASSERT_TRUE(plugin.control);
@@ -68,7 +68,7 @@ TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
 }
 
 // The same with sensors: plugin and law see the same readings, which are not the truth.
-TEST(PluginCapture, SeesWhatSensorsRead) {
+TEST(PluginCapture, ReceivesSensorReadings) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> sensors = {{"sensors",
                                           "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: "
@@ -116,42 +116,42 @@ TEST(PluginCapture, WrapsGeneratedCodePerInstance) {
   EXPECT_TRUE(slower.approach_end);  // what came before is kept
 }
 
-TEST(PluginCapture, EndsWithWhatThePluginSays) {
+TEST(PluginCapture, EndsWithPluginMessage) {
   const auto run = [](const char* parameters) {
     return simulate_capture(own({{"control.parameters", parameters}}, GRAPNEL_TEST_PLUGIN));
   };
   const CaptureResult nan = run("{does: nan}");
   EXPECT_EQ(nan.status, CaptureStatus::failed);
   EXPECT_NE(
-      nan.failure.find("libtest_plugin.so' says an effort of nan at joint 'arm-2-joint-3', which is no finite number"),
+      nan.failure.find("libtest_plugin.so' returns an effort of nan at joint 'arm-2-joint-3', which is not finite"),
       std::string::npos)
       << nan.failure;
   EXPECT_TRUE(nan.approach_end.has_value());
   const CaptureResult refused = run("{does: refuses}");
-  EXPECT_NE(refused.failure.find("made no controller: not with 6 joints"), std::string::npos) << refused.failure;
+  EXPECT_NE(refused.failure.find("created no controller: not with 6 joints"), std::string::npos) << refused.failure;
   const CaptureResult failing = run("{does: fails}");
   EXPECT_NE(failing.failure.find("failed: the sun is out"), std::string::npos) << failing.failure;
 }
 
-TEST(PluginCapture, RefusesWhatDoesNotFit) {
+TEST(PluginCapture, RejectsMismatch) {
   const auto expect = [](const std::vector<Override>& overrides, const char* text,
                          const char* plugin = GRAPNEL_OWN_PD) {
     const std::string fault = fault_of(overrides, plugin);
     EXPECT_NE(fault.find(text), std::string::npos) << fault;
   };
   expect({{"control.plugin", "nowhere.so"}}, "nowhere.so", "");
-  expect({}, "exports no function grapnel_controller()", GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL);
+  expect({}, "does not export the function grapnel_controller()", GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL);
   expect({}, "has version 7 of the controller interface, expected 1", GRAPNEL_TEST_PLUGIN_OF_ANOTHER_VERSION);
   expect({{"control.period", "0"}}, "control.period");
   expect({{"control.delay", "-1"}}, "control.delay");
   expect({{"control.period", "1e-9"}}, "makes 2.3e+10 samples in the run's 23 s; at most 10000000");
-  expect({{"control.period", "30"}}, "control.period is 30 [s], must be less than 23, the length of the run");
+  expect({{"control.period", "30"}}, "control.period is 30 [s], must be less than 23, the duration of the run");
   expect({{"control.delay", "30"}}, "control.delay is 30 [s], must be less than 23");
   expect({{"post_impact.joints", "free"}}, "control.plugin drives nothing");
   expect({{"approach.tracking", "{mode: controller}"}, {"control", "{period: 0.01}"}},
          "needs the plugin, the FMU or the log that drives them", "");
   expect({{"post_impact.base_control", "{kp: 1, kd: 1}"}},
-         "control.base_torque leaves the base's torque to the controller");
+         "control.base_torque assigns the base's torque to the controller");
   expect({{"control", "{period: 0.01, base_torque: true}"}}, "plugin", "");
 }
 
@@ -170,7 +170,7 @@ class Torques {
 constexpr const char* kJoints = "arm-1-joint-1,arm-1-joint-2,arm-1-joint-3,arm-2-joint-1,arm-2-joint-2,arm-2-joint-3";
 
 // What a run's joints and base were driven by, written down at its samples and replayed, drives them alike.
-TEST(SampledCapture, ReplaysALogOfTorques) {
+TEST(SampledCapture, ReplaysTorqueLog) {
   CaptureProblem problem = own({{"control.delay", "0"}});
   problem.output_interval = 0.005;  // in the middle between two samples of the controller, too
   const CaptureResult first = simulate_capture(problem);
@@ -210,7 +210,7 @@ TEST(SampledCapture, ReplaysALogOfTorques) {
   EXPECT_GT(moved, 1e-6);
 }
 
-TEST(SampledCapture, RefusesLogsThatDoNotFit) {
+TEST(SampledCapture, RejectsMismatchedLogs) {
   const auto fault = [](const std::string& header, const std::string& rows, const std::string& more = "") {
     return fault_of(Torques(header + "\n" + rows).overrides(more), "");
   };
@@ -220,7 +220,7 @@ TEST(SampledCapture, RefusesLogsThatDoNotFit) {
   const std::string header = std::string("time,") + kJoints, rows = "0,0,0,0,0,0,0\n0.01,1,1,1,1,1,1\n";
   EXPECT_EQ(fault(header, rows), "");
   expect(fault(header, "0,0,0,0,0,0,0\n0.015,1,1,1,1,1,1\n"),
-         "control.torques has a row at 0.015 [s], which is no multiple of control.period, 0.01");
+         "control.torques has a row at 0.015 [s], which is not a multiple of control.period, 0.01");
   expect(fault(header + ",base.x,base.y", "0,0,0,0,0,0,0,0,0\n1,0,0,0,0,0,0,0,0\n"), "must have all or none");
   expect(fault(header + ",elbow", "0,0,0,0,0,0,0,0\n"), "unknown column 'elbow'");
   expect(fault("time,arm-1-joint-1", "0,0\n1,0\n"), "the header lacks joints: ");
@@ -239,7 +239,7 @@ TEST(PluginCapture, HashesThePlugin) {
 }
 
 // Whatever the law, sampled control that is held keeps the ledger, across grasps, impacts and releases.
-TEST(SampledCapture, KeepsTheLedgerThroughAllPieces) {
+TEST(SampledCapture, LedgerPassesThroughAllPieces) {
   const CaptureResult result = simulate_capture(
       own({{"control", "{period: 0.004, delay: 0.006}"},
            {"approach.tracking", "{mode: pd, kp: 40, kd: 20, noise: {position: 1e-4, seed: 3}}"},

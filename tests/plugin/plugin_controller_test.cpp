@@ -81,7 +81,7 @@ std::string error_of(const std::function<void()>& act) {
   }
 }
 
-TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
+TEST(PluginController, AnswersModelQueries) {
   const Model model = two_joints();
   const State state = moving(model);
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "grapnel_plugin_asks.txt";
@@ -141,17 +141,17 @@ TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
   std::filesystem::remove(file);
 }
 
-TEST(PluginController, IsAskedAtTicksInLanes) {
+TEST(PluginController, SampledInLanes) {
   const Model model = two_joints();
   PhaseSetup setup;
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
   setup.controller = make("{}", model);
-  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked continuously");
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a custom controller without a clock");
   setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1}, model.joints().size());
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
 }
 
-TEST(PluginController, SavesAndRestoresWhatItRemembers) {
+TEST(PluginController, SavesAndRestoresState) {
   const Model model = two_joints();
   const auto one = make("{}", model), two = make("{}", model);
   Asked a;
@@ -164,19 +164,20 @@ TEST(PluginController, SavesAndRestoresWhatItRemembers) {
   ASSERT_EQ(bytes.size(), sizeof(sum));
   std::memcpy(&sum, bytes.data(), sizeof(sum));
   EXPECT_NEAR(sum, 2 * (0.4 - 0.7), 1e-15);
-  EXPECT_NE(two->save(), bytes);  // an instance of its own
+  EXPECT_NE(two->save(), bytes);  // a separate instance
   two->restore(bytes);
   EXPECT_EQ(two->save(), bytes);
   EXPECT_NE(error_of([&] { two->restore({1, 2}); }).find("restore() of the plugin 'it.so' failed"), std::string::npos);
-  one->begin_piece(model, 1);  // goes on
+  one->begin_piece(model, 1);  // continues
   EXPECT_EQ(one->save(), bytes);
 }
 
-TEST(PluginController, SaysWhatIsWrongWithALibrary) {
+TEST(PluginController, ReportsLibraryErrors) {
   EXPECT_NE(plugin_fault("/no/such/file.so", "file.so").find("the plugin 'file.so' cannot be loaded: "),
             std::string::npos);
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL, "x.so"),
-            "'x.so' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h declares (in "
+            "'x.so' is not a plugin: it does not export the function grapnel_controller(), which grapnel_controller.h "
+            "declares (in "
             "C++ as extern \"C\")");
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN_OF_ANOTHER_VERSION, "x.so"),
             "the plugin 'x.so' has version 7 of the controller interface, expected 1; build it with the "
@@ -185,10 +186,10 @@ TEST(PluginController, SaysWhatIsWrongWithALibrary) {
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN, "x.so"), "");
 }
 
-TEST(PluginController, PassesOnWhyThePluginFails) {
+TEST(PluginController, ForwardsPluginErrors) {
   const Model model = two_joints();
   EXPECT_EQ(error_of([&] { make("{\"does\":\"refuses\"}", model); }),
-            "the plugin 'it.so' made no controller: not with 2 joints every 0.01 s");
+            "the plugin 'it.so' created no controller: not with 2 joints every 0.01 s");
   const auto failing = make("{\"does\":\"fails\"}", model);
   failing->begin_piece(model, 0);
   Asked a;

@@ -43,7 +43,7 @@ std::string pose(double size);
 /// Mass, centre of mass (within +-com) and inertia of a box with edges from least to most, its axes turned in the
 /// body's frame.
 std::string body(double mass, double least, double most, double com);
-/// The members of body(), each on a line of its own.
+/// The members of body(), each on a separate line.
 std::string in_lines(std::string members, const std::string& indent);
 
 }  // namespace grapnel::testing

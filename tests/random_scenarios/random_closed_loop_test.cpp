@@ -87,7 +87,7 @@ void check(const std::filesystem::path& file) {
   require_same(result, simulate_capture(problem));
 }
 
-TEST(RandomClosedLoops, KeepEveryRowOfTheirLedger) {
+TEST(RandomClosedLoops, LedgerPasses) {
   const bool passed = passes_on_random("a closed loop stays closed and its ledger passes", closed_loop_text(),
                                        GRAPNEL_RANDOM_CLOSED_LOOPS, check);
   EXPECT_TRUE(passed);

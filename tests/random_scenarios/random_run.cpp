@@ -80,7 +80,7 @@ void require_finite(const CaptureResult& result) {
       if (std::isinf(value) || (std::isnan(value) && !may_be_absent)) RC_FAIL("not finite: series " + series.path);
     }
   }
-  // Whatever is not finite becomes null in the summary; so do rows that nobody checked, and ratings that nobody gave.
+  // Non-finite numbers become null in the summary; so do rows that were not checked, and ratings that were not given.
   const std::string summary = summary_json(result, "test");
   for (std::size_t at = 0; (at = summary.find(": null", at)) != std::string::npos; ++at) {
     const std::string line = summary.substr(summary.rfind('\n', at) + 1, 80);

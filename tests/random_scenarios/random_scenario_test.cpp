@@ -54,8 +54,8 @@ bool is_wild(const CaptureResult& result) {
   return std::any_of(rates.begin(), rates.end(), [](double rate) { return std::abs(rate) > 100; });
 }
 
-// The ledger holds, or does with the smallest tolerances, as the program says when it fails: what is wrong in the
-// mechanics stays wrong with any tolerance.
+// The ledger passes, if necessary with the smallest tolerances, as advised by the program: errors in the mechanics
+// remain with any tolerance.
 void expect_ledger(CaptureProblem problem, const CaptureResult& result) {
   if (result.ledger.pass()) return;
   if (is_wild(result)) {
@@ -87,8 +87,7 @@ void check(const std::filesystem::path& file) {
 
   if (result.status == CaptureStatus::completed) {
     RC_ASSERT(result.failure == "");
-    // Fixed steps have no tolerance, so nobody can say what they keep.
-    // Nor what the modes for comparison leave of loops.
+    // Fixed steps have no tolerance, so there is no bound. The same applies to the comparison modes for loops.
     const IntegrationSetup& how = problem.integration;
     if (how.method == IntegrationSetup::Method::adaptive_8 && how.loops == IntegrationSetup::Loops::projection) {
       expect_ledger(problem, result);
@@ -101,7 +100,7 @@ void check(const std::filesystem::path& file) {
   require_same(result, simulate_capture(problem));
 }
 
-TEST(RandomScenarios, RunAndKeepTheirLedger) {
+TEST(RandomScenarios, RunAndLedgerPasses) {
   const bool passed = passes_on_random("a valid scenario runs, keeps its ledger, and runs again to the same bits",
                                        scenario_text(), GRAPNEL_RANDOM_SCENARIOS, check);
   EXPECT_TRUE(passed);

@@ -28,7 +28,7 @@ class Writer {
     initial();
     phases();
     if (percent(20)) write_loads();
-    // A run that needs many steps stops and says so.
+    // A run that needs too many steps stops with an error.
     line(fmt::format("integration: {{max_steps: 5000{}{}{}}}", percent(10) ? ", root_velocity: integrated" : "",
                      percent(3) ? ", method: rk4, step: 1e-3" : "",
                      percent(5) ? ", loops: " + any_of<2>({"baumgarte", "acceleration"}) : ""));
@@ -158,7 +158,7 @@ class Writer {
     }
   }
 
-  // Every arm that grasps has a target of its own, or one that others grasp too.
+  // Every arm that grasps has a separate target, or shares one with others.
   void write_targets() {
     const int grasps = integer(1, arms_);
     const bool share = grasps > 1 && percent(60);

@@ -60,7 +60,7 @@ TEST_F(Init, NeverOverwrites) {
   write("single-arm.yaml", "mine\n");
   const Outcome o = run("init");
   EXPECT_EQ(o.code, 2);
-  EXPECT_EQ(o.err, "grapnel: error: single-arm.yaml is there already; name another file with -o, or remove it\n");
+  EXPECT_EQ(o.err, "grapnel: error: single-arm.yaml already exists; name another file with -o, or remove it\n");
   EXPECT_EQ(read_text(folder_ / "single-arm.yaml"), "mine\n");
   write("b-scenario.yaml", "mine\n");
   EXPECT_EQ(run("init campaign -o b.yaml").code, 2);

@@ -1,4 +1,4 @@
-// Robots and targets that are part of the program: what they hold is possible and plausible, each is caught or catches
+// Ready-made robots and targets: their data are possible and plausible, each is captured or captures
 // in a small scenario, and scenarios that include them by name are what they would be in full.
 #include "grapnel/ready_made/ready_made.hpp"
 
@@ -64,7 +64,7 @@ TEST(ReadyMade, AreInTheDocumentation) {
 }
 
 // Positive definite, the triangle inequality, and no farther out than the body itself: its moments are at most those of
-// its mass at the ends of its shape's diagonal. `slack`: published links have housings and motors that nobody draws.
+// its mass at the ends of its shape's diagonal. `slack`: published links have housings and motors without shapes.
 void expect_possible(double mass, const Symmetric3d& I, const Geometry& geometry, double slack,
                      const std::string& what) {
   Eigen::Matrix3d matrix;
@@ -131,7 +131,7 @@ void expect_sound(const CaptureResult& result, const std::string& what) {
 }
 
 // The first end-effector goes from joint values within the limits to where others would take it with the base at rest.
-TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
+TEST(ReadyMadeRobots, PlanAndCaptureACubeSat) {
   int number = 0;
   for (const std::string& name : names(Kind::robots)) {
     if (test::kSanitized && number++ % 4 != 0) continue;
@@ -149,7 +149,7 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
     }
     const Vector3d tip = frame_pose(system.model, forward_kinematics(system.model, there), system.end_effectors[0]).p;
     const std::string& end_effector = alone.robot.end_effectors[0].name;
-    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // what bends takes long
+    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // flexible bodies are slow
     const CaptureProblem problem = problem_of(
         "name: " + name + "\nrobot: " + name + "\ninitial: {joints: " + list_of(begin) +
         "}\ntargets:\n  - {name: cube, ready_made: cubesat-27u, state: {position: " +
@@ -165,7 +165,7 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
   }
 }
 
-TEST(ReadyMadeTargets, AreCaughtAtEveryPoint) {
+TEST(ReadyMadeTargets, AreCapturedAtEveryPoint) {
   for (const std::string& name : names(Kind::targets)) {
     const TargetSetup target = load_ready_made_target(name);
     for (const GraspPoint& point : target.grasp_points) {
@@ -239,12 +239,13 @@ TEST(ByName, OverridesReachInside) {
   EXPECT_NEAR(load_scenario(path, other).targets[0].inertia.xx, 12 * (0.01 + 0.133956) / 12, 1e-6);
 }
 
-TEST(ByName, FaultsSayWhatIsThere) {
+TEST(ByName, ErrorsListAvailableNames) {
   EXPECT_THAT(faults_of(edited(kByName, {{"ready_made: rocket-stage", "ready_made: rocket"}})),
               ElementsAre("scenario.yaml:6:17: error: no ready-made target 'rocket'; did you mean 'rocket-stage'?"));
-  EXPECT_THAT(faults_of(edited(kByName, {{"heavy-lift-single-arm", "heavy-lift-singel-arm"}})),
-              ElementsAre("scenario.yaml:2:8: error: no ready-made robot 'heavy-lift-singel-arm'; did you mean "
-                          "'heavy-lift-single-arm'? (a robot file is named with its ending, such as robot.yaml)"));
+  EXPECT_THAT(
+      faults_of(edited(kByName, {{"heavy-lift-single-arm", "heavy-lift-singel-arm"}})),
+      ElementsAre("scenario.yaml:2:8: error: no ready-made robot 'heavy-lift-singel-arm'; did you mean "
+                  "'heavy-lift-single-arm'? (the name of a robot file needs its extension, such as robot.yaml)"));
   EXPECT_THAT(faults_of(edited(kByName, {{"point: adapter-1", "point: adapter-3"}})),
               ElementsAre(HasSubstr("unknown grasp point 'adapter-3'")));
 }

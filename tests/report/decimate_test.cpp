@@ -52,7 +52,7 @@ double worst_deviation(const TimeSeries& s, const std::vector<std::size_t>& kept
   return worst;
 }
 
-// Several series of all manners at once: smooth, random walk, noise, jumps, constant, NaN for a while, a quaternion.
+// Several series of all kinds together: smooth, random walk, noise, jumps, constant, NaN for a while, a quaternion.
 TimeSeries mixed(unsigned seed, std::size_t samples) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -83,7 +83,7 @@ TimeSeries mixed(unsigned seed, std::size_t samples) {
   return s;
 }
 
-TEST(Decimate, WhatIsLeftOutIsWithinTheBound) {
+TEST(Decimate, OmittedSamplesAreWithinTheBound) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TimeSeries s = mixed(seed, 1500);
     for (const double bound : {kFinestBound, 1e-3, kCoarsestBound, 0.1}) {
@@ -101,16 +101,16 @@ TEST(Decimate, AParabolaTakesAsManyLinesAsItMust) {
   EXPECT_LE(kept.size(), 53u);
 }
 
-TEST(Decimate, ALineKeepsItsEnds) {
+TEST(Decimate, KeepsOnlyTheEndsOfALine) {
   EXPECT_EQ(kept_samples(over_unit_time(1000, [](double t) { return 3 - 7 * t; }), 1e-4)->size(), 2u);
 }
 
-TEST(Decimate, AJumpKeepsBothItsSides) {
+TEST(Decimate, KeepsBothSidesOfAJump) {
   const TimeSeries s = over_unit_time(1001, [](double t) { return t < 0.5 ? 0.0 : 1.0; });
   EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 499, 500, 1000}));
 }
 
-TEST(Decimate, RoundingNoiseIsNotKept) {
+TEST(Decimate, DropsRoundingNoise) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   // Of a constant: floats could not show it.
@@ -154,7 +154,7 @@ TEST(Decimate, GraspForcePeaksStay) {
   EXPECT_FALSE(std::count(without.begin(), without.end(), 50u));
 }
 
-TEST(Decimate, DefectsOfLoopsKeepTheirPeaks) {
+TEST(Decimate, KeepsPeaksOfLoopDefects) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0, 1e-15);
   const TimeSeries s = over_unit_time(
@@ -189,7 +189,7 @@ TEST(Decimate, TheBoundGrowsUntilItFits) {
   for (const Decimation& d : {fine, coarse, least}) EXPECT_LE(worst_deviation(s, d.kept, d.bound), 1 + 1e-9);
 }
 
-TEST(Decimate, WhatIsCompleteSaysSo) {
+TEST(Decimate, ReportsCompleteSeries) {
   const Decimation d = decimate(over_unit_time(3, [](double t) { return t * t; }), 100);
   EXPECT_EQ(d.kept.size(), 3u);
   EXPECT_EQ(d.bound, 0);

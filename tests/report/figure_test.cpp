@@ -1,4 +1,4 @@
-// Figures: what stands in data and script, what gnuplot makes of them, and that no name is ever executed.
+// Figures: contents of data and script, output of gnuplot, and that names are never executed.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -44,7 +44,7 @@ std::vector<std::vector<double>> rows_of(const std::string& data) {
 
 bool has_gnuplot() { return run_gnuplot(fs::temp_directory_path(), "grapnel-no-such-script.gp").found; }
 
-TEST(GnuplotText, QuotesWhatCouldBeExecuted) {
+TEST(GnuplotText, QuotesExecutableText) {
   EXPECT_EQ(gnuplot_quoted("it's `id` \\n @x\n\"%d\""), "'it''s `id` \\n @x \"%d\"'");
   EXPECT_EQ(gnuplot_quoted("\xff\xc3\xa4\xe2\x82"), "'?\xc3\xa4?\?'");
   EXPECT_EQ(gnuplot_tic_label("50 %g"), "'50 %%g'");
@@ -73,7 +73,7 @@ TEST(GnuplotText, ApostrophesAtTheBeginningAreText) {
   }
 }
 
-TEST(Figure, ALinkInItsPlaceIsReplacedAndNothingHalfIsLeft) {
+TEST(Figure, ReplacesSymbolicLinksWithoutPartialFiles) {
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   const TemporaryFolder folder;
   test::put_bytes(folder / "precious", "x");
@@ -85,7 +85,7 @@ TEST(Figure, ALinkInItsPlaceIsReplacedAndNothingHalfIsLeft) {
   EXPECT_EQ(folder.files(), 4);  // image, data, script, and what was there
 }
 
-TEST(Figure, DataSayWhereTheyComeFromAndAreTheRecordedOnes) {
+TEST(Figure, DataFileHasOriginAndRecordedValues) {
   const RunSource run = sample_run(true);
   const Figure figure = series_figure(run, request_for("joints"));
   const std::string data = figure_data(figure);
@@ -178,7 +178,7 @@ TEST(Outline, HullIsConvexAndComplete) {
   EXPECT_EQ(hull, (std::vector<Point2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
 }
 
-TEST(Figure, GnuplotDrawsEveryKindAndAgainByHand) {
+TEST(Figure, GnuplotDrawsEveryKindAndTheScriptAlone) {
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   TemporaryFolder folder;
   for (const char* what : {"joints", "velocities", "base"}) {
@@ -318,7 +318,7 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
   std::string table = kTable;
   test::put_bytes(folder / "table.csv", table.replace(table.find("2,0.2,"), 6, "2,NaN,"));
   EXPECT_EQ(test::message_of([&] { make_figure(request); }),
-            (folder / "table.csv").string() + ": axis 'speed' has a value that is no finite number");
+            (folder / "table.csv").string() + ": axis 'speed' has a value that is not finite");
   test::put_bytes(folder / "table.csv", table.replace(table.find("rank [1]"), 8, "spin [1]"));
   EXPECT_NE(test::message_of([&] { make_figure(request); }).find("'spin [1]' where study.json has 'rank [1]'"),
             std::string::npos);
@@ -328,8 +328,8 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
             std::string::npos);
 }
 
-// Times of capture: what was looked at, where nothing is known a gap, and no such figure of other runs.
-TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
+// Capture times: evaluated values, gaps for unknown values, and no such figure for other runs.
+TEST(WindowFigure, HasEveryTimeAndItsLimits) {
   RunSource run = sample_run(false);
   EXPECT_FALSE(has_window(run));
   EXPECT_THROW(window_figure(run, request_for("window")), std::runtime_error);
@@ -348,7 +348,7 @@ TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
   EXPECT_EQ(rows[1][4], 2);
   EXPECT_EQ(rows[1][5], 1);
   const std::string data = figure_data(figure);
-  EXPECT_NE(data.find("chosen: t = 7.5 s"), std::string::npos);
+  EXPECT_NE(data.find("selected: t = 7.5 s"), std::string::npos);
   EXPECT_NE(data.find("none before t = 5.5 s"), std::string::npos);
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   const TemporaryFolder folder;

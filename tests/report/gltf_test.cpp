@@ -195,7 +195,7 @@ Played play(const Glb& glb, const std::string& node, double time) {
   return played;
 }
 
-TEST(Gltf, KeepsTheRulesAndTheMotion) {
+TEST(Gltf, FollowsTheFormatAndTheMotion) {
   // At the higher spin every sample is needed; at the lower one some are left out.
   for (const double spin : {1.7, 0.1}) {
     if (test::kSanitized && spin > 1) continue;
@@ -238,7 +238,7 @@ TEST(Gltf, OddNamesStayNames) {
   EXPECT_EQ(glb.document["nodes"][1]["name"], "base\"},{\\ <b>\xef\xbf\xbd\n\xc3\xa4");
 }
 
-TEST(Gltf, WithoutSceneSaysSo) {
+TEST(Gltf, ReportsAMissingScene) {
   RunSource run = test::sample_run(true);
   run.scene.reset();
   try {

@@ -42,7 +42,7 @@ struct ReportDataOf : testing::Test {
   }
 };
 
-TEST(Base64, IsThatOfTheStandard) {
+TEST(Base64, MatchesTheStandard) {
   const auto text = [](std::string_view s) {
     const std::vector<std::uint8_t> bytes(s.begin(), s.end());
     return base64_of(std::span(bytes));
@@ -151,7 +151,7 @@ TEST_F(ReportDataOf, SeriesThatStayTooLargeForAPageAreRefused) {
   std::fill(s.time.begin(), s.time.end(), 1.0);
   EXPECT_EQ(packed_series(s, 690)["samples"], 10);
   EXPECT_EQ(test::message_of([&] { packed_series(s, 689); }),
-            "10 samples of 15 numbers are too much for a page, and more cannot be left out");
+            "10 samples of 15 numbers exceed the limit of a page, and the tolerance admits no further reduction");
 }
 
 TEST_F(ReportDataOf, TheSameResultsGiveTheSameBytes) {
@@ -242,7 +242,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
   put_bytes(path, R"({"schema": "grapnel-summary/3"})");
   EXPECT_EQ(fault(), path.string() + ": schema is 'grapnel-summary/3', not grapnel-summary/2");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": {"name": 5}})");
-  EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is no text");
+  EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is not a text");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": "none"})");
   EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is missing");
   put_bytes(path,
@@ -255,7 +255,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
 
 TEST_F(ReportDataOf, AFolderWithoutResultsSaysWhatWasLookedFor) {
   EXPECT_EQ(fault(), folder.path().string() +
-                         ": no results: looked for summary.json (of grapnel run), study.json (of grapnel sweep), "
+                         ": no results: expected summary.json (of grapnel run), study.json (of grapnel sweep), "
                          "comparison.json (of grapnel optimize), campaign.json (of grapnel campaign)");
   const auto of = [&](const fs::path& path) { return message_of([&] { report_data(path, "1"); }); };
   EXPECT_EQ(of(folder / "nowhere"), (folder / "nowhere").string() + ": no such folder");

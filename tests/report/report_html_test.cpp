@@ -49,7 +49,7 @@ TEST(ReportHtml, ThePolicyAllowsTheViewersScriptAndNoOther) {
   const std::string sources = page.substr(at, page.find(';', at) - at);
   EXPECT_EQ(sources, "script-src 'sha256-XOaGvdj6Hts3rFNpowfjRz7z4KOG+Rq8zrEGk2LUP3Y='");
   EXPECT_THAT(page, HasSubstr("base-uri 'none'; form-action 'none'"));
-  // Of the text that stands in the page: what would end the element has been changed before.
+  // For the text in the page, after escaping of the end of the element.
   EXPECT_THAT(report_html({"", "{}"}, {"a=\"</script>\";", ""}),
               HasSubstr("script-src 'sha256-7bVrHDyGl/u7a4KJ5JUdd8mRWFT8RH9G0VcTbzD85Qg='"));
 }
@@ -79,7 +79,7 @@ TEST(ReportHtml, WritingWithoutAViewerIsAnError) {
   EXPECT_THROW(write_report({"", "{}"}, "/nowhere/report.html"), std::runtime_error);
 }
 
-TEST(ReportHtml, TheEmbeddedViewerIsWhole) {
+TEST(ReportHtml, EmbeddedViewerIsComplete) {
   if (embedded_viewer().empty()) GTEST_SKIP() << "built without Node.js";
   const Viewer viewer = embedded_viewer();
   EXPECT_GT(viewer.script.size(), 100'000u);

@@ -59,7 +59,7 @@ TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
   EXPECT_EQ(folder.files(), 1);
 }
 
-TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
+TEST(AtomicFile, RemovesOnlyLeftoversOfKilledProcesses) {
   const TemporaryFolder folder;
   const std::string gone = ".summary.json.tmp-" + std::to_string(1 << 30) + "-0";  // no process has this number
   const std::string mine = ".summary.json.tmp-" + std::to_string(::getpid()) + "-0";
@@ -77,7 +77,7 @@ TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
   EXPECT_EQ(folder.files(), 7);
   EXPECT_FALSE(std::filesystem::exists(folder / gone));
   EXPECT_TRUE(std::filesystem::exists(folder / mine));  // its process runs
-  remove_leftovers(folder.path(), 0);                   // nobody else writes here
+  remove_leftovers(folder.path(), 0);                   // no other writer
   EXPECT_EQ(folder.files(), 6);
 }
 

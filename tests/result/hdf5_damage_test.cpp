@@ -45,7 +45,7 @@ TEST_F(DamagedHdf5, CutAtAnyLengthIsAnError) {
   for (std::size_t lost = 1; lost <= 17; ++lost) {
     if (lost == 16) continue;
     put_bytes(path_, bytes_.substr(0, bytes_.size() - lost));
-    EXPECT_THAT(message(), HasSubstr(lost > 16 ? "truncated" : "behind its end")) << lost;
+    EXPECT_THAT(message(), HasSubstr(lost > 16 ? "truncated" : "data after the end")) << lost;
   }
 }
 

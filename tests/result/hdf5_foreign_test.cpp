@@ -1,5 +1,5 @@
 /// @file
-/// timeseries.h5 of others, without a checksum: whatever stands in it, reading it ends, and ends here.
+/// timeseries.h5 of other programs, without a checksum: reading always ends without a crash, for any content.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -54,7 +54,7 @@ TEST(Hdf5, TheSameSeriesGivesTheSameBytes) {
   EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 
-TEST(Hdf5, CompressesWhatIsLarge) {
+TEST(Hdf5, CompressesLargeDatasets) {
   const TemporaryFolder folder;
   TimeSeries series;
   series.phases = {"approach"};
@@ -62,7 +62,7 @@ TEST(Hdf5, CompressesWhatIsLarge) {
   series.time.assign(100000, 0.5);
   series.series = {{"a", "1", "", {""}, std::vector<double>(100000, 0.25)}};
   write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
-  EXPECT_LT(std::filesystem::file_size(folder / "a.h5"), 100000u);  // measured 24 kB; 2 MB as they are
+  EXPECT_LT(std::filesystem::file_size(folder / "a.h5"), 100000u);  // measured 24 kB; 2 MB uncompressed
 }
 
 // The samples `begin` to `end` of a series.
@@ -93,7 +93,7 @@ void expect_same(const TimeSeries& a, const TimeSeries& b) {
   }
 }
 
-TEST(Hdf5, BlockByBlockHoldsWhatIsWrittenAtOnce) {
+TEST(Hdf5, BlockwiseFileEqualsFileWrittenAtOnce) {
   const test::TemporaryFolder folder;
   const TimeSeries series = test::sample_series(70'001);
   TimeSeriesFile file(folder / "blocks.h5", test::sample_metadata());
@@ -115,7 +115,7 @@ TEST(Hdf5, BlockByBlockHoldsWhatIsWrittenAtOnce) {
   EXPECT_EQ(folder.files(), 1);
 }
 
-TEST(Hdf5, OfOneBlockIsByteForByteWhatIsWrittenAtOnce) {
+TEST(Hdf5, FileOfOneBlockHasTheSameBytes) {
   const test::TemporaryFolder folder;
   TimeSeries series = test::sample_series(701);
   write_timeseries_hdf5(series, test::sample_metadata(), folder / "once.h5");
@@ -126,7 +126,7 @@ TEST(Hdf5, OfOneBlockIsByteForByteWhatIsWrittenAtOnce) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none.h5"));
 }
 
-TEST(Hdf5, ARunGoesOnWhereItsFileCannotBeWritten) {
+TEST(Hdf5, RunContinuesIfItsFileCannotBeWritten) {
   TimeSeries block = test::sample_series(701);
   TimeSeriesFile file("/nowhere/at/all.h5", test::sample_metadata());
   file.take(block);  // throws nothing
@@ -139,7 +139,7 @@ TEST(Hdf5, ARunGoesOnWhereItsFileCannotBeWritten) {
   }
 }
 
-TEST(Hdf5, LongSeriesCanBeReadThinnedAndKeepThePhasesEnds) {
+TEST(Hdf5, ThinnedSeriesKeepTheEndsOfPhases) {
   const test::TemporaryFolder folder;
   const TimeSeries series = test::sample_series(30'000);
   write_timeseries_hdf5(series, test::sample_metadata(), folder / "a.h5");

@@ -85,7 +85,7 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
   const std::filesystem::path path = folder / "timeseries.h5";
   const TimeSeries series[2] = {sample_series(3000), sample_series(4000)};
   for (int round = 0; round < test::repetitions(60); ++round) {
-    int done[2];  // the child says when a file is written
+    int done[2];  // the child reports each written file
     ASSERT_EQ(::pipe(done), 0);
     const pid_t child = ::fork();
     if (child == 0) {
@@ -95,7 +95,7 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
       }
     }
     char byte = 0;
-    EXPECT_EQ(::read(done[0], &byte, 1), 1);                 // one is complete; the next is on its way,
+    EXPECT_EQ(::read(done[0], &byte, 1), 1);                 // one is complete; the next is being written,
     ::usleep(static_cast<useconds_t>(977 * round % 20000));  // somewhere
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);

@@ -45,7 +45,7 @@ TEST(LoadTable, TheWorstMarginOverAllPhasesLeads) {
   EXPECT_EQ(worst_margin(result)->phase, "post_impact");
 }
 
-TEST(LoadTable, SaysWhatRestsOnAnAssumedDuration) {
+TEST(LoadTable, MarksMarginsWithAssumedDuration) {
   CaptureResult result = sample();
   result.peak_loads[3].rating = 20;
   EXPECT_NEAR(assumed_duration(result, result.peak_loads[3]), 1e-3, 1e-15);
@@ -57,10 +57,10 @@ TEST(LoadTable, SaysWhatRestsOnAnAssumedDuration) {
   EXPECT_THAT(margins_table(result), HasSubstr("* a mean over an assumed 1 ms (impact.duration)"));
   result.peak_loads.resize(4);
   result.peak_loads.erase(result.peak_loads.begin());
-  EXPECT_THAT(worst_margin_line(result), HasSubstr("every margin rests on that assumption"));
+  EXPECT_THAT(worst_margin_line(result), HasSubstr("every margin depends on that assumption"));
 }
 
-TEST(LoadTable, ImpactsMarginsSayItToo) {
+TEST(LoadTable, MarksAssumedDurationsOfImpactMargins) {
   CaptureResult result = sample();
   result.impact.emplace();
   result.impact->duration = 1e-3;
@@ -88,12 +88,12 @@ TEST(LoadTable, ReportsSaturation) {
       "saturated: wheel a at its largest rate 418.88 rad/s for 10 s (50 % of the motion), first at t = 2 s, and at "
       "the end; 3 more, see saturation");
   EXPECT_THAT(result_table(result), HasSubstr("saturated: wheel a at its largest rate"));
-  // What is short is no warning, but for what is there at the end.
+  // Short saturations give no warning, except those at the end.
   EXPECT_THAT(saturation_warnings(result),
               testing::ElementsAre(HasSubstr("wheel a"),
                                    "saturated: drive of elbow at its effort limit 40 for 1.75 s (10 % of the motion), "
                                    "first at t = 3 s",
-                                   HasSubstr("thruster t on all the time, and less given than commanded")));
+                                   HasSubstr("thruster t on continuously, delivers less than commanded")));
   const json summary = json::parse(summary_json(result, "1"));
   ASSERT_EQ(summary["saturation"].size(), 4U);
   EXPECT_EQ(summary["saturation"][0], (json{{"actuator", "wheel"},

@@ -101,7 +101,7 @@ TEST(Mat, HoldsASeriesOfNothing) {
   EXPECT_NE(Loaded(folder / "a.mat").at("time"), nullptr);
 }
 
-TEST(Mat, SaysWhereAndWhy) {
+TEST(Mat, ReportsPathAndReason) {
   const TemporaryFolder folder;
   EXPECT_THAT(
       test::message_of([&] { write_timeseries_mat(sample_series(5), sample_metadata(), folder / "none/a.mat"); }),

@@ -26,7 +26,7 @@ const SchemaCheck& schema() {
   return check;
 }
 
-TEST(SummaryContract, FilesKeepTheSchema) {
+TEST(SummaryContract, FilesFollowTheSchema) {
   EXPECT_THAT(schema().faults_of(parsed(sample_result())), IsEmpty());
   EXPECT_THAT(schema().faults_of(parsed(sample_result_with_laws())), IsEmpty());
   EXPECT_THAT(schema().faults_of(parsed({})), IsEmpty());

@@ -14,7 +14,7 @@ namespace grapnel::test {
 /// A capture with all phases, two grasps that close a loop, a brake, `as_published`, a later impact and a release.
 CaptureResult sample_result();
 
-/// The same with what every law, measures and ratings can add to an impact, all at once.
+/// The same with all parts that laws, measures and ratings can add to an impact.
 CaptureResult sample_result_with_laws();
 
 /// Two phases; vectors, scalars, nested groups, names that MATLAB refuses, NaN and infinity, a description that is not

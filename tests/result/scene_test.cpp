@@ -166,14 +166,14 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
 TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
   EXPECT_EQ(fault("/schema", "grapnel-summary/1"), "schema is 'grapnel-summary/1', not grapnel-scene/2");
   EXPECT_EQ(fault("/planar", 1), "planar: not true or false");
-  EXPECT_EQ(fault("/bodies", Json::array()), "bodies: there are none");
+  EXPECT_EQ(fault("/bodies", Json::array()), "bodies: the list is empty");
   EXPECT_EQ(fault("/bodies", "none"), "bodies: not a list");
   EXPECT_EQ(fault("/bodies/0", 3), "bodies[0]: not an object");
-  EXPECT_EQ(fault("/bodies/0/kind", "link"), "bodies[0].kind: the first body is the base, and no other is");
-  EXPECT_EQ(fault("/bodies/1/kind", "base"), "bodies[1].kind: the first body is the base, and no other is");
-  EXPECT_EQ(fault("/bodies/1/kind", "arm"), "bodies[1].kind: 'arm' is none of base, link, target, part");
+  EXPECT_EQ(fault("/bodies/0/kind", "link"), "bodies[0].kind: exactly the first body must be the base");
+  EXPECT_EQ(fault("/bodies/1/kind", "base"), "bodies[1].kind: exactly the first body must be the base");
+  EXPECT_EQ(fault("/bodies/1/kind", "arm"), "bodies[1].kind: 'arm' is not one of base, link, target, part");
   EXPECT_EQ(fault("/bodies/2/kind", "link"), "bodies[2].parent: not a text");
-  EXPECT_EQ(fault("/bodies/1/name", "bus"), "bodies[1].name: a second body 'bus'");
+  EXPECT_EQ(fault("/bodies/1/name", "bus"), "bodies[1].name: duplicate body 'bus'");
   EXPECT_EQ(fault("/bodies/1/parent", "nobody"), "bodies[1].parent: no body 'nobody' before this one");
   EXPECT_EQ(fault("/bodies/1/joint", nullptr), "bodies[1].joint: not an object");
   EXPECT_EQ(fault("/bodies/1/joint/axis", {0, 0, 2}), "bodies[1].joint.axis: not a unit vector");
@@ -184,21 +184,21 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
   EXPECT_EQ(fault("/schema", "grapnel-scene/1"), "schema is 'grapnel-scene/1', not grapnel-scene/2");
   EXPECT_EQ(fault("/bodies/1/geometry", nullptr), "bodies[1].geometry: not a list");
   EXPECT_EQ(fault("/bodies/0/geometry/1/shape", "torus"),
-            "bodies[0].geometry[1].shape: 'torus' is none of box, cylinder, capsule, sphere, mesh");
-  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", 1), "bodies[0].geometry[0].mesh: 1 is out of range: there are 1");
-  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", -1), "bodies[0].geometry[0].mesh: not a whole number from 0");
+            "bodies[0].geometry[1].shape: 'torus' is not one of box, cylinder, capsule, sphere, mesh");
+  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", 1), "bodies[0].geometry[0].mesh: 1 is out of range: at most 1 entries");
+  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", -1), "bodies[0].geometry[0].mesh: not a whole number, at least 0");
   EXPECT_EQ(fault("/end_effectors/0/body", "segment"), "end_effectors[0].body: there is no 'segment'");
   EXPECT_EQ(fault("/grasp_points/1/target", "moon"), "grasp_points[1].target: there is no 'moon'");
   EXPECT_EQ(fault("/grasps/0/end_effector", "foot"), "grasps[0].end_effector: there is no 'foot'");
   EXPECT_EQ(fault("/grasps/0/grasp_point", "rod"), "grasps[0].grasp_point: 'bus' has no grasp point 'rod'");
-  EXPECT_EQ(fault("/grasps/0/model", "glue"), "grasps[0].model: 'glue' is none of rigid, hinge, point, contact");
+  EXPECT_EQ(fault("/grasps/0/model", "glue"), "grasps[0].model: 'glue' is not one of rigid, hinge, point, contact");
   EXPECT_EQ(fault("/meshes/0/vertices", {1, 2}), "meshes[0].vertices: not three numbers per vertex");
   EXPECT_EQ(fault("/meshes/0/vertices", {1, 2, "3"}), "meshes[0].vertices[2]: not a number");
   EXPECT_EQ(fault("/meshes/0/vertices/1", nullptr), "meshes[0].vertices[1]: not a number");
   EXPECT_EQ(fault("/meshes/0/triangles/0", 18446744073709551615u),
-            "meshes[0].triangles[0]: 18446744073709551615 is out of range: there are 4");
+            "meshes[0].triangles[0]: 18446744073709551615 is out of range: at most 4 entries");
   EXPECT_EQ(fault("/meshes/0/triangles", {0, 1}), "meshes[0].triangles: not three vertices per triangle");
-  EXPECT_EQ(fault("/meshes/0/triangles/5", 4), "meshes[0].triangles[5]: 4 is out of range: there are 4");
+  EXPECT_EQ(fault("/meshes/0/triangles/5", 4), "meshes[0].triangles[5]: 4 is out of range: at most 4 entries");
   EXPECT_EQ(fault("/planar", true), "");
 }
 

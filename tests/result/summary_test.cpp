@@ -102,7 +102,7 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               {"end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude"}, "impact.brake.grasps[]");
 }
 
-TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
+TEST(Summary, HasPartsOfLawsMeasuresAndRatings) {
   const json impact = parsed(test::sample_result_with_laws())["impact"];
   expect_keys(impact["grasps"][0]["rebound"],
               {"normal", "normal_impulse", "tangential_impulse", "compression", "normal_work", "friction_work", "modes",
@@ -271,7 +271,7 @@ TEST(Summary, HasTheContractsFeasibility) {
   EXPECT_EQ(feasibility["valid_until"], 32);
   EXPECT_EQ(feasibility["not_checked"], json::array());
 
-  // Nobody looked: neither true nor false.
+  // Not evaluated: neither true nor false.
   LedgerEntry& clearance = result.ledger.entries.back();
   clearance.value = 0, clearance.not_checked = "no body has a shape";
   result.clearance_events.clear(), result.limit_events.clear();

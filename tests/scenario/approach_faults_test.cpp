@@ -15,7 +15,7 @@ TEST_P(ApproachFault, IsReportedWithItsPlace) {
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
 }
 
-// A plan for a time that is looked for, in place of the duration and the way.
+// A plan with a capture window, in place of the duration and the trajectory.
 Edit window(const std::string& text) {
   return {"  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}",
           "  window: " + text + "\n  plan: {}"};
@@ -35,13 +35,13 @@ const std::vector<FaultCase> kCases{
     {"approach_direction_not_unit",
      {with_point("approach_direction: [0, 0, 0]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has length 0, must be a unit vector",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"approach_direction_too_short",
      {with_point("approach_direction: [0, 1]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has 2 items, must have exactly 3",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"envelope_empty",
      {with_tip("envelope: {}")},
      {"scenario.yaml:18:63: error: robot.end_effectors[0].envelope is empty, must have at least one of position, "
@@ -66,8 +66,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:65: error: grasps[0].orientation: axis needs an 'approach_axis' at end-effector 'tip'"}},
     {"orientation_by_default_without_approach_axis",
      {with_point("approach_direction: [0, -1, 0]")},
-     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"capsule_without_length",
      {{"    grasp_points", "    geometry: {shape: capsule, radius: 1}\n    grasp_points"}},
      {"scenario.yaml:26:15: error: missing key 'length' in targets[0].geometry, needed with shape: capsule"}},
@@ -119,8 +119,8 @@ const std::vector<FaultCase> kCases{
       "allowed"}},
     {"window_by_no_objective",
      {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}, way("plan: {objective: as_found}")},
-     {"scenario.yaml:31:11: error: approach.window.choose: objective has nothing to compare where "
-      "approach.plan.objective is as_found; choose soonest or slowest, or another objective"}},
+     {"scenario.yaml:31:11: error: approach.window.choose: objective needs an objective, but approach.plan.objective "
+      "is as_found; choose soonest or slowest, or another objective"}},
     {"window_with_a_straight_piece_too_long",
      {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"},
       way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 5}"),
@@ -144,8 +144,8 @@ const std::vector<FaultCase> kCases{
      {way("plan: {}"),
       {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
-     {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
-      "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
+     {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
+      "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is no point to reach"}},
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
      {"scenario.yaml:32:21: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
@@ -159,7 +159,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:32:28: error: approach.plan.weights.effort is -1, must be at least 0 [1/(N m)^2]"}},
     {"plan_weights_of_nothing",
      {way("plan: {weights: {effort: 0}}")},
-     {"scenario.yaml:32:19: error: approach.plan.weights names nothing that counts; give a weight, or objective: "
+     {"scenario.yaml:32:19: error: approach.plan.weights: all weights are zero; state a weight, or objective: "
       "as_found, which minimizes nothing"}},
     {"plan_nearest_weight_without_guess",
      {way("plan: {weights: {nearest: 1}}")},
@@ -169,39 +169,42 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:32:10: error: 'near_grasp' needs 'clearance' in approach.plan"}},
     {"plan_clearance_switched_off",
      {way("plan: {clearance: 0.1}\nclearance: {enabled: false}")},
-     {"scenario.yaml:32:21: error: approach.plan.clearance: 'clearance' is switched off, nothing is watched"}},
+     {"scenario.yaml:32:21: error: approach.plan.clearance: 'clearance' is switched off, so no distances are "
+      "evaluated"}},
     {"plan_clearance_wanted_and_switched_off",
      {way("plan: {objective: clearance}\nclearance: {enabled: false}")},
-     {"scenario.yaml:32:21: error: approach.plan.objective: clearance: 'clearance' is switched off, nothing is "
-      "watched"}},
+     {"scenario.yaml:32:21: error: approach.plan.objective: clearance: 'clearance' is switched off, so no distances "
+      "are evaluated"}},
     {"plan_impulse_at_the_stand_off",
      {with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]"),
       way("plan: {weights: {impulse: 1}}\n  straight_in: {stand_off: 0.2, duration: 2}")},
-     {"scenario.yaml:32:19: error: approach.plan.weights.impulse: the plan that is searched for ends at the stand-off "
-      "of straight_in, where nothing is captured; leave out one of them"}},
+     {"scenario.yaml:32:19: error: approach.plan.weights.impulse: the plan ends at the stand-off "
+      "of straight_in, where no grasp closes; leave out one of them"}},
     {"plan_turn_none",
      {way("plan: {base_turn: 0}")},
      {"scenario.yaml:32:21: error: approach.plan.base_turn is 0, must be greater than 0 [rad]"}},
     {"plan_wheel_budget_without_wheels",
      {way("plan: {wheel_momentum: 0.5}")},
-     {"scenario.yaml:32:26: error: approach.plan.wheel_momentum needs wheels that keep the base's attitude: wheels: "
+     {"scenario.yaml:32:26: error: approach.plan.wheel_momentum needs wheels that control the base's attitude: wheels: "
       "[...] in the robot file, and approach.base_control that uses them"}},
     {"plan_wheel_budget_without_base_control",
      {with_wheel(", rate: 400"), way("plan: {objective: wheel_momentum}")},
-     {"scenario.yaml:33:21: error: approach.plan.objective: wheel_momentum needs wheels that keep the base's attitude: "
+     {"scenario.yaml:33:21: error: approach.plan.objective: wheel_momentum needs wheels that control the base's "
+      "attitude: "
       "wheels: [...] in the robot file, and approach.base_control that uses them"}},
     {"plan_wheel_budget_of_wheels_without_rates",
      {with_wheel(""),
       way("plan: {wheel_momentum: 1.5, weights: {wheel_momentum: 1}}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1]}")},
      {"scenario.yaml:33:26: error: approach.plan.wheel_momentum is 1.5, must be greater than 0 and at most 1 [1]",
-      "scenario.yaml:33:26: error: approach.plan.wheel_momentum: wheel 'w' has no largest rate ('rate' in the robot "
-      "file), so it could hold any momentum"}},
+      "scenario.yaml:33:26: error: approach.plan.wheel_momentum: wheel 'w' has no maximum rate ('rate' in the robot "
+      "file), so its momentum is unlimited"}},
     {"plan_wheel_budget_and_dumping",
      {with_wheel(", rate: 400"),
       way("plan: {wheel_momentum: 0.5}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 2, below: 1, "
           "torque: 1}}\ncontrol: {period: 0.1}")},
-     {"scenario.yaml:33:26: error: approach.plan.wheel_momentum: thrusters that take the wheels' momentum out "
-      "(approach.base_control.dumping) are not planned for",
+     {"scenario.yaml:33:26: error: approach.plan.wheel_momentum: a plan cannot include thrusters that dump the wheels' "
+      "momentum "
+      "(approach.base_control.dumping)",
       "scenario.yaml:34:48: error: approach.base_control.dumping: the robot has no thrusters (thrusters: [...] in the "
       "robot file)"}},
     {"plan_knots_too_many",
@@ -350,13 +353,13 @@ const std::vector<FaultCase> kCases{
       "control"}},
     {"wheels_that_are_not_there",
      {with_approach("base_control: {kp: 1, kd: 1, actuators: wheels}")},
-     {"scenario.yaml:34:43: error: approach.base_control.actuators: wheels, and the robot has none (wheels: [...] in "
+     {"scenario.yaml:34:43: error: approach.base_control.actuators: wheels, but the robot has none (wheels: [...] in "
       "the robot file)"}},
     {"wheels_that_cannot_turn_the_base",
      {{"base: {mass: 100,", "wheels: [{name: a, axis: [0, 0, 1], inertia: 0.1}]\n  base: {mass: 100,"},
       with_approach("base_control: {kp: 0, kd: [0, 1, 1]}")},
-     {"scenario.yaml:35:17: error: approach.base_control: its gains ask for torque about y, which the robot's wheels "
-      "cannot give; give the gains of each axis, with 0 for those that are not controlled, or actuators: outside"}},
+     {"scenario.yaml:35:17: error: approach.base_control: its gains require torque about y, which the robot's wheels "
+      "cannot give; state the gains per axis, with 0 for axes without control, or actuators: outside"}},
     {"wheels_of_no_use",
      {{"base: {mass: 100,",
        "wheels: [{name: a, axis: [0, 0, 2], inertia: 0}, {name: a, axis: [0, 0, 1], inertia: 1, rate: 0}]\n  base: "
@@ -368,8 +371,8 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:4:97: error: robot.wheels[1].rate is 0, must be greater than 0 [rad/s]"}},
     {"wheels_heavier_than_the_base",
      {{"base: {mass: 100,", "wheels: [{name: a, axis: [0, 0, 1], inertia: 1e3}]\n  base: {mass: 100,"}},
-     {"scenario.yaml:4:11: error: robot.wheels: the base's inertia, which includes its wheels, leaves none that a body "
-      "can have without them: inertia is not positive definite (principal moments -990, -490, -490)"}},
+     {"scenario.yaml:4:11: error: robot.wheels: the base's inertia without its wheels, which it includes, is not that "
+      "of a rigid body: inertia is not positive definite (principal moments -990, -490, -490)"}},
     {"base_control_without_gains",
      {with_post_impact("base_control: {kp: 1}")},
      {"scenario.yaml:35:43: error: missing key 'kd' in post_impact.base_control"}},
@@ -403,15 +406,15 @@ const std::vector<FaultCase> kCases{
        "angular_velocity: [0, 0, 0.2]}\n    grasp_points:\n      - {name: grip, position: [0, 0.5, 0]}\n",
        ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
-     {"scenario.yaml:24:15: error: approach.capture_at: envelope needs 'grasps': there is nothing to close on"}},
+     {"scenario.yaml:24:15: error: approach.capture_at: envelope needs 'grasps': there is no point to close on"}},
     {"trajectory_with_what_it_says_itself",
      {way("trajectory: no.csv\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  straight_in: {stand_off: "
           "1, duration: 1}")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file",
-      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file says where the joints "
-      "are at all times",
-      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file says where the "
-      "joints are at all times",
+      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
+      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with trajectory: the rates at the end "
       "follow from the file",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with straight_in: the rates follow from "

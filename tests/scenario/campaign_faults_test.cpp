@@ -79,35 +79,35 @@ TEST(CampaignFaults, OfOneUncertainValue) {
          "uncertain[0]: normal.from is 12, must be less than to, 11");
   expect("{path: targets.target-1.mass, log_normal: {median: -1, deviation: 1}}",
          "uncertain[0]: log_normal.median is -1, must be greater than 0");
-  expect("{path: targets.target-1.mass, uniform: {from: 10, to: 10}}", "uncertain[0]: nothing of it is uncertain");
+  expect("{path: targets.target-1.mass, uniform: {from: 10, to: 10}}", "uncertain[0]: no component is uncertain");
   expect("{path: targets.target-1.com, as: offset, normal: {deviation: [1, 1]}}",
          "uncertain[0]: normal.deviation has 2 items, must have 3, one for each number at targets.target-1.com");
   expect("{path: targets.target-1.com, as: factor, normal: {deviation: 0.1}}",
-         "uncertain[0]: at targets.target-1.com stands 0, which no factor changes");
+         "uncertain[0]: the value at targets.target-1.com is 0, which a factor does not change");
   expect("{path: targets.target-1.geometry, as: factor, normal: {deviation: 0.1}}",
-         "uncertain[0]: at targets.target-1.geometry stands a mapping in the scenario, no number");
+         "uncertain[0]: the scenario has a mapping at targets.target-1.geometry, not a number");
   expect("{path: approach.tracking.noise.seed, as: offset, normal: {deviation: 0.1}}",
-         "uncertain[0]: the scenario has nothing at approach.tracking.noise.seed that the value could be relative to");
+         "uncertain[0]: the scenario has no value at approach.tracking.noise.seed for a relative value");
   expect("{path: targets.target-1.mass, as: factor, integers: {from: 1, to: 2}}",
-         "uncertain[0]: integers are values, no factors or offsets");
+         "uncertain[0]: integers are values, not factors or offsets");
   expect("{path: targets.target-1.mass, integers: {from: 3, to: 2}}", "uncertain[0]: integers.from is 3, must be less");
 }
 
 TEST(CampaignFaults, OfVectorsAndOrientations) {
   expect("{path: targets.target-1.mass, sphere: {length: 1}}",
-         "uncertain[0]: sphere is for a vector, a list of 3 numbers; at targets.target-1.mass stands one number");
+         "uncertain[0]: sphere requires a vector, a list of 3 numbers; at targets.target-1.mass there is one number");
   expect("{path: targets.target-1.state.velocity, tilt: {deviation: 0.1}}",
-         "uncertain[0]: at targets.target-1.state.velocity stands a vector without length");
-  expect("{path: targets.target-1.state.angular_velocity, tilt: {}}", "uncertain[0]: nothing of it is uncertain");
+         "uncertain[0]: the vector at targets.target-1.state.velocity is zero");
+  expect("{path: targets.target-1.state.angular_velocity, tilt: {}}", "uncertain[0]: no component is uncertain");
   expect("{path: targets.target-1.state.angular_velocity, as: factor, tilt: {deviation: 0.1}}",
          "uncertain[0]: 'as' has no meaning with tilt");
   expect("{path: targets.target-1.state.angular_velocity, sphere: {length: {uniform: {from: 2, to: 1}}}}",
          "uncertain[0]: sphere.length.uniform.from is 2, must be less than to, 1");
   const auto rotation = [](const std::string& path, const std::string& what) {
     expect("{path: " + path + ", rotation: uniform}",
-           "campaign.yaml:5:12: error: uncertain[0]: rotation is for what has an orientation, a 'quaternion_wxyz' or "
-           "'rpy', not for " +
-               what + " at " + path + "; name the mapping, such as targets.NAME.state");
+           "campaign.yaml:5:12: error: uncertain[0]: rotation requires an orientation, a 'quaternion_wxyz' or 'rpy', "
+           "not " +
+               what + " at " + path + "; use the path of the mapping, such as targets.NAME.state");
   };
   rotation("targets.target-1.mass", "the number 10");
   rotation("targets.target-1.state.angular_velocity", "a list");
@@ -128,7 +128,7 @@ TEST(CampaignFaults, OfMisspeltPaths) {
   }
   // What there is but the scenario has not is no slip.
   expect("{path: initial.base.velocity, as: offset, normal: {deviation: 0.1}}",
-         "the scenario has nothing at initial.base.velocity that the value could be relative to");
+         "the scenario has no value at initial.base.velocity for a relative value");
   expect("{path: targets.target-1.inertia.zz, as: factor, uniform: {from: 0.9, to: 1.1}}",
          "campaign.yaml:5:12: error: no item 'zz' in targets.target-1.inertia, a list whose items have no names: they "
          "are [0] to [2]");
@@ -138,16 +138,15 @@ TEST(CampaignFaults, OfIntervalsWithoutProbability) {
   const auto factor = [](const std::string& distribution) {
     return "{path: targets.target-1.mass, as: factor, " + distribution + "}";
   };
-  expect(
-      factor("normal: {deviation: 0.01, from: 2, to: 3}"),
-      "uncertain[0]: normal.from is 2, 100 deviations above the mean, 1; beyond about 37 no probability is left that "
-      "double precision knows: correct the interval or the mean, or use uniform");
+  expect(factor("normal: {deviation: 0.01, from: 2, to: 3}"),
+         "uncertain[0]: normal.from is 2, 100 deviations above the mean, 1; beyond about 37 the probability is zero in "
+         "double precision: correct the interval or the mean, or use uniform");
   expect(factor("normal: {deviation: 0.01, to: 0.5}"), "normal.to is 0.5, 50 deviations below the mean, 1; beyond");
   expect(factor("log_normal: {deviation: 0.01, from: 2, to: 3}"),
          "log_normal.from is 2, 69.31 deviations above the median, 1; beyond");
   expect(factor("log_normal: {deviation: 1, to: 0}"), "log_normal.to is 0, must be greater than 0");
   expect(factor("normal: {deviation: 1e3, from: 1, to: 1.00000001}"),
-         "normal.from is 1 and to 1.00000001, too near to each other for the deviation, 1000: use uniform");
+         "normal.from is 1 and to 1.00000001, too close to each other for the deviation, 1000: use uniform");
   expect(factor("normal: {mean: 1, deviation: 0, from: 2, to: 3}"),
          "normal.mean is 1 and its deviation 0, which is not between 2 and 3");
   expect("{path: targets.target-1.state.velocity, sphere: {length: {normal: {mean: 1, deviation: 0.01, from: 2}}}}",
@@ -166,7 +165,7 @@ TEST(CampaignFaults, OfLengthsBelowZero) {
   expect(length("{normal: {mean: 0.1, deviation: 0.1, from: -0.1}}"), "sphere.length.normal.from is -0.1, must be at");
   expect(length("{normal: {mean: -0.1, deviation: 0}}"), "sphere.length.normal.mean is -0.1, must be at least 0");
   const std::string asks =
-      "sphere.length.normal has mean 0.1 and deviation 0.02, so that lengths below 0 are drawn; add from: 0";
+      "sphere.length.normal has mean 0.1 and deviation 0.02, which gives lengths below 0; add from: 0";
   expect(length("{normal: {mean: 0.1, deviation: 0.02}}"), asks);
   expect(length("{normal: {mean: 0.1, deviation: 0.02, to: 0.2}}"), asks);
   for (const std::string well :
@@ -189,7 +188,7 @@ TEST(CampaignFaults, OfChoicesAndCovariances) {
   expect(both + "normal: {covariance: [[1, 0.1], [0.2, 1]]}}",
          "uncertain[0]: normal.covariance[1][0] is 0.2, but [0][1] is 0.1; a covariance is symmetric");
   expect(both + "normal: {covariance: [[1, 1.5], [1.5, 1]]}}",
-         "uncertain[0]: normal.covariance is indefinite; no random numbers have it: [1][0] is 1.5, at most 1 goes");
+         "uncertain[0]: normal.covariance is indefinite: [1][0] is 1.5, at most 1 is possible");
 }
 
 TEST(CampaignFaults, TwiceTheSamePlace) {
@@ -238,7 +237,7 @@ TEST(CampaignFaults, OfConditionsAndColumns) {
   has("campaign.yaml:8:");
   has("no column 'bas'");
   has("no column 'capture' for keep.series.worst.by; did you mean 'captured'?");
-  has("campaign.yaml:10:18: error: quantiles[1] is 0.1, must be greater than 0.5 before it");
+  has("campaign.yaml:10:18: error: quantiles[1] is 0.1, must be greater than the previous 0.5");
 }
 
 TEST(CampaignFaults, OfTheDesign) {
@@ -251,7 +250,7 @@ TEST(CampaignFaults, OfTheDesign) {
                                 "  - {path: targets.target-2.mass, values: [1, -1]}\n"
                                 "  - {name: a, values: [{label: x, scenario: other.yaml}]}\n");
   EXPECT_THAT(values, testing::UnorderedElementsAre(
-                          HasSubstr("design[1] names a scenario; all cases of a campaign are of one"),
+                          HasSubstr("design[1] names a scenario; all cases of a campaign use one"),
                           HasSubstr("campaign.yaml:7:47: error: targets[1].mass is -1, must be greater than 0")));
 }
 

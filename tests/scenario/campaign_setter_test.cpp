@@ -86,7 +86,7 @@ Base thesis() {
            {"integration", "{relative_tolerance: 1e-9, absolute_tolerance: 1e-10}"}}};
 }
 
-TEST(ProblemSetter, DoesWhatTheReaderDoes) {
+TEST(ProblemSetter, MatchesTheReader) {
   Base base = thesis();
   for (const char* path : {"targets.target-1.mass",
                            "targets.target-1.com",

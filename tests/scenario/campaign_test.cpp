@@ -55,7 +55,7 @@ void expect_read_back(const std::string& text, std::uint64_t cases = 5) {
   }
 }
 
-TEST(Campaign, DrawsWhatTheFileSays) {
+TEST(Campaign, DrawsTheDistributionsOfTheFile) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, head() +
@@ -172,7 +172,7 @@ TEST(Campaign, AFrozenPlanFliesTheSame) {
 }
 
 // One that goes straight in becomes pieces.
-TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
+TEST(Campaign, FrozenStraightInApproachGivesTheSameMotion) {
   SKIP_UNDER_SANITIZERS();
   for (const std::string profile : {"quartic", "quintic", "cycloidal"}) {
     const double difference = difference_of_plans(
@@ -183,7 +183,7 @@ TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
   }
 }
 
-TEST(Campaign, AWayStraightInIsPlannedOnce) {
+TEST(Campaign, StraightInApproachIsPlannedOnce) {
   const std::string text = head("scenarios/heavy-satellite-detumble.yaml") +
                            "simulate: impact\nuncertain:\n"
                            "  - {path: targets.satellite.mass, as: factor, normal: {deviation: 0.1}}\n"
@@ -209,7 +209,7 @@ TEST(Campaign, AWayStraightInIsPlannedOnce) {
   }
 }
 
-TEST(Campaign, SetsWhatTheReaderReads) {
+TEST(Campaign, SettersMatchTheReader) {
   const std::string tracking =
       "set: {approach.tracking: {mode: pd, kp: 49, kd: 14, noise: {position: 1e-3, seed: 0}}}\n";
   const std::string all =
@@ -240,7 +240,7 @@ TEST(Campaign, SetsWhatTheReaderReads) {
                    "uncertain:\n  - {path: targets.target-1.mass, as: factor, normal: {deviation: 0.1}}\n");
 }
 
-// What no setter knows is read anew; the cases are none the worse.
+// Values without a setter are read again, with the same cases.
 TEST(Campaign, EveryPathWorks) {
   expect_read_back(head() +
                        "uncertain:\n"
@@ -321,7 +321,7 @@ TEST(Campaign, ADesignHasTheSameSampleAtAllItsPoints) {
     EXPECT_DOUBLE_EQ(problem.targets[0].mass, campaign.draw(4)[0] * (point % 2 == 0 ? 1 : 2));
     EXPECT_EQ(problem.targets[0].mass, campaign.draw(point * 1000 + 4)[0]);
   }
-  // Each point of the design has a plan of its own.
+  // Each point of the design has a separate plan.
   EXPECT_NE(*campaign.problem(0).problem.approach->final_rates, *campaign.problem(5000).problem.approach->final_rates);
   const CaptureProblem read = read_back(folder, campaign, 5004);
   CaptureProblem problem = campaign.problem(5004).problem;
@@ -329,7 +329,7 @@ TEST(Campaign, ADesignHasTheSameSampleAtAllItsPoints) {
   EXPECT_TRUE(problem_bytes(problem) == problem_bytes(read));
 }
 
-// A design that puts something of another form in an uncertain value's place: those cases fail, and say why.
+// A design that replaces an uncertain value by a value of another form: those cases fail with a reason.
 TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
@@ -343,11 +343,11 @@ TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
     campaign.problem(1000);
     ADD_FAILURE();
   } catch (const std::exception& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("uncertain[0]: at this point of the design stand 6 numbers"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("uncertain[0]: at this point of the design there are 6 numbers"));
   }
 }
 
-TEST(Campaign, KeepsWhatSuccessReads) {
+TEST(Campaign, StoresColumnsReadBySuccess) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
       folder,
@@ -374,7 +374,7 @@ TEST(Campaign, KeepsWhatSuccessReads) {
 }
 
 // A case whose values no scenario may have is refused with the reader's words, by whichever way.
-TEST(Campaign, AFaultyCaseSaysWhy) {
+TEST(Campaign, FailedCaseHasAReason) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, head() +
@@ -398,7 +398,7 @@ TEST(Campaign, AFaultyCaseSaysWhy) {
 }
 
 // One number for a list is for every item of it; that is more than a setter of the list knows.
-TEST(Campaign, ChoicesOfNumbersMayStandForLists) {
+TEST(Campaign, ChoicesOfNumbersMayReplaceLists) {
   const std::string gains = head() + "set: {approach.tracking: {mode: pd, kp: [49, 49, 49, 49, 49, 49], kd: 14}}\n";
   const test::TemporaryFolder folder;
   const Campaign campaign =
@@ -418,7 +418,7 @@ TEST(Campaign, ChoicesThatAreNoFiniteNumbersAreRefused) {
   }
 }
 
-TEST(Campaign, APlanKeepsTheNamesOfJoints) {
+TEST(Campaign, PlanKeepsJointNames) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
       folder, head("scenarios/thesis/open-loop-case-1.yaml") +

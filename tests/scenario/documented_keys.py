@@ -10,7 +10,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SUPERSCRIPTS = {"²": "^2", "³": "^3"}
-# Keys that a sentence describes wherever they occur, or a table of their own kind; those of motion are those of post_impact.
+# Keys described by a sentence, or by a separate kind of table; those of motion are those of post_impact.
 ELSEWHERE = re.compile(r"^motion\.|(^|\.)(position|quaternion_wxyz|rpy|geometry\.\w+|robot\.\w.*)$|\.inertia\.\w+$|origin\.|\.momentum$"
                        r"|(^|\.)(tracking|noise|straight_in|state|limits|friction|rating|contact|grasp|time|base|joint|origin)$")
 
@@ -89,7 +89,7 @@ def faults_of(key, schema, required, row):
         if len(says) == 1 and ("> 0" in kind) != (schema.get("exclusiveMinimum") == 0):
             yield f"it {'must' if 'exclusiveMinimum' in schema else 'need not'} be greater than 0"
         if len(says) == 1 and ("≥ 0" in kind) != (low == 0):
-            yield "whether it must be at least 0 is told wrongly"
+            yield "the limit 'at least 0' is documented incorrectly"
     if unit is not None and "1, rad" not in unit:
         for sign, power in SUPERSCRIPTS.items():
             unit = unit.replace(sign, power)

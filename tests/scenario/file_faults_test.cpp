@@ -34,7 +34,7 @@ TEST(FileFaults, NotPermitted) {
   const auto path = folder.write("secret.yaml", kSmallScenario);
   std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0755));
   std::filesystem::permissions(path, std::filesystem::perms::none);
-  // Root may read everything: become nobody for a moment.
+  // Root may read everything: switch to the user nobody temporarily.
   const uid_t user = geteuid();
   if (user == 0) {
     ASSERT_EQ(seteuid(65534), 0);
@@ -91,7 +91,7 @@ TEST(FileFaults, AnchorsAndTagsAreFine) {
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"name: test", "name: !!str 12"}})), IsEmpty());
 }
 
-TEST(FileFaults, FaultBehindAnAliasIsToldOnce) {
+TEST(FileFaults, ErrorInAnAliasIsReportedOnce) {
   EXPECT_THAT(
       faults_of(edited(kSmallScenario, {{"position: [2, 0, 0]", "position: &p [2, 0]"},
                                         {"grip, position: [0, 0.5, 0]", "grip, position: *p"}})),
@@ -128,10 +128,9 @@ TEST(FileFaults, Syntax) {
   EXPECT_THAT(faults_of("gravity: *unknown\n"),
               ElementsAre("scenario.yaml:1:10: error: not valid YAML: the referenced anchor is not defined"));
   EXPECT_THAT(faults_of("a: &r [1, *r]\n"),
-              ElementsAre("scenario.yaml:1:11: error: the alias stands inside what it refers to"));
-  EXPECT_THAT(
-      faults_of("[a, b]: c\n"),
-      ElementsAre("scenario.yaml:1:1: error: a list or mapping stands where a key must be; is a bracket not closed?"));
+              ElementsAre("scenario.yaml:1:11: error: the alias is inside the value that it refers to"));
+  EXPECT_THAT(faults_of("[a, b]: c\n"),
+              ElementsAre("scenario.yaml:1:1: error: a list or mapping in place of a key; is a bracket not closed?"));
   EXPECT_THAT(faults_of("- 1\n- 2\n"),
               ElementsAre("scenario.yaml:1:1: error: the scenario must be a mapping, not a list"));
   EXPECT_THAT(faults_of("just words\n"),

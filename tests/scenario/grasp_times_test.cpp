@@ -36,7 +36,7 @@ Edit without_approach() {
   return {"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\n", ""};
 }
 
-TEST(LoadGrasps, AllTogetherWhereNothingIsSaid) {
+TEST(LoadGrasps, CloseTogetherByDefault) {
   const CaptureProblem p = load({});
   EXPECT_EQ(p.grasps[0].closes, Closes::together);
   EXPECT_EQ(p.grasps[0].closes, GraspSetup{}.closes);
@@ -138,22 +138,22 @@ const std::vector<FaultCase> kCases{
     {"closes_at_is_text",
      {with_approach("capture_at: envelope"), with_tip("envelope: {position: 1}"), with_grasp("closes_at: late")},
      {"scenario.yaml:29:63: error: grasps[0].closes_at must be a number [s], not the text 'late'",
-      "scenario.yaml:34:15: error: approach.capture_at: envelope has nothing to wait for: every grasp has closes_at or "
+      "scenario.yaml:34:15: error: approach.capture_at: envelope has no effect: every grasp has closes_at or "
       "closes_on_arrival; leave out capture_at"}},
     {"closes_at_after_the_end",
      {with_grasp("closes_at: 30.5")},
      {"scenario.yaml:29:63: error: grasps[0].closes_at is 30.5 [s], must be at most 30, the end of post_impact"}},
     {"closes_at_after_an_approach_with_nothing_behind",
      {with_grasp("closes_at: 25"), {"post_impact: {duration: 10}\n", ""}},
-     {"scenario.yaml:29:63: error: grasps[0].closes_at is 25 [s], after the approach's end at 20; what closes later "
-      "needs 'post_impact'"}},
+     {"scenario.yaml:29:63: error: grasps[0].closes_at is 25 [s], after the approach's end at 20; later closing needs "
+      "'post_impact'"}},
     {"closes_at_with_no_time_at_all",
      {with_grasp("closes_at: 25"), without_approach(), {"post_impact: {duration: 10}\n", ""}},
-     {"scenario.yaml:29:63: error: grasps[0].closes_at is 25 [s], but without an approach all is at 0; what closes "
-      "later needs 'post_impact'"}},
+     {"scenario.yaml:29:63: error: grasps[0].closes_at is 25 [s], but without an approach all grasps close at 0; later "
+      "closing needs 'post_impact'"}},
     {"closes_at_without_impact",
      {with_grasp("closes_at: 10"), without_impact()},
-     {"scenario.yaml:29:63: error: grasps[0].closes_at needs 'impact' in the scenario: without it nothing closes"}},
+     {"scenario.yaml:29:63: error: grasps[0].closes_at needs 'impact' in the scenario: without it no grasp closes"}},
     {"closes_at_next_to_other_faults",
      {with_grasp("closes_at: 99"), {"duration: 20", "duration: -20"}},
      {"scenario.yaml:31:13: error: approach.duration is -20, must be greater than 0 [s]"}},
@@ -165,7 +165,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:71: error: grasps[0].closes_on_arrival needs an 'envelope' at end-effector 'tip'"}},
     {"closes_on_arrival_without_impact",
      {with_tip("envelope: {position: 0.1}"), with_grasp("closes_on_arrival: true"), without_impact()},
-     {"scenario.yaml:29:71: error: grasps[0].closes_on_arrival needs 'impact' in the scenario: without it nothing "
+     {"scenario.yaml:29:71: error: grasps[0].closes_on_arrival needs 'impact' in the scenario: without it no grasp "
       "closes"}},
     {"closes_on_arrival_is_yes",
      {with_grasp("closes_on_arrival: yes")},
@@ -176,7 +176,7 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:29:62: error: grasps[0].closes_at is 40 [s], must be at most 30, the end of post_impact"}},
     {"nobody_waits_for_the_envelope",
      {with_approach("capture_at: envelope"), with_grasp("closes_at: 10")},
-     {"scenario.yaml:34:15: error: approach.capture_at: envelope has nothing to wait for: every grasp has closes_at or "
+     {"scenario.yaml:34:15: error: approach.capture_at: envelope has no effect: every grasp has closes_at or "
       "closes_on_arrival; leave out capture_at"}},
     {"release_at_no_time",
      {with_post_impact("release: [{end_effectors: [tip]}, {after: 0}, {after: -1}]")},
@@ -202,7 +202,7 @@ const std::vector<FaultCase> kCases{
     {"release_twice",
      {with_post_impact("release: [{after: 5, end_effectors: [tip, tip]}, {after: 6, end_effectors: [tip]}]")},
      {"scenario.yaml:35:71: error: post_impact.release[0].end_effectors names 'tip' twice",
-      "scenario.yaml:35:105: error: end-effector 'tip' in post_impact.release[1].end_effectors has released before, in "
+      "scenario.yaml:35:105: error: end-effector 'tip' in post_impact.release[1].end_effectors is already released in "
       "post_impact.release[0]"}},
     {"release_before_it_closes",
      {with_grasp("closes_at: 25"), with_post_impact("release: [{after: 5, end_effectors: [tip]}]")},

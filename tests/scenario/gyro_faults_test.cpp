@@ -26,21 +26,21 @@ const std::string kX = "[1, 0, 0]", kY = "[0, 1, 0]", kZ = "[0, 0, 1]";
 const std::vector<FaultCase> kCases{
     {"gyros_that_are_not_there",
      {with_approach("base_control: {kp: 1, kd: 1, actuators: gyros}")},
-     {"scenario.yaml:34:43: error: approach.base_control.actuators: gyros, and the robot has none (gyros: [...] in the "
+     {"scenario.yaml:34:43: error: approach.base_control.actuators: gyros, but the robot has none (gyros: [...] in the "
       "robot file)"}},
     {"too_few_gyros",
      {with_robot("gyros: [" + gyro("a", kX, kY) + ", " + gyro("b", kY, kZ) + "]"),
       with_approach("base_control: {kp: 1, kd: 1}")},
-     {"scenario.yaml:35:17: error: approach.base_control: the robot's 2 gyros cannot give torque about all axes; three "
-      "or more are needed, or actuators: outside"}},
+     {"scenario.yaml:35:17: error: approach.base_control: the robot's 2 gyros cannot give torque about all axes; use "
+      "three or more, or actuators: outside"}},
     {"gimbals_about_one_axis",
      {with_robot("gyros: [" + gyro("a", kZ, kY) + ", " + gyro("b", kZ, kX) + ", " + gyro("c", kZ, kX) + "]"),
       with_approach("base_control: {kp: 1, kd: 1}")},
-     {"scenario.yaml:35:17: error: approach.base_control: all gimbals of the robot's gyros turn about z, so that they "
-      "can give no torque about it"}},
+     {"scenario.yaml:35:17: error: approach.base_control: all gimbals of the robot's gyros turn about z, so they can "
+      "give no torque about this axis"}},
     {"axes_that_are_not_perpendicular",
      {with_robot("gyros: [" + gyro("a", kX, "[0.6, 0.8, 0]") + "]")},
-     {"scenario.yaml:4:56: error: robot.gyros[0].spin_axis must be perpendicular to gimbal_axis; their product is "
+     {"scenario.yaml:4:56: error: robot.gyros[0].spin_axis must be perpendicular to gimbal_axis; their dot product is "
       "0.6"}},
     {"gimbals_lighter_than_their_rotors",
      {with_robot("gyros: [" + gyro("a", kX, kY, "0.005") + "]")},
@@ -55,7 +55,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:21:18: error: initial.gimbal_angles: 2 values, the robot has 1 gyros"}},
     {"steering_of_nothing",
      {with_approach("base_control: {kp: 1, kd: 1, steering: {near: 0.3}}")},
-     {"scenario.yaml:34:32: error: approach.base_control.steering: no gyros are used; it belongs to actuators: gyros"}},
+     {"scenario.yaml:34:32: error: approach.base_control.steering: no gyros are used; it requires actuators: gyros"}},
     {"an_array_and_a_list",
      {with_robot("gyros: [" + gyro("a", kX, kY) +
                  "]\n  gyro_array: {configuration: orthogonal, inertia: 0.01, spin_rate: "

@@ -80,28 +80,29 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:52: error: unknown key 'liner' in impact.restitution; did you mean 'linear'?"}},
     {"restitution_angular_of_contact",
      {impact("law: restitution, restitution: {linear: 0.5, angular: 0.5}"), with_grasp("model: contact"), on_sphere()},
-     {"scenario.yaml:35:55: error: impact.restitution.angular belongs to law bilateral_restitution: a contact passes "
-      "on no moment"}},
+     {"scenario.yaml:35:55: error: impact.restitution.angular belongs to law bilateral_restitution: a contact "
+      "transmits no moment"}},
     {"friction_negative",
      {impact("law: friction, friction: -0.1"), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:35:35: error: impact.friction is -0.1, must be at least 0"}},
     // --- Contacts ---
     {"contact_of_plastic",
      {with_grasp("model: contact"), on_sphere()},
-     {"scenario.yaml:30:59: error: grasps[0].model: contact has no meaning with impact.law plastic; use restitution, "
-      "friction or compliant, or let it hold (rigid, hinge, point)"}},
+     {"scenario.yaml:30:59: error: grasps[0].model: contact is not supported by impact.law plastic; use restitution, "
+      "friction or compliant, or a grasp that holds (rigid, hinge, point)"}},
     {"contact_of_as_published",
      {impact("law: as_published"), with_grasp("model: contact"), on_sphere()},
-     {"scenario.yaml:30:59: error: grasps[0].model: contact has no meaning with impact.law as_published; use "
-      "restitution, friction or compliant, or let it hold (rigid, hinge, point)"}},
+     {"scenario.yaml:30:59: error: grasps[0].model: contact is not supported by impact.law as_published; use "
+      "restitution, friction or compliant, or a grasp that holds (rigid, hinge, point)"}},
     {"contact_without_normal",
      {impact("law: friction"), with_grasp("model: contact")},
-     {"scenario.yaml:29:59: error: grasps[0].model: contact needs the surface's normal: give grasp point 'grip' of "
-      "target 'ball' a normal, or an approach_direction (the normal is against it)"}},
+     {"scenario.yaml:29:59: error: grasps[0].model: contact needs the surface's normal: state for grasp point 'grip' "
+      "of "
+      "target 'ball' a normal, or an approach_direction (the normal is opposite to it)"}},
     {"friction_of_grasps_only",
      {impact("law: friction")},
-     {"scenario.yaml:34:15: error: impact.law: friction is for contacts, and every grasp here holds; give a grasp "
-      "model: contact, or use law bilateral_restitution or plastic"}},
+     {"scenario.yaml:34:15: error: impact.law: friction is for contacts, but every grasp holds; state model: contact "
+      "for a grasp, or use law bilateral_restitution or plastic"}},
     {"normal_not_unit",
      {with_point("normal: [0, 2, 0]")},
      {"scenario.yaml:27:53: error: targets[0].grasp_points[0].normal has length 2, must be a unit vector; normalised "
@@ -154,19 +155,19 @@ const std::vector<FaultCase> kCases{
     {"arrival_straight_in",
      {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}"), with_point("approach_direction: [0, -1, 0]"),
       with_tip("approach_axis: [1, 0, 0]"), with_grasp("relative_velocity: [0.1, 0, 0]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: approach.straight_in says how it arrives; use its "
-      "final_speed"}},
+     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: approach.straight_in determines the velocity at "
+      "arrival; use its final_speed"}},
     {"arrival_with_given_rates",
      {{"final_rates: {match: velocity}", "final_rates: [0, 0]"}, with_grasp("relative_velocity: [0.1, 0, 0]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so that there is nothing "
-      "to match; use approach.final_rates: {match: ...}"}},
+     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no velocity is matched; "
+      "use approach.final_rates: {match: ...}"}},
     {"arrival_with_zero_rates",
      {{"  final_rates: {match: velocity}\n", ""}, with_grasp("relative_velocity: [0.1, 0, 0]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so that there is nothing "
-      "to match; use approach.final_rates: {match: ...}"}},
+     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no velocity is matched; "
+      "use approach.final_rates: {match: ...}"}},
     {"arrival_turning_with_velocity",
      {with_grasp("relative_angular_velocity: [0, 0, 0.1]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_angular_velocity: the turning is not matched; use "
+     {"scenario.yaml:29:52: error: grasps[0].relative_angular_velocity: the angular velocity is not matched; use "
       "approach.final_rates: {match: twist}"}},
     {"arrival_of_two",
      {with_grasp("relative_velocity: [0.1, 0]")},

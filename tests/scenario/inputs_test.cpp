@@ -29,13 +29,11 @@ TEST(Names, MustBeFitToFileResultsUnder) {
   const auto named = [](const std::string& name) {
     return faults_with({{"name: upper", "name: " + name}, {"parent: upper", "parent: " + name}});
   };
-  EXPECT_THAT(named("."),
-              ElementsAre("scenario.yaml:6:13: error: robot.links[0].name '.' cannot be a name: results are "
-                          "filed under names; this is a folder's name"));
+  EXPECT_THAT(named("."), ElementsAre("scenario.yaml:6:13: error: robot.links[0].name '.' is not a valid name, because "
+                                      "results are stored under names; this is a folder's name"));
   EXPECT_THAT(named(".."), SizeIs(1));
-  EXPECT_THAT(named("a/"),
-              ElementsAre("scenario.yaml:6:13: error: robot.links[0].name 'a/' cannot be a name: results are "
-                          "filed under names and must not contain '/'"));
+  EXPECT_THAT(named("a/"), ElementsAre("scenario.yaml:6:13: error: robot.links[0].name 'a/' is not a valid name, "
+                                       "because results are stored under names and must not contain '/'"));
   EXPECT_THAT(named("/a"), SizeIs(1));
   EXPECT_THAT(named("a/position"), SizeIs(1));
   EXPECT_THAT(named(std::string(201, 'x')), ElementsAre(HasSubstr("may have 200 bytes, not 201")));
@@ -67,7 +65,7 @@ TEST(Names, HoldNoControlCharacters) {
   }
   EXPECT_THAT(faults_with({{"name: test", "name: \"a\\eb\""}}), SizeIs(1));
   EXPECT_THAT(faults_with({{"name: test", "name: test\ndescription: \"two\\nlines, a\\ttab\""}}), IsEmpty());
-  // As they are: C1, and what turns the direction of writing.
+  // Unescaped: C1, and characters that change the direction of writing.
   EXPECT_THAT(faults_of("name: a\xc2\x9b"
                         "31mz"),
               ElementsAre("scenario.yaml:1:8: error: control character 0xc29b is not allowed in the file"));
@@ -124,8 +122,9 @@ TEST(Magnitudes, InertiaThatRoundingTakes) {
   EXPECT_THAT(
       faults_with({{"com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]",
                     "com: [9e3, 0, 0]\n      inertia: [1e-6, 1e-6, 1e-6]"}}),
-      ElementsAre("scenario.yaml:10:12: error: robot.links[0].com is 9000 m from the body's origin: beside mass times "
-                  "its square, 4.05e+08 kg m^2, the inertia is lost to rounding; put the origin nearer to the body"));
+      ElementsAre(
+          "scenario.yaml:10:12: error: robot.links[0].com is 9000 m from the body's origin: compared with mass times "
+          "its square, 4.05e+08 kg m^2, the inertia is lost to rounding; move the origin closer to the body"));
 }
 
 // --- Inertia as a matrix
@@ -171,7 +170,7 @@ std::vector<std::string> faults_with_secret(const std::string& bytes, const Edit
   return faults_of_file(folder.write("scenario.yaml", edited(kSmallScenario, {named})));
 }
 
-TEST(NamedFiles, ShowNothingOfWhatTheyHold) {
+TEST(NamedFiles, DoNotRevealTheirContents) {
   for (const std::string& content :
        {std::string("root:$6$salt$hash:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n"),
         std::string("password = hunter2, hash\n"), std::string("hash: hunter2\nsalt: [1, 2]\n"),
@@ -184,11 +183,12 @@ TEST(NamedFiles, ShowNothingOfWhatTheyHold) {
         EXPECT_THAT(fault, AllOf(Not(HasSubstr("hash")), Not(HasSubstr("hunter2")), Not(HasSubstr("root")))) << content;
     }
   }
-  EXPECT_THAT(faults_with_secret("root:x:0:0\n", kRobotFile),
-              testing::Contains(testing::StartsWith(
-                  "secret:1:1: error: this is no robot file: no line begins with a key of one, such as schema, name")));
+  EXPECT_THAT(
+      faults_with_secret("root:x:0:0\n", kRobotFile),
+      testing::Contains(testing::StartsWith(
+          "secret:1:1: error: this is not a robot file: no line begins with one of its keys, such as schema, name")));
   EXPECT_THAT(faults_with_secret("root:x:0:0\n", way("trajectory: secret")),
-              ElementsAre("secret:1:1: error: no trajectory: it must begin with a line time,<joint>,..."));
+              ElementsAre("secret:1:1: error: not a trajectory: the first line must be time,<joint>,..."));
   // What is meant as a robot still gets all help.
   EXPECT_THAT(faults_with_secret("base: {mass: 1, inertia: [1, 1, 1]}\nlinks :[]\n", kRobotFile),
               testing::Not(ElementsAre(HasSubstr("no robot file"))));
@@ -199,7 +199,7 @@ TEST(NamedFiles, AreRegularFiles) {
   ASSERT_EQ(mkfifo((folder.path() / "secret").c_str(), 0600), 0);
   const auto faults = faults_of_file(folder.write("scenario.yaml", edited(kSmallScenario, {kRobotFile})));
   EXPECT_THAT(faults, testing::Contains(AllOf(HasSubstr(
-                          "scenario.yaml:2:8: error: cannot read the file 'secret': it is no regular file"))));
+                          "scenario.yaml:2:8: error: cannot read the file 'secret': it is not a regular file"))));
 }
 
 TEST(NamedFiles, APersonMayNameAPipe) {

@@ -99,7 +99,7 @@ TEST(LoadApproach, Plan) {
   EXPECT_EQ(load({way("plan: {seed: 9007199254740991}")}).approach->plan->seed, 9007199254740991u);
 }
 
-// A plan meets the grasp points' motion unless it is told otherwise; joint values given by hand end at rest.
+// A plan matches the grasp points' motion by default; given joint values end at rest.
 TEST(LoadApproach, RatesAtTheEnd) {
   const auto approach = [](const std::string& lines) { return *load({way(lines)}).approach; };
   EXPECT_EQ(approach("plan: {}").match, RateMatch::twist);

@@ -73,10 +73,10 @@ const std::vector<FaultCase> kCases{
     {"table_with_force",
      {with_wrench("{body: base, force: [1, 0, 0], torque: [0, 0, 0], time: {shape: table, values: [[0, 1, 0, 0, 0, 0, "
                   "0], [1, 0, 0, 0, 0, 0, 0]]}}")},
-     {"scenario.yaml:35:18: error: 'force' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself",
-      "scenario.yaml:35:36: error: 'torque' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself"}},
+     {"scenario.yaml:35:18: error: 'force' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench",
+      "scenario.yaml:35:36: error: 'torque' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench"}},
     {"table_of_one_row",
      {with_wrench("{body: base, time: {shape: table, values: [[0, 1, 0, 0, 0, 0, 0]]}}")},
      {"scenario.yaml:35:47: error: external_wrenches[0].time.values has 1 item, must have at least 2"}},
@@ -103,10 +103,10 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:19: error: orbit.altitude is 400, must be at least 10000 [m]"}},
     {"orbit_altitude_of_an_ellipse",
      {with_top("orbit: {altitude: 400 km, eccentricity: 0.1, mu: 4e14}")},
-     {"scenario.yaml:34:27: error: 'eccentricity' in orbit has no meaning with altitude: it is that of a circular "
-      "orbit; give semi_major_axis",
-      "scenario.yaml:34:46: error: 'mu' in orbit has no meaning with altitude: it is above the surface of a body that "
-      "is known; give semi_major_axis"}},
+     {"scenario.yaml:34:27: error: 'eccentricity' in orbit has no meaning with altitude: an altitude defines a "
+      "circular orbit; use semi_major_axis",
+      "scenario.yaml:34:46: error: 'mu' in orbit has no meaning with altitude: an altitude refers to the surface of "
+      "body; use semi_major_axis"}},
     {"orbit_unknown_body",
      {with_top("orbit: {body: moons, altitude: 100 km}")},
      {"scenario.yaml:34:15: error: unknown value 'moons' for orbit.body; did you mean 'moon'?"}},
@@ -119,7 +119,8 @@ const std::vector<FaultCase> kCases{
       "surface at 6.37814e+06; lengths are in m, or carry their unit (7000 km)"}},
     {"orbit_axes_not_square",
      {with_top("orbit: {altitude: 400 km, radial: [1, 0, 0], along_track: [0.6, 0.8, 0]}")},
-     {"scenario.yaml:34:59: error: orbit.along_track must be perpendicular to orbit.radial; their product is 0.6, the "
+     {"scenario.yaml:34:59: error: orbit.along_track must be perpendicular to orbit.radial; their dot product is 0.6, "
+      "the "
       "angle between them 53.13 degrees"}},
     {"orbit_axes_by_half",
      {with_top("orbit: {altitude: 400 km, radial: [1, 0, 0]}")},
@@ -129,12 +130,12 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:35: error: orbit.radial has length 2, must be a unit vector; normalised it is [1, 0, 0]"}},
     {"orbit_with_gravity",
      {with_top("orbit: {altitude: 400 km}\ngravity: [0, 0, -9.81]")},
-     {"scenario.yaml:35:1: error: gravity: it is for test beds on the ground; a frame that falls with an 'orbit' feels "
-      "none"}},
+     {"scenario.yaml:35:1: error: gravity: it is for test beds on the ground; leave it out with 'orbit', whose frame "
+      "is in free fall"}},
     {"orbit_of_a_fixed_base",
      {with_top("orbit: {altitude: 400 km}"), {"base: {mass: 100", "base: {mode: fixed, mass: 100"}},
-     {"scenario.yaml:34:1: error: orbit: the robot's base is fixed to a ground, which does not fall with an orbit; use "
-      "base mode free or held"}},
+     {"scenario.yaml:34:1: error: orbit: the robot's base is fixed to the ground, which is not in orbit; use base mode "
+      "free or held"}},
     {"orbit_far_away",
      {with_top("orbit: {altitude: 400 km}"), {"position: [2, 0, 0]", "position: [200 km, 0, 0]"}},
      {"scenario.yaml:25:23: error: targets[0].state.position: 200000 m from the orbit's reference point, which is W's "
@@ -150,13 +151,13 @@ const std::vector<FaultCase> kCases{
     {"stream_that_turns",
      {with_wrench(
          "{body: base, frame: body, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0]}}")},
-     {"scenario.yaml:35:25: error: external_wrenches[0].frame: body has no meaning with a stream, which does not turn "
+     {"scenario.yaml:35:25: error: external_wrenches[0].frame: body is not defined for a stream, which does not turn "
       "with the body; use world or orbit"}},
     {"stream_of_too_many_shares",
      {with_wrench("{body: base, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0], specular: 0.6, "
                   "diffuse: 0.5}}")},
-     {"scenario.yaml:35:26: error: external_wrenches[0].stream: specular and diffuse are shares of one stream and make "
-      "1.1, at most 1"}},
+     {"scenario.yaml:35:26: error: external_wrenches[0].stream: the sum of specular and diffuse is "
+      "1.1, must be at most 1"}},
     {"stream_without_normal",
      {with_wrench("{body: base, stream: {direction: [1, 1, 0], pressure: -1, area: 1}}")},
      {"scenario.yaml:35:26: error: missing key 'normal' in external_wrenches[0].stream",
@@ -166,8 +167,8 @@ const std::vector<FaultCase> kCases{
     {"stream_beside_a_table",
      {with_wrench("{body: base, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0]}, time: {shape: "
                   "table, values: [[0, 1, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 0]]}}")},
-     {"scenario.yaml:35:18: error: 'stream' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself"}},
+     {"scenario.yaml:35:18: error: 'stream' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench"}},
     {"clearance_not_boolean",
      {with_top("clearance: {enabled: yes, required: -1}")},
      {"scenario.yaml:34:22: error: clearance.enabled must be true or false, not the text 'yes'",

@@ -208,7 +208,7 @@ TEST(Load, PhasesMayBeAbsent) {
   EXPECT_FALSE(approach_alone.impact);
 }
 
-TEST(Load, FixedBaseStandsWhereItIsPut) {
+TEST(Load, FixedBaseKeepsItsInitialPose) {
   const CaptureProblem p = load(edited(kSmallScenario, {{"base: {mass: 100,", "base: {mode: fixed, mass: 100,"},
                                                         {"initial:", "initial:\n  base: {position: [1, 2, 3]}"}}));
   EXPECT_EQ(p.robot.base_mode, RobotSetup::Base::fixed);
@@ -222,7 +222,7 @@ TEST(Load, NearlyUnitQuaternionIsNormalised) {
   EXPECT_NEAR(p.targets[0].X_WT.R(1, 0), 1, 1e-15);
 }
 
-TEST(Load, KeepsTheTextsItWasReadFrom) {
+TEST(Load, KeepsSourceTexts) {
   const TemporaryFolder folder;
   folder.write("robot.yaml", small_robot());
   const std::string scenario = "description: two words\nname: test\nrobot: robot.yaml\n" +

@@ -127,7 +127,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(text.find(what), what.size(), with);
 }
 
-TEST(ReadMesh, AllFormatsSayTheSame) {
+TEST(ReadMesh, AllFormatsGiveTheSameMesh) {
   expect_corner(mesh_in(kTextStl, "a.stl"));
   expect_corner(mesh_in(kObj, "a.OBJ"));
   expect_corner(mesh_in(binary_stl(kCorner), "a.Stl"));
@@ -142,7 +142,7 @@ TEST(ReadMesh, AllFormatsSayTheSame) {
   expect_corner(mesh_in(std::string(kTextStl) + "solid empty\nendsolid\n", "a.stl"));
 }
 
-TEST(ReadMesh, FansPolygonsAndDropsWhatHasNoArea) {
+TEST(ReadMesh, FansPolygonsAndDropsDegenerateTriangles) {
   const auto mesh =
       mesh_in("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nv 0 0 -0\nf 4 3 2 1\nf 1 2 5\nf 1 1 2\nf 1 2 7\n",
               "a.obj");
@@ -151,7 +151,7 @@ TEST(ReadMesh, FansPolygonsAndDropsWhatHasNoArea) {
   EXPECT_EQ(mesh->hull.half[2], 0.5);
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithAnStlText) {
+TEST(ReadMesh, ReportsErrorsOfAnStlText) {
   const auto fault = [](const std::string& what, const std::string& with) {
     return fault_in(replaced(kTextStl, what, with), "a.stl");
   };
@@ -166,18 +166,19 @@ TEST(ReadMesh, SaysWhatIsWrongWithAnStlText) {
   EXPECT_EQ(fault("    endloop\n", ""), "a.stl:7:3: error: expected 'endloop', not 'endfacet'");
   EXPECT_EQ(fault("vertex 0 2 0\n", "endloop\n"), "a.stl:5:7: error: expected 'vertex', not 'endloop'");
   EXPECT_EQ(fault("endsolid corner of a box\n", ""),
-            "a.stl:29:1: error: the file ends without 'endsolid': it is cut off");
+            "a.stl:29:1: error: the file ends without 'endsolid': it is truncated");
   EXPECT_EQ(fault_in("solid a\nendsolid a\n", "a.stl"), "a.stl: error: the mesh has no triangle");
   EXPECT_EQ(fault_in("solid a\nendsolid a\nfacet", "a.stl"), "a.stl:3:1: error: expected 'solid', not 'facet'");
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithABinaryStl) {
+TEST(ReadMesh, ReportsErrorsOfABinaryStl) {
   const std::string whole = binary_stl(kCorner);
-  EXPECT_EQ(fault_in(whole.substr(0, whole.size() - 1), "a.stl"),
-            "a.stl: error: a binary STL file of 4 triangles has 284 bytes, this one 283: it is cut off or no STL file");
+  EXPECT_EQ(
+      fault_in(whole.substr(0, whole.size() - 1), "a.stl"),
+      "a.stl: error: a binary STL file of 4 triangles has 284 bytes, this one 283: it is truncated or not an STL file");
   EXPECT_EQ(fault_in("PK", "a.stl"),
-            "a.stl: error: not an STL file: 2 bytes are too few for a binary one, and it is no text that begins with "
-            "'solid'");
+            "a.stl: error: not an STL file: 2 bytes are too few for a binary one, and it is not a text that begins "
+            "with 'solid'");
   EXPECT_EQ(fault_in("", "a.stl"), fault_in("", "a.stl"));
   Facets facets = kCorner;
   facets[2][1][2] = std::nan("");
@@ -187,7 +188,7 @@ TEST(ReadMesh, SaysWhatIsWrongWithABinaryStl) {
   EXPECT_EQ(fault_in(binary_stl({kCorner[0]}), "a.stl"),
             "a.stl: error: the mesh is flat: all its vertices lie in one plane; give it a thickness");
   EXPECT_EQ(fault_in(binary_stl({{{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}}}), "a.stl"),
-            "a.stl: error: the mesh has no triangle with an area");
+            "a.stl: error: the mesh has no triangle with positive area");
   EXPECT_EQ(fault_in(binary_stl(Facets(200'001, kCorner[0])), "a.stl"),
             "a.stl: error: the mesh has 200001 triangles, at most 200000 are read; simplify it");
 }
@@ -215,7 +216,7 @@ TEST(ReadMesh, TakesFilesAsProgramsWriteThem) {
   returns = kObj;
   std::replace(returns.begin(), returns.end(), '\n', '\r');
   expect_corner(mesh_in(returns, "a.obj"));
-  // Lines of an OBJ that go on behind a backslash.
+  // OBJ lines that continue after a backslash.
   expect_corner(mesh_in(
       replaced(replaced(kObj, "f 1/1/1 3//1 2/1 ", "f 1/1/1 \\\n 3//1\\\r\n2/1 "), "v 1 0 0", "v 1 \\\n0 0"), "a.obj"));
   EXPECT_EQ(fault_in("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n  2 x\n", "a.obj").substr(0, 13), "a.obj:5:5: er");
@@ -291,26 +292,24 @@ TEST(ReadMesh, TakesColladaInMetresWithZUpwards) {
   EXPECT_LT(norm(plain.first - Vector3d{5, 0, -2}) + norm(plain.second - Vector3d{6, 6, 0}), 1e-14);
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
+TEST(ReadMesh, ReportsErrorsOfACollada) {
   const auto fault = [](const std::string& what, const std::string& with) {
     return fault_in(replaced(collada(collada_geometry(kColladaTriangles) + kColladaScene), what, with), "a.dae");
   };
-  EXPECT_EQ(fault_in("<a/>", "a.dae"),
-            "a.dae:1:2: error: the outermost element is <a>, of a Collada file it is <COLLADA>");
+  EXPECT_EQ(fault_in("<a/>", "a.dae"), "a.dae:1:2: error: the outermost element is <a>, expected <COLLADA>");
   EXPECT_THAT(fault_in("nothing", "a.dae"), HasSubstr("error: this is no well-formed XML"));
-  EXPECT_THAT(fault("'#g'/", "'#h'/"), HasSubstr("expected is the id of a <geometry> in this file"));
+  EXPECT_THAT(fault("'#g'/", "'#h'/"), HasSubstr("expected the id of a <geometry> in this file"));
   EXPECT_THAT(fault("meter='0.01'", "meter='0'"), HasSubstr("the meter of <unit> must be a number greater than 0"));
-  EXPECT_THAT(fault("Y_UP", "up"), HasSubstr("'up' is no axis"));
+  EXPECT_THAT(fault("Y_UP", "up"), HasSubstr("'up' is not an axis"));
   EXPECT_THAT(fault("0 300 0", "0 nan 0"), HasSubstr("<float_array>: 'nan' is no finite number"));
   EXPECT_THAT(fault("0 300 0", "0 1e300 0"), HasSubstr("must be a finite number below 1e+09"));
   EXPECT_THAT(fault("count='4' stride", "count='5' stride"),
               HasSubstr("asks for 5 places, and the <float_array> has 12"));
   EXPECT_THAT(fault("3 9</p>", "4 9</p>"), HasSubstr("there is no vertex 4: the source has 4"));
-  EXPECT_THAT(fault("3 9</p>", "3</p>"), HasSubstr("expected is a multiple of 2"));
+  EXPECT_THAT(fault("3 9</p>", "3</p>"), HasSubstr("expected a multiple of 2"));
   EXPECT_THAT(fault("VERTEX", "COLOR"), HasSubstr("<triangles> has no input VERTEX"));
   EXPECT_THAT(fault("<translate>500", "<skew>500"), HasSubstr("no well-formed XML"));
-  EXPECT_THAT(fault("500 0 0</translate>", "500 0</translate>"),
-              HasSubstr("<translate> has 2 numbers, expected are 3"));
+  EXPECT_THAT(fault("500 0 0</translate>", "500 0</translate>"), HasSubstr("<translate> has 2 numbers, expected 3"));
   EXPECT_THAT(fault(kColladaTriangles, ""), HasSubstr("the mesh has no triangle"));
   // Nodes that contain themselves, or each other many times.
   std::string nodes;
@@ -325,7 +324,7 @@ TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
               HasSubstr("nodes"));
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithAnObj) {
+TEST(ReadMesh, ReportsErrorsOfAnObj) {
   const std::string places = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const auto fault = [&](const std::string& line) { return fault_in(places + line, "a.obj"); };
   EXPECT_EQ(fault("v 1 2\n"), "a.obj:4:1: error: a vertex must have 3 coordinates");
@@ -488,7 +487,7 @@ TEST_F(MeshInScenario, SaysWhatIsWrong) {
   EXPECT_THAT(faults("{shape: box, size: [1, 1, 1], scale: 2}"), ElementsAre(HasSubstr("scale")));
   folder_.write("part.stl", replaced(kTextStl, "vertex 0 2 0", "vertex 0 two 0"));
   EXPECT_THAT(faults(ball_), ElementsAre("part.stl:5:16: error: a coordinate must be a number, not 'two'"));
-  // Both at once: the robot's and the target's.
+  // Both together: the robot's and the target's.
   folder_.write("robots/arm.stl", "nothing");
   EXPECT_THAT(faults(ball_), ElementsAre(HasSubstr("part.stl:5:16: error: "), HasSubstr("arm.stl: error: not an STL")));
   // A folder, and a file of another kind with the right ending.

@@ -10,7 +10,7 @@ namespace pieces_test {
 
 using testing::ElementsAre;
 
-// Start where kSmallScenario does. Of the elbow, a parabola and the line that goes on from it.
+// Start where kSmallScenario does. For the elbow a parabola and the line that continues it.
 const char* const kPieces =
     "pieces:\n"
     "    - {until: 8, series: [[0.5], [1.5, 1, 0.5]]}\n"
@@ -54,14 +54,14 @@ TEST_F(Pieces, SayDurationAndInitialValues) {
   const CaptureProblem p = load({kWay, kNoDuration, kNoJoints});
   EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kWay})));
   EXPECT_THAT(faults({kWay, {"elbow: 1}", "elbow: 1.1}"}, {"duration: 20", "duration: 19"}}),
-              ElementsAre("scenario.yaml:20:34: error: initial.joints.elbow is 1.1, but the pieces start at 1; make "
-                          "them agree within 1e-06 or leave out initial.joints",
+              ElementsAre("scenario.yaml:20:34: error: initial.joints.elbow is 1.1, but the pieces start at 1; they "
+                          "must agree within 1e-06 or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 19 [s], but the pieces end at 20; make "
                           "them agree or leave out the duration"));
   const Edit rates{"  joints: {", "  joint_rates: {elbow: 0.5}\n  joints: {"};
   EXPECT_THAT(faults({kWay, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the pieces start with "
-                          "-0.25; make them agree within 1e-06 or leave out initial.joint_rates"));
+                          "-0.25; they must agree within 1e-06 or leave out initial.joint_rates"));
   const Edit pd = with_approach("tracking: {mode: pd, kp: 1, kd: 1}");
   EXPECT_THAT(load({kWay, rates, pd}).joint_rate, ElementsAre(0, 0.5));
 }
@@ -73,16 +73,15 @@ TEST_F(Pieces, TimesAndMeetings) {
       ElementsAre("scenario.yaml:34:15: error: approach.pieces[1].until is 7 [s], must be greater than 8 of the "
                   "piece before",
                   "scenario.yaml:35:15: error: approach.pieces[2].until is 0, must be greater than 0 [s]"));
-  EXPECT_THAT(
-      faults("pieces:\n    - {until: 8, series: [[0.5], [1]]}\n    - {until: 20, series: [[0.6], [2, 1]]}"),
-      ElementsAre("scenario.yaml:34:28: error: approach.pieces[1].series of joint 'shoulder' begins at 0.6, but "
-                  "the piece before ends at 0.5; make them agree within 1e-06",
-                  "scenario.yaml:34:35: error: approach.pieces[1].series of joint 'elbow' begins with the rate "
-                  "0.16666666666666666, but the piece before ends with the rate 0; make them agree within "
-                  "1e-06"));
+  EXPECT_THAT(faults("pieces:\n    - {until: 8, series: [[0.5], [1]]}\n    - {until: 20, series: [[0.6], [2, 1]]}"),
+              ElementsAre("scenario.yaml:34:28: error: approach.pieces[1].series of joint 'shoulder' begins at 0.6, "
+                          "but the previous piece ends at 0.5; they must agree within 1e-06",
+                          "scenario.yaml:34:35: error: approach.pieces[1].series of joint 'elbow' begins with the rate "
+                          "0.16666666666666666, but the previous piece ends with the rate 0; they must agree within "
+                          "1e-06"));
   EXPECT_THAT(faults("pieces: [{until: 1e-200, series: [[0.5, 1e200, -1e200], [1]]}]"),
               testing::Contains("scenario.yaml:32:37: error: approach.pieces[0].series of joint 'shoulder' gives "
-                                "positions or rates that no number can hold"));
+                                "positions or rates that overflow"));
 }
 
 TEST_F(Pieces, JointsAndCoefficients) {
@@ -110,10 +109,10 @@ TEST_F(Pieces, JointsAndCoefficients) {
 TEST_F(Pieces, SayItAll) {
   EXPECT_THAT(faults(std::string(kPieces) +
                      "\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  final_joints: [0, 0]"),
-              ElementsAre("scenario.yaml:36:3: error: 'profile' in approach has no meaning with pieces: they say where "
-                          "the joints are at all times",
-                          "scenario.yaml:37:3: error: 'waypoints' in approach has no meaning with pieces: they say "
-                          "where the joints are at all times",
+              ElementsAre("scenario.yaml:36:3: error: 'profile' in approach has no meaning with pieces: they give the "
+                          "joint values at all times",
+                          "scenario.yaml:37:3: error: 'waypoints' in approach has no meaning with pieces: they give "
+                          "the joint values at all times",
                           "scenario.yaml:38:3: error: 'final_rates' in approach has no meaning with pieces: the rates "
                           "at the end follow from them",
                           "scenario.yaml:39:3: error: approach has both 'pieces' and 'final_joints', only one is "
@@ -122,8 +121,8 @@ TEST_F(Pieces, SayItAll) {
                       with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]")}),
               ElementsAre("scenario.yaml:36:3: error: 'straight_in' needs 'plan' in approach"));
   EXPECT_THAT(faults({kWay, with_grasp("relative_velocity: [0.1, 0, 0]")}),
-              ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so that "
-                          "there is nothing to match; use approach.final_rates: {match: ...}"));
+              ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no "
+                          "velocity is matched; use approach.final_rates: {match: ...}"));
 }
 
 TEST_F(Pieces, ChangedByAPath) {

@@ -1,4 +1,4 @@
-// What is allowed but hardly meant is said with its place, and nothing that is meant.
+// Valid but implausible input gives a warning with its location; plausible input gives none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ Edit with_shape(const std::string& shape) {
   return {"    grasp_points", "    geometry: " + shape + "\n    grasp_points"};
 }
 
-TEST(Warnings, NoneOfWhatIsShipped) {
+TEST(Warnings, NoneForShippedFiles) {
   SKIP_UNDER_SANITIZERS();
   for (const auto& path : shipped_scenarios()) {
     SCOPED_TRACE(path);
@@ -48,7 +48,7 @@ TEST(Warnings, InertiaWithoutAShape) {
   EXPECT_THAT(
       warnings_with({of_ball("8", "[129000, 129000, 129000]")}),
       ElementsAre("scenario.yaml:24:14: warning: targets[0].inertia: the moment of inertia 129000 kg m^2 and the "
-                  "mass 8 kg make a radius of gyration of 127 m, and more than 10 m is hardly meant; is the mass "
+                  "mass 8 kg make a radius of gyration of 127 m, and more than 10 m is implausible; is the mass "
                   "in t?"));
   EXPECT_THAT(warnings_with({of_ball("8000", "[17000, 17000, 17000]")}), IsEmpty());
   // A station of 420 t may be large; a rod may turn easily about its own axis.
@@ -98,7 +98,7 @@ TEST(Warnings, GraspPointsOnSeveralShapes) {
               ElementsAre(HasSubstr("is 5 m from the target's origin, and its shapes end at 3.501 m")));
   // Out of the target is away from its centre of mass.
   EXPECT_THAT(warnings_with({shapes, with_point("normal: [0, -1, 0]")}),
-              ElementsAre(HasSubstr("normal leads into the target")));
+              ElementsAre(HasSubstr("normal points into the target")));
 }
 
 TEST(Warnings, AnglesAndRatesInDegrees) {
@@ -134,10 +134,9 @@ TEST(Warnings, RatesOfWheelsAndRotors) {
   const std::string array = "wheel_array: {configuration: orthogonal, inertia: 0.01, rate: ";
   EXPECT_THAT(with_wheels(array + "6000}", "  wheel_rates: [300, -300, 6000]\n"), IsEmpty());
   EXPECT_THAT(with_wheels(array + "20000 rpm}", ""), IsEmpty());
-  EXPECT_THAT(
-      with_wheels(array + "8000}", ""),
-      ElementsAre(HasSubstr("robot.wheel_array.rate is 8000 rad/s, 76394.4 turns per minute, faster than wheels "
-                            "and rotors turn; rates are in rad/s, 8000 rpm would be 837.758041")));
+  EXPECT_THAT(with_wheels(array + "8000}", ""),
+              ElementsAre(HasSubstr("robot.wheel_array.rate is 8000 rad/s, 76394.4 turns per minute, faster than any "
+                                    "wheel or rotor; rates are in rad/s, 8000 rpm would be 837.758041")));
   const auto gyros = [&](const std::string& spin, const std::string& rate) {
     return with_wheels("gyro_array: {configuration: pyramid, inertia: 0.02, spin_rate: " + spin +
                            ", gimbal_inertia: 0.02, rate: " + rate + "}",
@@ -182,9 +181,9 @@ TEST(Warnings, InertiaAboutTheJoint) {
   EXPECT_THAT(
       link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]"),
       ElementsAre("scenario.yaml:11:16: warning: robot.links[0].inertia: with the mass 5 kg and the centre of mass "
-                  "0.5 m from the frame's origin it spreads the mass by 0.576 m (root mean square) along the "
-                  "line between them, and the body ends 0.5 m from the centre of mass; is it about the origin? "
-                  "About the centre of mass, which is what counts, it would be [0.01, 0.416, 0.416, 0, 0, 0]"));
+                  "0.5 m from the frame's origin it gives a mass distribution of 0.576 m (root mean square) along the "
+                  "line between them, but the body ends 0.5 m from the centre of mass; is it about the origin? "
+                  "About the centre of mass, as required, it would be [0.01, 0.416, 0.416, 0, 0, 0]"));
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.25, 1.25]"), IsEmpty());
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.1, 2.4, 2.4]"), doubtful);
   EXPECT_THAT(link("[0.5, 0, 0]", "[1, 0.9, 0.9]"), IsEmpty());
@@ -218,11 +217,11 @@ TEST(Warnings, QuaternionsInAnotherOrder) {
   const auto turned = [](const std::string& q) {
     return warnings_with({{"position: [2, 0, 0],", "position: [2, 0, 0], quaternion_wxyz: " + q + ","}});
   };
-  EXPECT_THAT(turned("[0, 0, 0, 1]"),
-              ElementsAre("scenario.yaml:25:51: warning: targets[0].state.quaternion_wxyz turns by 180 degrees; in the "
-                          "order x, y, z, w it would turn by 0. The order is w, x, y, z; a half turn that is meant can "
-                          "be said by rpy"));
-  EXPECT_THAT(turned("[0.06, -0.08, 0, 0.994987437106620]"), ElementsAre(HasSubstr("it would turn by 11.48")));
+  EXPECT_THAT(
+      turned("[0, 0, 0, 1]"),
+      ElementsAre("scenario.yaml:25:51: warning: targets[0].state.quaternion_wxyz rotates by 180 degrees; in the order "
+                  "x, y, z, w it would rotate by 0. The order is w, x, y, z; use rpy for an intended half turn"));
+  EXPECT_THAT(turned("[0.06, -0.08, 0, 0.994987437106620]"), ElementsAre(HasSubstr("it would rotate by 11.48")));
   EXPECT_THAT(turned("[1, 0, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0, 1, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0.70710678118654752, 0, 0, 0.70710678118654752]"), IsEmpty());
@@ -264,17 +263,16 @@ TEST(Warnings, GraspPoints) {
                   "origin, and its shape ends at 0.5 m; positions of grasp points are in the target's frame, in m"));
   EXPECT_THAT(
       warnings_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, 1, 0]")}),
-      ElementsAre("scenario.yaml:27:65: warning: targets[0].grasp_points[0].approach_direction leads away from the "
-                  "target: it is the direction in which the end-effector comes in; is [0, -1, 0] meant?"));
+      ElementsAre(
+          "scenario.yaml:27:65: warning: targets[0].grasp_points[0].approach_direction points away from the target: it "
+          "must be the direction of motion of the approaching end-effector; did you mean [0, -1, 0]?"));
   EXPECT_THAT(warnings_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")}),
               IsEmpty());
   EXPECT_THAT(warnings_with({with_point("normal: [0, -1, 0]")}),
-              ElementsAre(HasSubstr("normal leads into the target")));
-  EXPECT_THAT(
-      warnings_with({with_tip("approach_axis: [-1, 0, 0]")}),
-      ElementsAre("scenario.yaml:18:68: warning: robot.end_effectors[0].approach_axis points back from the "
-                  "end-effector to the origin of its link 'lower': it is the direction in which the end-effector "
-                  "reaches out"));
+              ElementsAre(HasSubstr("normal points into the target")));
+  EXPECT_THAT(warnings_with({with_tip("approach_axis: [-1, 0, 0]")}),
+              ElementsAre("scenario.yaml:18:68: warning: robot.end_effectors[0].approach_axis points from the "
+                          "end-effector back to the origin of its link 'lower': it must be the direction of approach"));
 }
 
 const Edit kSecondHand{"    - {name: tip, link: lower, position: [1, 0, 0]}",
@@ -283,7 +281,7 @@ const Edit kSecondGrasp{"  - {end_effector: tip, target: ball, point: grip}",
                         "  - {end_effector: tip, target: ball, point: grip}\n"
                         "  - {end_effector: hand, target: ball, point: grip}"};
 
-TEST(Warnings, TwoHandsAtOnePlace) {
+TEST(Warnings, TwoEndEffectorsAtOneGraspPoint) {
   EXPECT_THAT(
       warnings_with({kSecondHand, kSecondGrasp}),
       ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grasp the same place of "
@@ -312,7 +310,7 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
                              with_shape("[{shape: sphere, radius: 0.5}, {shape: sphere, radius: 0.7}]"),
                              {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}}),
               ElementsAre(HasSubstr("'base' and target 'ball' overlap by 0.3 m at t = 0")));
-  // Also where nobody watches, but not where a touch is allowed.
+  // Also without monitoring, but not if contact is allowed.
   const std::vector<Edit> there{
       base, with_shape("{shape: sphere, radius: 0.5}"), {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}};
   std::vector<Edit> unwatched = there, allowed = there;

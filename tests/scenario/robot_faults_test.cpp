@@ -1,4 +1,4 @@
-// Every kind of fault in a robot, inline in a scenario; and in files of their own.
+// Every kind of error in a robot, inline in a scenario and in separate files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,8 +77,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:8:80: error: robot.links[0].joint.limits: lower limit 2 is above upper limit -2"}},
     {"robot_stop_without_limits",
      {{"lower: -2, upper: 2", "stop: {restitution: 0.5}"}},
-     {"scenario.yaml:8:79: error: robot.links[0].joint.limits.stop: there is neither a lower nor an upper limit to "
-      "stop at"}},
+     {"scenario.yaml:8:79: error: robot.links[0].joint.limits.stop: there is neither a lower nor an upper limit"}},
     {"robot_stop_that_throws_harder",
      {{"lower: -2, upper: 2", "lower: -2, upper: 2, stop: {restitution: 1.5}"}},
      {"scenario.yaml:8:114: error: robot.links[0].joint.limits.stop.restitution is 1.5, must be between 0 and 1"}},
@@ -113,7 +112,7 @@ const std::vector<FaultCase> kCases{
     {"robot_moving_fixed_base",
      {{"base: {mass: 100,", "base: {mode: fixed, mass: 100,"},
       {"initial:\n", "initial:\n  base: {velocity: [1, 0, 0]}\n"}},
-     {"scenario.yaml:20:10: error: initial.base.velocity: the robot's base is fixed, so its motion cannot be given"}},
+     {"scenario.yaml:20:10: error: initial.base.velocity: the robot's base is fixed, so its motion cannot be stated"}},
     {"robot_missing_base",
      {{"  base: {mass: 100, inertia: [10, 10, 10]}\n", ""}},
      {"scenario.yaml:3:3: error: missing key 'base' in robot"}},
@@ -154,7 +153,7 @@ TEST(RobotFaults, UnreadableRobotDoesNotHideTheRest) {
   ASSERT_EQ(faults.size(), 3u);
   EXPECT_EQ(faults[0],
             "scenario.yaml:2:8: error: cannot read the file 'arm.yml': no such file; did you mean 'arm.yaml'?");
-  // Unknown joints and end-effectors are not reported against a robot that nobody has seen.
+  // Unknown joints and end-effectors are not reported for a robot that was not read.
   EXPECT_EQ(faults[2], "scenario.yaml:32:13: error: approach.duration is -1, must be greater than 0 [s]");
 }
 

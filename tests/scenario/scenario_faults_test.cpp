@@ -101,7 +101,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:23:11: error: targets[0].mass is .inf, must be a finite number [kg]"}},
     {"too_large_for_a_double",
      {{"duration: 20", "duration: 1e999"}},
-     {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '1e999' is beyond what a double holds"}},
+     {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '1e999' is above the range of a double"}},
     {"octal",
      {{"duration: 20", "duration: 020"}},
      {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '020' looks octal, write 20"}},
@@ -214,10 +214,10 @@ const std::vector<FaultCase> kCases{
       "first given in line 27"}},
     {"end_effector_used_twice",
      {{"point: grip}\n", "point: grip}\n  - {end_effector: tip, target: ball, point: grip}\n"}},
-     {"scenario.yaml:30:20: error: end-effector 'tip' in grasps[1] is used twice; it already holds in grasps[0]"}},
+     {"scenario.yaml:30:20: error: end-effector 'tip' in grasps[1] is used twice; first in grasps[0]"}},
     {"target_grasped_by_nobody",
      {{"grasps:", "  - {name: other, mass: 1, inertia: [1, 1, 1], state: {position: [0, 0, 0]}}\ngrasps:"}},
-     {"scenario.yaml:28:12: error: target 'other' is grasped by nobody; add a grasp or remove the target"}},
+     {"scenario.yaml:28:12: error: no grasp refers to target 'other'; add a grasp or remove the target"}},
     {"duration_zero",
      {{"duration: 20", "duration: 0"}},
      {"scenario.yaml:31:13: error: approach.duration is 0, must be greater than 0 [s]"}},
@@ -263,19 +263,19 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:1: error: 'post_impact' needs 'impact' in the scenario"}},
     {"impact_without_grasps",
      {{"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""}},
-     {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
+     {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
       "scenario.yaml:31:17: error: approach.final_rates.match needs 'grasps': there is no motion to match",
       "scenario.yaml:32:1: error: 'impact' needs 'grasps' in the scenario"}},
     {"empty_grasps",
      {{"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", "grasps: []\n"}},
-     {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
+     {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
       "scenario.yaml:28:9: error: grasps has 0 items, must have at least 1"}},
     {"nothing_to_simulate",
      {{"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\nimpact: {duration: "
        "1e-3}\npost_impact: {duration: 10}\n",
        ""}},
-     {"scenario.yaml:1:1: error: nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is "
-      "captured"}},
+     {"scenario.yaml:1:1: error: nothing to simulate: state 'approach', 'impact' or both, or 'motion' without a "
+      "capture"}},
     {"pd_without_gains",
      {{"  final_rates", "  tracking: {mode: pd, kp: 49}\n  final_rates"}},
      {"scenario.yaml:33:13: error: missing key 'kd' in approach.tracking, needed with mode: pd"}},
@@ -322,7 +322,7 @@ TEST(ScenarioFaults, AllAreFoundAtOnce) {
                 "scenario.yaml:31:13: error: approach.duration is 0, must be greater than 0 [s]"}));
 }
 
-TEST(ScenarioFaults, WhatIsTheSumOfTheTexts) {
+TEST(ScenarioFaults, WhatJoinsTheMessages) {
   const TemporaryFolder folder;
   const auto path =
       folder.write("s.yaml", edited(kSmallScenario, {{"duration: 20", "duration: 0"}, {"mass: 10\n", "mass: 0\n"}}));
@@ -364,7 +364,7 @@ TEST(ScenarioFaults, ThereIsAnEndToThem) {
   for (int i = 0; i < (test::kSanitized ? 1100 : 5000); ++i) text += "extra" + std::to_string(i) + ": 1\n";
   const auto faults = faults_of(text);
   ASSERT_EQ(faults.size(), 1001u);
-  EXPECT_THAT(faults.back(), testing::EndsWith("error: too many faults; the search for more ends here"));
+  EXPECT_THAT(faults.back(), testing::EndsWith("error: too many errors; further errors are not listed"));
 }
 
 }  // namespace scenario_faults_test

@@ -21,9 +21,9 @@ class TemporaryFolder : public ScratchFolder {
   std::filesystem::path write(const std::string& name, std::string_view bytes) const;
 };
 
-/// A small valid scenario with its robot inline: a two-joint arm that catches one ball.
+/// A small valid scenario with its robot inline: a two-joint arm that captures one ball.
 extern const char* const kSmallScenario;
-/// The robot of kSmallScenario as a file of its own.
+/// The robot of kSmallScenario as a separate file.
 std::string small_robot();
 
 /// The text with each first string, which must occur exactly once, replaced by the second.
@@ -44,7 +44,7 @@ std::vector<std::filesystem::path> shipped_robots();
 std::vector<std::filesystem::path> shipped_scenarios();
 
 /// Edits of kSmallScenario: further keys of the end-effector, the grasp point, the grasp, post_impact (each in braces:
-/// "key: value"), a further line of the approach or of the scenario, an external wrench, and what stands in the place
+/// "key: value"), a further line of the approach or of the scenario, an external wrench, and the text in the place
 /// of final_joints and final_rates.
 using Edit = std::pair<std::string, std::string>;
 Edit with_tip(const std::string& keys);

@@ -63,7 +63,7 @@ TEST(Schema, AcceptsEveryShippedFile) {
 }
 
 // Structural faults: what a schema can express, an editor with the schema shows as the reader does.
-TEST(Schema, RefusesWhatTheReaderRefuses) {
+TEST(Schema, RejectsTheSameFilesAsTheReader) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<std::pair<std::string, std::string>> edits{
       {"name: test", "nam: test"},
@@ -182,7 +182,7 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
   }
 }
 
-TEST(Schema, AcceptsWhatTheReaderAccepts) {
+TEST(Schema, AcceptsTheSameFilesAsTheReader) {
   const std::vector<std::vector<Edit>> edits{
       {with_tip("envelope: {angle: 0.1}")},
       {{"    grasp_points",
@@ -279,7 +279,7 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
   }
 }
 
-TEST(Schema, UsesOnlyWhatTheReaderUnderstands) {
+TEST(Schema, UsesOnlyKeywordsOfTheReader) {
   expect_known_keywords(Json::parse(scenario_schema()), "scenario");
   expect_known_keywords(Json::parse(robot_schema()), "robot");
 }

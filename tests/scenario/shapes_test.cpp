@@ -70,7 +70,7 @@ TEST(Shapes, AListOfOneIsThatShapeAndAnEmptyOneNone) {
   EXPECT_TRUE(problem_bytes(none) == problem_bytes(loaded(kSmallScenario)));
 }
 
-TEST(Shapes, FaultsAreSaidWhereTheyStand) {
+TEST(Shapes, ErrorsHaveTheirLocations) {
   EXPECT_THAT(
       faults_of(scenario_with("[" + kBus + ", {shape: sphere, size: [1, 1, 1]}]", "[{shape: boks, size: [1, 1, 1]}]",
                               "[{shape: capsule, radius: -1, length: 1}, " + kBus + "]")),
@@ -140,7 +140,7 @@ TEST(Shapes, NumbersAreSetInPlace) {
   EXPECT_TRUE(faults.empty());
 }
 
-// What a study has changed in a shape stands in the scenario that it writes.
+// A scenario written by a study contains its changes of shapes.
 TEST(Shapes, ChangesAreWrittenBack) {
   for (const std::string& ball : {kBus, "[" + kDish + ", " + kBus + "]", "[" + kBus + ", " + kDish + "]"}) {
     const TemporaryFolder folder;
@@ -188,9 +188,9 @@ TEST(Shapes, ThereIsALimitToTheirNumber) {
   };
   EXPECT_THAT(faults_of(scenario_with(many(2500), many(2499), kDish)), IsEmpty());
   EXPECT_THAT(faults_of(scenario_with(many(2500), many(2500), kDish)),
-              ElementsAre(HasSubstr("error: targets and robot have 5001 shapes in all, at most 5000 are allowed")));
+              ElementsAre(HasSubstr("error: targets and robot have 5001 shapes in total, at most 5000 are allowed")));
   EXPECT_THAT(faults_of(scenario_with(kDish, many(5000), kDish)),
-              ElementsAre(HasSubstr("error: the robot's bodies have 5001 shapes in all, at most 5000 are allowed")));
+              ElementsAre(HasSubstr("error: the robot's bodies have 5001 shapes in total, at most 5000 are allowed")));
 }
 
 // A surface is known of a target that is one sphere, not of one that has a sphere among others.

@@ -1,4 +1,4 @@
-// Every robot and scenario of the repository loads; the thesis's say what the thesis says.
+// Every robot and scenario of the repository loads; those of the thesis have its values.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

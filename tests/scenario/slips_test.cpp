@@ -74,13 +74,13 @@ TEST(SyntaxSlips, Indentation) {
               ElementsAre(at("2:1", "no-break space in the indentation; indent with spaces")));
   EXPECT_THAT(faults_of("a: 1\rb: 2\r"),
               ElementsAre(at("1:5",
-                             "a carriage return alone ends no line; save the file with line feeds (or Windows "
+                             "a carriage return without a line feed; save the file with line feeds (or Windows "
                              "line ends)")));
 }
 
-TEST(NumberSlips, SayWhatToWrite) {
+TEST(NumberSlips, SuggestCorrections) {
   const std::pair<const char*, const char*> cases[] = {
-      {"10,5", "; numbers have a point, write 10.5"},
+      {"10,5", "; use a decimal point, write 10.5"},
       {"1,000", "; write 1.000 or 1000"},
       {"1'000", "; digits are not grouped, write 1000"},
       {"1 000 000", "; digits are not grouped, write 1000000"},
@@ -105,16 +105,17 @@ TEST(NumberSlips, TooSmallIsNotTooLarge) {
     return faults_of(edited(kSmallScenario, {{"duration: 20", "duration: " + number}})).at(0);
   };
   for (const char* tiny : {"1e-400", "0.001e-398", "1e-99999999999999999999"})
-    EXPECT_THAT(why(tiny), testing::EndsWith("is smaller than a double resolves"));
+    EXPECT_THAT(why(tiny), testing::EndsWith("is below the range of a double"));
   for (const char* huge : {"1e400", "0.001e+400", "1e99999999999999999999"})
-    EXPECT_THAT(why(huge), testing::EndsWith("is beyond what a double holds"));
+    EXPECT_THAT(why(huge), testing::EndsWith("is above the range of a double"));
 }
 
 TEST(NumberSlips, DecimalCommasInLists) {
-  EXPECT_THAT(faults_of(edited(kSmallScenario, {{"{shoulder: 0.5, ", "{shoulder: 0,5, "}})),
-              ElementsAre(at("20:22",
-                             "initial.joints.shoulder must be a number [rad or m], not the text '0,5'; numbers "
-                             "have a point, write 0.5")));
+  EXPECT_THAT(
+      faults_of(edited(kSmallScenario, {{"{shoulder: 0.5, ", "{shoulder: 0,5, "}})),
+      ElementsAre(at(
+          "20:22",
+          "initial.joints.shoulder must be a number [rad or m], not the text '0,5'; use a decimal point, write 0.5")));
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"position: [2, 0, 0]", "position: [2,5, 0, 0]"}})),
               ElementsAre(at("25:23",
                              "targets[0].state.position has 4 items, must have exactly 3; is '2,5' one number? It "

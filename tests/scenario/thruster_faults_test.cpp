@@ -38,12 +38,12 @@ std::string couples(int count, const std::string& more = "") {
 const std::vector<FaultCase> kCases{
     {"thrusters_that_are_not_there",
      {with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}"), kClock},
-     {"scenario.yaml:34:43: error: approach.base_control.actuators: thrusters, and the robot has none (thrusters: "
+     {"scenario.yaml:34:43: error: approach.base_control.actuators: thrusters, but the robot has none (thrusters: "
       "[...] in the robot file)"}},
     {"thrusters_that_turn_one_way_only",
      {with_robot(couples(10)), with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}"), kClock},
-     {"scenario.yaml:35:17: error: approach.base_control: its gains ask for torque about z, which the robot's "
-      "thrusters cannot give both ways; give the gains of each axis, with 0 for those that are not controlled, or "
+     {"scenario.yaml:35:17: error: approach.base_control: its gains require torque about z, which the robot's "
+      "thrusters cannot give in both directions; state the gains per axis, with 0 for axes without control, or "
       "actuators: outside"}},
     {"pulse_widths_without_a_clock",
      {with_robot(couples(12)), with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}")},
@@ -56,8 +56,8 @@ const std::vector<FaultCase> kCases{
       "0.2"}},
     {"modulation_of_nothing",
      {with_approach("base_control: {kp: 1, kd: 1, thrusters: {modulation: schmitt}}")},
-     {"scenario.yaml:34:32: error: approach.base_control.thrusters: no thrusters are used; it belongs to actuators: "
-      "thrusters, or to dumping"}},
+     {"scenario.yaml:34:32: error: approach.base_control.thrusters: no thrusters are used; it requires actuators: "
+      "thrusters, or dumping"}},
     {"pulses_longer_than_the_period",
      {with_robot(couples(12, ", min_on_time: 0.2")),
       with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}"), kClock},
@@ -66,8 +66,8 @@ const std::vector<FaultCase> kCases{
     {"dumping_without_wheels",
      {with_robot(couples(12)), with_approach("base_control: {kp: 1, kd: 1, dumping: {above: 2, below: 1, torque: 1}}"),
       kClock},
-     {"scenario.yaml:35:32: error: approach.base_control.dumping: no wheels give the torque, so they gather no "
-      "momentum to be dumped"}},
+     {"scenario.yaml:35:32: error: approach.base_control.dumping: no wheels give the torque, so no momentum "
+      "accumulates that could be dumped"}},
     {"dumping_without_thrusters",
      {with_robot(kWheel),
       with_approach("base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 1, below: 2, torque: 1}}"), kClock},
@@ -80,16 +80,16 @@ const std::vector<FaultCase> kCases{
                     "2, below: 1, torque: 1}}"),
       kClock},
      {"scenario.yaml:36:72: error: approach.base_control.thrusters.modulation: dumping needs pulse_width",
-      "scenario.yaml:36:82: error: approach.base_control.dumping: wheels gather momentum about z, about which the "
-      "robot's thrusters cannot give torque both ways"}},
+      "scenario.yaml:36:82: error: approach.base_control.dumping: wheels accumulate momentum about z, about which the "
+      "robot's thrusters cannot give torque in both directions"}},
     {"wheel_speeds_of_no_wheels",
      {with_approach("base_control: {kp: 1, kd: 1, wheel_speed_rate: 0.1}")},
      {"scenario.yaml:34:50: error: approach.base_control.wheel_speed_rate: no wheels give the torque"}},
     {"wheel_speeds_that_do_not_fit",
      {with_robot(kWheel), with_approach("base_control: {kp: [0, 0, 1], kd: [0, 0, 1], wheel_speeds: [20]}")},
-     {"scenario.yaml:35:62: error: approach.base_control.wheel_speeds: the wheels do not go there without "
-      "wheel_speed_rate",
-      "scenario.yaml:35:62: error: approach.base_control.wheel_speeds: 20 rad/s of wheel 'a', whose largest rate is 10 "
+     {"scenario.yaml:35:62: error: approach.base_control.wheel_speeds: without wheel_speed_rate the wheels do not "
+      "reach these rates",
+      "scenario.yaml:35:62: error: approach.base_control.wheel_speeds: 20 rad/s of wheel 'a', whose maximum rate is 10 "
       "rad/s"}},
     {"thrusters_of_no_use",
      {with_robot("thrusters: [{name: t, position: [0, 0, 0], direction: [1, 1, 0], force: 0, specific_impulse: 200, "

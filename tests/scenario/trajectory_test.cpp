@@ -71,12 +71,12 @@ TEST_F(Trajectory, SaysDurationAndInitialValues) {
   EXPECT_THAT(p.joint_position, ElementsAre(0.25, -1));
   EXPECT_THAT(faults("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n"),
               ElementsAre("scenario.yaml:20:22: error: initial.joints.shoulder is 0.5, but the trajectory starts at "
-                          "0.25; make them agree within 1e-06 or leave out initial.joints",
+                          "0.25; they must agree within 1e-06 or leave out initial.joints",
                           "scenario.yaml:20:34: error: initial.joints.elbow is 1, but the trajectory starts at -1; "
-                          "make them agree within 1e-06 or leave out initial.joints",
+                          "they must agree within 1e-06 or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 20 [s], but the trajectory ends at 7; make "
                           "them agree or leave out the duration"));
-  // Too many samples are told of a duration that the file says as well.
+  // Too many samples are reported for a duration that comes from the file.
   EXPECT_THAT(
       faults("time,shoulder,elbow\n0,0.5,1\n1e7,0,0\n", {kWay, kNoDuration, with_top("output: {interval: 0.5}")}),
       ElementsAre("scenario.yaml:32:20: error: output.interval is 0.5 [s], which gives 2e+07 samples over 1e+07 "
@@ -103,7 +103,7 @@ TEST_F(Trajectory, InitialRates) {
                           "the trajectory's rates; leave out joint_rates"));
   EXPECT_THAT(faults(kMotionWithRates, {kWay, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the trajectory starts "
-                          "with 0.2; make them agree within 1e-06 or leave out initial.joint_rates"));
+                          "with 0.2; they must agree within 1e-06 or leave out initial.joint_rates"));
   const Edit agreeing{"  joints: {", "  joint_rates: [0.1, 0.2]\n  joints: {"};
   EXPECT_THAT(load(kMotionWithRates, {kWay, agreeing}).joint_rate, ElementsAre(0.1, 0.2));
   const Edit nearly{"  joints: {", "  joint_rates: {shoulder: 0.1000009, elbow: 0.2}\n  joints: {"};
@@ -180,7 +180,7 @@ TEST_F(Trajectory, HeaderBehindASign) {
   EXPECT_THAT(faults("#time,sholder,elbow\n0,0.5,1\n20,0,0\n"),
               ElementsAre("motion.csv:1:2: error: the header lacks joints: shoulder",
                           "motion.csv:1:7: error: unknown column 'sholder'; did you mean 'shoulder'?"));
-  // A header of its own goes before a comment that looks like one.
+  // A real header has priority over a comment that looks like one.
   EXPECT_NO_THROW(load("# time,and other things\ntime,shoulder,elbow\n0,0.5,1\n20,0,0\n", {kWay}));
 }
 
@@ -204,8 +204,9 @@ TEST_F(Trajectory, Numbers) {
   EXPECT_THAT(field(".nan"), ElementsAre("motion.csv:3:7: error: elbow is .nan, must be a finite number [rad or m]"));
   EXPECT_THAT(field("nan"),
               ElementsAre("motion.csv:3:7: error: elbow must be a number [rad or m], not the text 'nan'"));
-  EXPECT_THAT(field("1e999"), ElementsAre("motion.csv:3:7: error: elbow must be a number [rad or m]; '1e999' is beyond "
-                                          "what a double holds"));
+  EXPECT_THAT(
+      field("1e999"),
+      ElementsAre("motion.csv:3:7: error: elbow must be a number [rad or m]; '1e999' is above the range of a double"));
   EXPECT_THAT(field("1 2"),
               ElementsAre("motion.csv:3:7: error: elbow must be a number [rad or m], not the text '1 2'"));
   EXPECT_THAT(faults("time,shoulder,elbow,shoulder.rate,elbow.rate\n0,0.5,1,0,0\n2O,0,0,,0\n"),
@@ -219,8 +220,8 @@ TEST_F(Trajectory, Times) {
   };
   EXPECT_THAT(times("0.5,0.5,1\n20,0,0\n"), ElementsAre("motion.csv:2:1: error: the first time is 0.5 [s], must be 0"));
   EXPECT_THAT(times("0,0.5,1\n2,0,0\n2,0,0\n1.5,0,0\n"),
-              ElementsAre("motion.csv:4:1: error: time is 2 [s], must be greater than 2 of the sample before",
-                          "motion.csv:5:1: error: time is 1.5 [s], must be greater than 2 of the sample before"));
+              ElementsAre("motion.csv:4:1: error: time is 2 [s], must be greater than 2 of the previous sample",
+                          "motion.csv:5:1: error: time is 1.5 [s], must be greater than 2 of the previous sample"));
   EXPECT_THAT(times("0,0.5,1\n"), ElementsAre("motion.csv:1:1: error: the file has 1 sample, must have at least 2"));
   EXPECT_THAT(times(""), ElementsAre("motion.csv:1:1: error: the file has 0 samples, must have at least 2"));
 }
@@ -262,7 +263,7 @@ TEST_F(Trajectory, ThereIsAnEndToTheFaults) {
   for (int i = 0; i < 5000; ++i) csv += "x,y,z\n";
   const auto found = faults(csv);
   ASSERT_EQ(found.size(), 1001u);
-  EXPECT_THAT(found.back(), testing::EndsWith("error: too many faults; the search for more ends here"));
+  EXPECT_THAT(found.back(), testing::EndsWith("error: too many errors; further errors are not listed"));
 }
 
 // Whatever happens to a file: it is accepted, or refused with a InputError.

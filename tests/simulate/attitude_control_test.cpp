@@ -64,7 +64,7 @@ TEST(AttitudeControl, SaturatesByAxis) {
 }
 
 // The torque points back along the shorter way, also just short of and beyond half a turn, for any sign of q.
-TEST(AttitudeControl, TakesTheShorterWayUpToHalfATurn) {
+TEST(AttitudeControl, TakesShorterRotationUpToHalfTurn) {
   AttitudeControl control;
   control.R_WD = rotation_about({0.48, 0.6, 0.64}, 2.5);
   control.kp = {2, 2, 2};
@@ -83,7 +83,7 @@ TEST(AttitudeControl, TakesTheShorterWayUpToHalfATurn) {
 }
 
 // From rest at nearly half a turn, a stiff and well-damped controller brings any body home.
-TEST(AttitudeControl, ComesHomeFromHalfATurn) {
+TEST(AttitudeControl, ReturnsFromHalfTurn) {
   for (int i = 0; i < 5; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
@@ -98,7 +98,7 @@ TEST(AttitudeControl, ComesHomeFromHalfATurn) {
   }
 }
 
-TEST(AttitudeControl, NeedsAFreeRootThatIsNotHeld) {
+TEST(AttitudeControl, NeedsFreeRoot) {
   const Model wheel = flywheel({});
   PhaseSetup setup;
   setup.attitude = AttitudeControl{};

@@ -119,7 +119,7 @@ TEST(Breaks, Rk4KeepsItsOrder) {
 }
 
 // Inertia times the acceleration on each side of the join.
-TEST(Breaks, ASampleThereShowsWhatFollows) {
+TEST(Breaks, SampleAtBreakHasLaterLimit) {
   const Model model = flywheel({});
   PhaseSetup setup;
   setup.drives.resize(1);
@@ -151,7 +151,7 @@ TEST(Breaks, ASampleThereShowsWhatFollows) {
 }
 
 // x = F/m (dt^2/2 + dt (t - end)) after a push of length dt: a jump of the force costs nothing in accuracy.
-TEST(Breaks, APushIsExact) {
+TEST(Breaks, PushIsExact) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1));
   PhaseSetup setup;
   ExternalLoad load;
@@ -169,7 +169,7 @@ TEST(Breaks, APushIsExact) {
   EXPECT_EQ(o.rejected, 0);
 }
 
-TEST(Breaks, ThatOnlyRoundingSeparatesCountOnce) {
+TEST(Breaks, EqualUpToRoundingCountOnce) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1));
   ExternalLoad a, b;
   a.profile.start = 0.3, a.profile.end = 1;
@@ -180,7 +180,7 @@ TEST(Breaks, ThatOnlyRoundingSeparatesCountOnce) {
 }
 
 // Ten thousand breaks at a rate that no joint would notice: a step or so for each, no rejections.
-TEST(Breaks, MayBeMany) {
+TEST(Breaks, Many) {
   const Model model = flywheel({});
   std::vector<double> times, positions, rates;
   const int count = 10000;
@@ -200,7 +200,7 @@ TEST(Breaks, MayBeMany) {
   EXPECT_NEAR(o.integrals.motor_work, 0.5 * kWheelInertia * (std::cos(100) * std::cos(100) - 1), 1e-10);
 }
 
-TEST(Breaks, LeaveNoTraceInTheDynamics) {
+TEST(Breaks, DoNotChangeDynamics) {
   const Jumping r = jumping_robot(1, JointControl::prescribed);
   PhaseDynamics used(r.model, r.whole), fresh(r.model, r.whole);
   simulate_phase(used, r.start, 0, 0.2, 0, {});

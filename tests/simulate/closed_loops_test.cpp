@@ -88,8 +88,8 @@ PhaseSetup closed(const Linkage& l) {
 
 double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * std::acos(-1.0))); }
 
-// How often states are looked at does not touch them: the end is the same to the last bit.
-TEST(ClosedPhase, OutputsDoNotDisturbTheMotion) {
+// The number of evaluations does not change the states: the end is identical to the last bit.
+TEST(ClosedPhase, OutputDoesNotChangeMotion) {
   const Linkage l = linkage();
   std::vector<State> ends;
   for (const double interval : {5.0, 0.37, 0.01}) {
@@ -130,7 +130,7 @@ TEST(ClosedPhase, EveryOutputIsClosed) {
   std::printf("[ measured ] open %.2g, shape %.2g, energy %.2g, %ld steps\n", open, wrong, drift, o.steps);
 }
 
-TEST(ClosedPhase, RunsBackToWhereItBegan) {
+TEST(ClosedPhase, RunsBackToStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 3.0);
   PhaseDynamics there(l.model, closed(l));
@@ -143,7 +143,7 @@ TEST(ClosedPhase, RunsBackToWhereItBegan) {
   EXPECT_LT(difference(p.end_state, from), 1e-8);  // the start's rates are by differences: 1e-10
 }
 
-TEST(ClosedPhase, StopsAtItsConditionAndIsClosedThere) {
+TEST(ClosedPhase, ClosedAtStopCondition) {
   const Linkage l = linkage();
   PhaseDynamics dynamics(l.model, closed(l));
   const int crank = coordinate(l, "crank");
@@ -155,7 +155,7 @@ TEST(ClosedPhase, StopsAtItsConditionAndIsClosedThere) {
   EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, o.end_state)).position, 1e-14);
 }
 
-// A motor that turns the crank exactly as it is told moves the rocker as the shape says, and does the work.
+// A motor that turns the crank exactly as prescribed moves the rocker by the linkage's geometry, and does the work.
 TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   const Linkage l = linkage({0.3, 0, 0.1});
   PhaseSetup setup = closed(l);
@@ -182,8 +182,8 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   std::printf("[ measured ] shape %.2g, balance %.2g\n", wrong, balance / largest);
 }
 
-// Two motors that cannot both have their way: no motion keeps the loop closed, and the failure says so.
-TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
+// Two motors with contradictory commands: no motion satisfies the closed loop, and the failure reports it.
+TEST(ClosedPhase, ContradictoryDrivesEndWithReason) {
   const Linkage l = linkage();
   PhaseSetup setup = closed(l);
   for (std::size_t j = 0; j < setup.drives.size(); ++j) {
@@ -209,9 +209,9 @@ TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
   std::printf("[ measured ] %d samples; %s\n", samples, o.failure.c_str());
 }
 
-// Two motors told constant rates that the loop does not allow: refused where it begins, with the row, before anything
-// moves; the same rates in the linkage's own proportion go on.
-TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
+// Two motors with prescribed constant rates that contradict the loop: refused at the start, with the row, before any
+// motion; the same rates in the linkage's own proportion are accepted.
+TEST(ClosedPhase, ContradictoryRatesRejectedAtStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 0.5);
   for (const double factor : {1.0, 1.5}) {
@@ -234,7 +234,7 @@ TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
 }
 
 // A start that is not closed is closed, if it is near, and otherwise refused with what remains.
-TEST(ClosedPhase, BeginsClosedOrNotAtAll) {
+TEST(ClosedPhase, RejectsOpenStart) {
   const Linkage l = linkage();
   State near = start(l, 1.0, 1.0);
   near.q[coordinate(l, "rocker")] += 1e-3;

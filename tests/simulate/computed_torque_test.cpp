@@ -49,7 +49,7 @@ double tracking_error(const Model& model, const PhaseSetup& setup, const PhaseSa
   return largest;
 }
 
-TEST(ComputedTorque, TracksExactlyFromTheRightStart) {
+TEST(ComputedTorque, TracksExactlyFromMatchingStart) {
   Worst tracking("joints under computed torque off their paths"), ideal("base against prescribed joints");
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -109,7 +109,7 @@ TEST(ComputedTorque, ErrorsDecayAsASecondOrderSystem) {
   }
 }
 
-TEST(ComputedTorque, IsCutAtTheEffortLimit) {
+TEST(ComputedTorque, SaturatesAtEffortLimit) {
   Worst worst("work-energy where torques are cut");
   int cut = 0, free = 0;
   for (int i = 0; i < 8; ++i) {
@@ -143,7 +143,7 @@ TEST(ComputedTorque, IsCutAtTheEffortLimit) {
 }
 
 // A wheel far from its reference: full torque, as hand computes.
-TEST(ComputedTorque, CutTorqueIsWhatAccelerates) {
+TEST(ComputedTorque, SaturatedTorqueAccelerates) {
   const Model model = flywheel({}, 0.2);
   PhaseSetup setup;
   setup.drives = {{JointControl::computed_torque, JointTrajectory::at_rest(5), 25, 10}};
@@ -174,7 +174,7 @@ TEST(ComputedTorque, FrictionDisturbsIt) {
 
 // With all four controls side by side: without friction computed torque still tracks exactly, with it not, and the
 // balance of energy holds.
-TEST(ComputedTorque, KeepsCompanyWithOtherControls) {
+TEST(ComputedTorque, CombinesWithOtherControls) {
   Worst tracking("computed torque beside free, PD and prescribed joints"), energy("work-energy of the mixture");
   Worst disturbed("the same with friction");
   for (int i = 0; i < 12; ++i) {

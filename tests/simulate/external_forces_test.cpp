@@ -96,7 +96,7 @@ TEST(Gravity, CentreOfMassFallsOnAParabola) {
 }
 
 // A pendulum on the ground: period by the arithmetic-geometric mean, ground force by hand at the lowest point.
-TEST(FixedRoot, PendulumKeepsTimeAndEnergy) {
+TEST(FixedRoot, PendulumPeriodAndEnergy) {
   BodyDescription ground, bob;
   ground.name = ground.joint.name = "ground";
   ground.joint.type = JointType::fixed;

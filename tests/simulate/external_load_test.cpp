@@ -66,7 +66,7 @@ TEST(LoadProfile, TablesAreLinearBetweenSamples) {
   EXPECT_EQ(along_x(load, 3.1), 0);
 }
 
-TEST(LoadProfile, AtABreakTheSideThatIsNamedSpeaks) {
+TEST(LoadProfile, OneSidedLimitsAtBreak) {
   const ExternalLoad constant = load_of(Shape::constant, 1, 3);
   EXPECT_EQ(wrench_at(constant, 1, 0.5).linear[0], 0);
   EXPECT_EQ(wrench_at(constant, 3, 2).linear[0], 4);
@@ -82,7 +82,7 @@ TEST(LoadProfile, AtABreakTheSideThatIsNamedSpeaks) {
   EXPECT_EQ(along_x(cut, 2.5), 0);
 }
 
-TEST(ExternalLoad, FaultsAreNamed) {
+TEST(ExternalLoad, NamesErrors) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1));
   const auto message = [&](const ExternalLoad& load) -> std::string {
     PhaseSetup setup;
@@ -98,7 +98,7 @@ TEST(ExternalLoad, FaultsAreNamed) {
   EXPECT_EQ(message(table()), "accepted");
   ExternalLoad load = load_of(Shape::constant, 0, 1);
   load.body = 1;
-  EXPECT_THAT(message(load), HasSubstr("no body"));
+  EXPECT_THAT(message(load), HasSubstr("not in the model"));
   load = load_of(Shape::constant, 1, 1);
   EXPECT_THAT(message(load), HasSubstr("end after it starts"));
   EXPECT_THAT(message(load_of(Shape::half_sine, 0, INFINITY)), HasSubstr("finite start and end"));
@@ -176,7 +176,7 @@ TEST(ExternalLoad, ImpulseAndWorkBalance) {
 }
 
 // A body welded to the root is merged into its link; the load still acts at its point.
-TEST(ExternalLoad, OnAWeldedBodyActsAsOnItsCarrier) {
+TEST(ExternalLoad, WeldedBodyEqualsCarrier) {
   BodyDescription root, welded;
   root.name = root.joint.name = "root";
   root.joint.type = JointType::free;
@@ -211,7 +211,7 @@ TEST(ExternalLoad, OnAWeldedBodyActsAsOnItsCarrier) {
   }
 }
 
-TEST(ExternalLoad, HalfSineGivesTwoOverPiOfItsAmplitudeTimesItsLength) {
+TEST(ExternalLoad, HalfSineImpulse) {
   const Vector3d com{0.2, 0.1, -0.3};
   const Model model = one_body(Symmetric3d::diagonal(1, 2, 2.5), com);
   ExternalLoad load = load_of(Shape::half_sine, 0.3, 0.8);
@@ -232,7 +232,7 @@ TEST(ExternalLoad, HalfSineGivesTwoOverPiOfItsAmplitudeTimesItsLength) {
 }
 
 // A thruster on a turning body pushes around; a force with fixed direction does not.
-TEST(ExternalLoad, InBodyTurnsWithIt) {
+TEST(ExternalLoad, BodyFrameRotates) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1.5));
   State start = zero_state(model);
   const double w = 0.7, t = 3;

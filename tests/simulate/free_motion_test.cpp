@@ -141,7 +141,7 @@ Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, S
   return d;
 }
 
-TEST(RecoveredRoots, DriftIsRoundingEvenAtALooseTolerance) {
+TEST(RecoveredRoots, RoundingLevelDriftAtLooseTolerance) {
   Worst recovered("recovered, tolerance 1e-6"), integrated("integrated, tolerance 1e-6");
   IntegrationSetup loose;
   loose.relative_tolerance = loose.absolute_tolerance = 1e-6;
@@ -195,7 +195,7 @@ TEST(Backwards, ReturnsToTheStart) {
   }
 }
 
-TEST(SimulatePhase, SamplesWhereAskedAndAtTheEnd) {
+TEST(SimulatePhase, SamplesAtGridAndEnd) {
   const Robot r = random_robot(1);
   PhaseDynamics dynamics(r.model, {});
   std::vector<double> times;
@@ -229,7 +229,7 @@ TEST(SimulatePhase, Rk4ConvergesToTheAdaptiveResult) {
   EXPECT_NEAR(coarse / half, 16, 3);
 }
 
-TEST(SimulatePhase, SaysWhenItCannotGoOn) {
+TEST(SimulatePhase, ReportsFailureTime) {
   const Robot r = random_robot(1);
   PhaseDynamics dynamics(r.model, {});
   IntegrationSetup setup;

@@ -90,7 +90,7 @@ TEST(PrescribedJoints, FollowTheirPathExactly) {
 }
 
 // A stiffer PD follows closer; in the limit base and joints move as with prescribed joints.
-TEST(PD, TendsToIdealTracking) {
+TEST(PD, ConvergesToIdealTracking) {
   SKIP_UNDER_SANITIZERS();
   Random random(5);
   RobotOptions options;
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(Controls, Work,
                          [](const auto& test) { return test.param.name; });
 
 // T(t) - T(0) = work of motors and friction, on robots with friction and rotors.
-TEST_P(Work, IsTheChangeOfEnergy) {
+TEST_P(Work, EqualsChangeOfEnergy) {
   Worst worst(std::string("work-energy over the largest energy, ") + GetParam().name);
   double motors = 0;
   for (int i = 0; i < 30; ++i) {
@@ -173,7 +173,7 @@ TEST_P(Work, IsTheChangeOfEnergy) {
 }
 
 // The carried integrals against Simpson's rule over what samples report.
-TEST_P(Work, IsTheIntegralOfEffortTimesRate) {
+TEST_P(Work, EqualsIntegralOfPower) {
   Random random(11);
   RobotOptions options;
   options.least_bodies = 6, options.most_bodies = 8;
@@ -203,7 +203,7 @@ TEST_P(Work, IsTheIntegralOfEffortTimesRate) {
   EXPECT_NEAR(simpson(friction), o.integrals.friction_work, 1e-6 * scale);
 }
 
-TEST(PhaseDynamics, RefusesDrivesAndRootsThatDoNotFit) {
+TEST(PhaseDynamics, RejectsInvalidDrivesAndRoots) {
   const Model model = flywheel({});
   const auto message = [&](const PhaseSetup& setup) -> std::string {
     try {

@@ -37,7 +37,7 @@ PhaseSetup pulled(const Model& model, std::function<double(double, std::size_t)>
 }
 
 // Coulomb's friction brakes a wheel evenly, to a stop at J w0 / c, where it stays; its heat is the wheel's energy.
-TEST(JointModes, FrictionBringsAWheelToRestAndKeepsIt) {
+TEST(JointModes, FrictionStopsAndHoldsWheel) {
   constexpr double c = 0.5, w0 = 2, stop = kWheelInertia * w0 / c;
   const Model model = flywheel(sticking(c));
   for (double sense : {1.0, -1.0}) {
@@ -60,7 +60,7 @@ TEST(JointModes, FrictionBringsAWheelToRestAndKeepsIt) {
 
 // An effort that grows as t is held up to the breakaway effort; then the wheel slides under what is left above
 // Coulomb's.
-TEST(JointModes, BreakAwayExactlyAtTheStaticEffort) {
+TEST(JointModes, BreakAwayAtStaticEffort) {
   constexpr double c = 0.5, s = 0.8, rate = 0.1, leaves = s / rate;
   const Model model = flywheel(sticking(c, s));
   for (double sense : {1.0, -1.0}) {
@@ -102,7 +102,7 @@ Model sliders(const JointFriction& first, const JointFriction& second, std::opti
 
 // Of two sliders, one on the other, the lower one sticks while the upper one's friction is too weak to move it, and
 // both are carried along where it is not.
-TEST(JointModes, DecideTogetherWhichOneSlides) {
+TEST(JointModes, JointDecisionOfSlidingJoint) {
   const auto accelerations = [](double first, double second, double effort_on_first) {
     const Model model = sliders(sticking(first), sticking(second));
     PhaseDynamics dynamics(model, pulled(model, [=](double, std::size_t j) { return j == 0 ? effort_on_first : 0; }));
@@ -146,7 +146,7 @@ Model block(const JointLimits& limits, const JointFriction& friction = {}) {
 
 // A block pushed against a stop bounces: it flies for 2 v / a, with e times the speed each time, and rests after v0 / a
 // (1 + e) / (1 - e), less what the rest rate cuts off. Bits do not depend on samples.
-TEST(JointModes, BounceInAGeometricSeriesAndRest) {
+TEST(JointModes, BounceGeometricallyAndRest) {
   constexpr double e = 0.6, height = 0.5, push = 6, mass = 3, a = push / mass, least = 1e-3;
   const Model model = block(stopped(-height, 10, e, least));
   const auto run = [&](double interval, std::vector<JointModes::StopImpact>& impacts) {
@@ -184,7 +184,7 @@ TEST(JointModes, BounceInAGeometricSeriesAndRest) {
   EXPECT_EQ(others.back().time, impacts.back().time);
 }
 
-// A joint that rests on its stop leaves it as soon as it is pulled, and what the stop gives until then is a push.
+// A joint that rests on its stop leaves it as soon as it is pulled, and the stop's force until then is a push.
 TEST(JointModes, LeaveAStopWhenPulled) {
   const Model model = block(stopped(-1, 0, 0.5));
   // b rests on its upper stop under 2 (1 - t), until t = 1.
@@ -218,7 +218,7 @@ Model real(const Model& model, Random& random, double coulomb, double range, con
 }
 
 // Free-floating random robots lose energy to friction and stops, and no momentum.
-TEST(JointModes, KeepMomentumAndAccountForAllEnergy) {
+TEST(JointModes, ConserveMomentumAndBalanceEnergy) {
   long impacts = 0;
   int sticks = 0, breakaways = 0;
   double worst_momentum = 0, worst_energy = 0;
@@ -263,7 +263,7 @@ TEST(JointModes, KeepMomentumAndAccountForAllEnergy) {
 }
 
 // One stop of a free-floating robot takes (1 - e^2) u^2 / (2 (M^-1)_jj) from its energy.
-TEST(JointModes, TakeFromAFreeRobotWhatTheMassMatrixSays) {
+TEST(JointModes, EnergyLossFromMassMatrix) {
   Random random(3);
   RobotOptions options;
   options.least_bodies = options.most_bodies = 5;
@@ -302,9 +302,9 @@ TEST(JointModes, TakeFromAFreeRobotWhatTheMassMatrixSays) {
   EXPECT_NEAR(dynamics.joint_modes().stop_impacts()[0].energy_lost, lost, 1e-13 * before.energy);
 }
 
-// Several joints at their stops at one instant, into them, at rest on them and away from them: stops push and do not
-// pull, joints that meet one leave it with the least restitution of all, and none goes on into its stop.
-TEST(JointModes, StopsThatAreMetTogetherPushAndDoNotPull) {
+// Several joints at their stops at one instant, moving into them, at rest on them and away from them: stops push and do
+// not pull, joints that hit one leave it with the minimum restitution of all, and none moves further into its stop.
+TEST(JointModes, SimultaneousStopsOnlyPush) {
   int together = 0, pulled = 0;
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -359,9 +359,9 @@ TEST(JointModes, StopsThatAreMetTogetherPushAndDoNotPull) {
   EXPECT_GT(pulled, 50);  // some that are at a stop are left alone
 }
 
-// Which of several joints at rest are held: what holds a joint is within its friction, one that is freed goes the way
-// in which it is pulled, against its friction.
-TEST(JointModes, HoldWhatCanBeHeldAndFreeTheRest) {
+// Which of several joints at rest are held: the holding effort of a joint is within its friction; one that is freed
+// moves in the direction of the pull, against its friction.
+TEST(JointModes, HoldIfPossibleElseFree) {
   int held = 0, freed = 0;
   for (int i = 0; i < 400; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -427,7 +427,7 @@ TEST(JointModes, WorkUnderSampledControl) {
 }
 
 // A four-bar with a crank that sticks, on the ground and under gravity: it comes to rest with its loop closed.
-TEST(JointModes, StickInAClosedLoop) {
+TEST(JointModes, StickInClosedLoop) {
   const auto link = [](const char* name, const char* parent, double at, double length) {
     BodyDescription b;
     b.name = b.joint.name = name, b.parent = parent;
@@ -482,7 +482,7 @@ TEST(JointModes, StickInAClosedLoop) {
 
 // On a torque-speed line a wheel comes up as 1 - exp(-t / T), T = J w0 / tau; the winding's heat is the integral of the
 // current's square. A controller's clock changes neither.
-TEST(JointMotors, ComeUpOnTheirTorqueSpeedLine) {
+TEST(JointMotors, FollowTorqueSpeedLine) {
   constexpr double most = 2, w0 = 5, k = 0.1, R = 0.4, T = kWheelInertia * w0 / most;
   BodyDescription ground, wheel;
   const Model plain = flywheel({}, most);

@@ -22,7 +22,7 @@ JointPath random_path(JointProfile profile, Random& random) {
           random.uniform(-2, 2)};
 }
 
-TEST(JointPath, MeetsItsEndsFromInside) {
+TEST(JointPath, EndLimitsFromInside) {
   Worst worst("position, rate and acceleration just inside the ends");
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -75,7 +75,7 @@ TEST(JointPath, RateAndAccelerationAreDerivatives) {
 }
 
 // (3.1) and (3.2) as printed: rate = dtheta/T (a x^2 + b x^3 + c x^4) with x = t/T and s = rate(T) T/dtheta.
-TEST(JointPath, QuarticIsThePrintedFormulaWhereThatIsDefined) {
+TEST(JointPath, QuarticMatchesPrintedFormula) {
   Worst worst("rate against (3.1)-(3.2)");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -93,7 +93,7 @@ TEST(JointPath, QuarticIsThePrintedFormulaWhereThatIsDefined) {
   }
 }
 
-TEST(JointPath, ZeroTravelWithARateAtTheEnd) {
+TEST(JointPath, ZeroTravelWithFinalRate) {
   for (JointProfile profile : kProfiles) {
     const JointPath path{profile, 4, 0.7, 0.7, 0, 0.3};
     EXPECT_EQ(evaluate(path, 0).position, 0.7);
@@ -106,7 +106,7 @@ TEST(JointPath, ZeroTravelWithARateAtTheEnd) {
   EXPECT_EQ(evaluate(still, 1.3).rate, 0);
 }
 
-TEST(JointPath, FromRestTheQuinticIsTheQuarticAndTheCycloidIsASine) {
+TEST(JointPath, FromRestQuinticEqualsQuarticAndCycloidIsSine) {
   for (double x : {0.1, 0.37, 0.5, 0.9}) {
     const JointPath quartic{JointProfile::quartic, 3, -1, 0.5, 0, 0.2},
         quintic{JointProfile::quintic, 3, -1, 0.5, 0, 0.2};

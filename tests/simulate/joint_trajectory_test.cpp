@@ -54,7 +54,7 @@ TEST(ChebyshevPiece, ReproducesPolynomialsUpToItsDegree) {
   }
 }
 
-TEST(ChebyshevPiece, ReproducesASineToRounding) {
+TEST(ChebyshevPiece, ReproducesSineToRounding) {
   const JointTrajectory trajectory = interpolated(1, 4, 24, [](double t) { return std::sin(t); });
   double position = 0, rate = 0, acceleration = 0;
   for (int k = 0; k <= 300; ++k) {
@@ -100,7 +100,7 @@ TEST(JointTrajectory, RateAndAccelerationAreDerivatives) {
   }
 }
 
-TEST(JointTrajectory, AtAJoinTheLaterPieceSpeaksUnlessAnotherIsNamed) {
+TEST(JointTrajectory, LaterPieceAppliesAtJoin) {
   const JointTrajectory trajectory = three_pieces();
   for (double join : {3.0, 4.0}) {
     const JointPoint before = evaluate(trajectory, join, join - 0.1), after = evaluate(trajectory, join, join + 0.1);
@@ -135,7 +135,7 @@ TEST(JointTrajectory, StaysAtItsEnds) {
   EXPECT_EQ(evaluate(parabola, 0, -1).acceleration, 0);
 }
 
-TEST(JointTrajectory, BreaksAtEndsOfPiecesButNotOfARest) {
+TEST(JointTrajectory, BreaksAtEndsOfMovingPieces) {
   EXPECT_THAT(break_times(three_pieces()), ElementsAre(1, 3, 4, 6));
   EXPECT_THAT(break_times(JointTrajectory::at_rest(1)), IsEmpty());
   EXPECT_THAT(break_times(JointTrajectory()), IsEmpty());
@@ -205,7 +205,7 @@ TEST(InterpolateSamples, SplineHasContinuousAccelerationAndNoKnotNextToTheEnds) 
   EXPECT_NEAR(third(times.size() - 2), third(times.size() - 3), 1e-8);
 }
 
-TEST(InterpolateSamples, WithRatesMeetsThem) {
+TEST(InterpolateSamples, ReproducesRates) {
   const std::vector<double> times{0, 1, 1.5}, positions{0, 2, -1}, rates{1, -3, 0.5};
   const JointTrajectory trajectory = interpolate_samples(times, positions, rates);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -225,7 +225,7 @@ std::string message_of(F f) {
   return "accepted";
 }
 
-TEST(InterpolateSamples, RefusesWhatIsNoTable) {
+TEST(InterpolateSamples, RejectsInvalidTable) {
   const auto message = [](std::vector<double> t, std::vector<double> p, std::vector<double> v = {}) {
     return message_of([&] { interpolate_samples(t, p, v); });
   };
@@ -238,13 +238,13 @@ TEST(InterpolateSamples, RefusesWhatIsNoTable) {
   EXPECT_EQ(message({1, 2}, {1, 2}, {0, 0}), "accepted");
 }
 
-TEST(JointTrajectory, ValidationNamesTheFault) {
+TEST(JointTrajectory, ValidationNamesError) {
   const auto message = [](const JointTrajectory& trajectory) { return message_of([&] { validate(trajectory); }); };
   EXPECT_EQ(message(three_pieces()), "accepted");
   EXPECT_EQ(message({0.1, JointPath{JointProfile::quintic, 0.2, 0, 1, 0, 0}}), "accepted");  // 0.1 + 0.2 rounds
   JointTrajectory gap = three_pieces();
   gap.pieces.erase(gap.pieces.begin() + 1);
-  EXPECT_THAT(message(gap), HasSubstr("begin where the one before ends"));
+  EXPECT_THAT(message(gap), HasSubstr("begin where the previous one ends"));
   JointTrajectory backwards = three_pieces();
   backwards.pieces[0].begin = 5;
   EXPECT_THAT(message(backwards), HasSubstr("end after it begins"));

@@ -26,7 +26,7 @@ Symmetric3d about(const Vector3d& a, double J) {
           h * a[0] * a[1],     h * a[0] * a[2],     h * a[1] * a[2]};
 }
 
-// A body with gyros; its inertia includes them, as they are at their zeros.
+// A body with gyros; its inertia includes them, at zero gimbal angles.
 struct Case {
   Model model;
   std::vector<MomentGyro> gyros;
@@ -123,7 +123,7 @@ PhaseSetup steering(const Case& c, const Vector3d& kp, const Vector3d& kd, const
 
 // A scissored pair turns its base about one axis: (I + J_s sin^2 d) w + 2 h sin d = 0, and a motor of little torque
 // moves it by a large one, which the momentum h amplifies.
-TEST(MomentGyros, AScissoredPairTurnsItsBaseAsItsMomentumSays) {
+TEST(MomentGyros, ScissoredPairRotatesBase) {
   constexpr double I = 40, r = 0.4;
   const Case c = body_with({{{0, -1, 0}, {1, 0, 0}}, {{0, 1, 0}, {-1, 0, 0}}}, Symmetric3d::diagonal(50, 45, I));
   PhaseDynamics dynamics(c.model, telling(c, {r, r}));
@@ -160,7 +160,7 @@ TEST(MomentGyros, AScissoredPairTurnsItsBaseAsItsMomentumSays) {
 
 // One gyro with its momentum not zero: what the base does follows from the momentum that stays, R^T L = I(d) w + h +
 // ...
-TEST(MomentGyros, OneGyroAndItsBaseKeepTheirMomentum) {
+TEST(MomentGyros, ConservesMomentum) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseDynamics dynamics(c.model, telling(c, {0.3}));
   State start = spinning(c);
@@ -193,7 +193,7 @@ TEST(MomentGyros, OneGyroAndItsBaseKeepTheirMomentum) {
 
 // Attitude control through a pyramid: it gives what is asked, the base comes to its attitude, momentum and energy are
 // accounted for.
-TEST(MomentGyros, APyramidTurnsItsBase) {
+TEST(MomentGyros, PyramidRotatesBase) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 2);
   PhaseSetup setup = steering(c, {4, 4, 4}, {25, 25, 25});
   setup.attitude->R_WD = rotation_matrix(Quaterniond{std::cos(0.2), std::sin(0.2), 0, 0});
@@ -225,8 +225,8 @@ TEST(MomentGyros, APyramidTurnsItsBase) {
   EXPECT_LT(norm(root_pose(c.model, o.end_state, c.base).R * h - L), 1e-3);
 }
 
-// Gimbals that nobody turns stand still, by what their motors hold against h and the base's rate.
-TEST(MomentGyros, GimbalsStandStillWhileTheirBaseTurns) {
+// Gimbals without commands are at rest, held by their motors against h and the base's rate.
+TEST(MomentGyros, GimbalsAtRestWhileBaseRotates) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseSetup setup;
   setup.gyros = c.gyros;
@@ -244,7 +244,7 @@ TEST(MomentGyros, GimbalsStandStillWhileTheirBaseTurns) {
 }
 
 // Rates that an impact has changed come back to what they are to be, each as exp(-k t), by their motors' work.
-TEST(MomentGyros, MotorsBringRatesBack) {
+TEST(MomentGyros, MotorsRestoreRates) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseSetup setup;
   setup.gyros = c.gyros;
@@ -263,7 +263,7 @@ TEST(MomentGyros, MotorsBringRatesBack) {
 }
 
 // A motor with too little torque gives what it has: the gimbal is late, nothing is lost.
-TEST(MomentGyros, MotorsGiveNoMoreThanTheyHave) {
+TEST(MomentGyros, MotorsSaturate) {
   constexpr double most = 0.02, r = 0.4;
   const Case c =
       body_with({{{0, -1, 0}, {1, 0, 0}}, {{0, 1, 0}, {-1, 0, 0}}}, Symmetric3d::diagonal(3000, 3000, 4000), most);
@@ -288,7 +288,7 @@ TEST(MomentGyros, MotorsGiveNoMoreThanTheyHave) {
 }
 
 // (17.8): least rates that give the torque, with the base's own turning in it; all cut alike at the largest.
-TEST(MomentGyros, SteeringGivesTheTorqueWithTheLeastRates) {
+TEST(MomentGyros, SteeringIsMinimumNorm) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 0.5);
   GyroArray array(c.gyros);
   const State state = spinning(c, {0.3, -0.2, 0.5, 0.1});
@@ -320,7 +320,7 @@ TEST(MomentGyros, SteeringGivesTheTorqueWithTheLeastRates) {
 
 // All momenta's derivatives in a plane: (-90, 0, 90, 0) deg. There the measure is zero, no torque is given across,
 // which is said, and the dither turns the gimbals out of it where damping alone does not.
-TEST(MomentGyros, SingularitiesAreSaidAndLeft) {
+TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 2);
   constexpr double quarter = 1.5707963267948966;
   const State singular = spinning(c, {-quarter, 0, quarter, 0});
@@ -352,7 +352,7 @@ TEST(MomentGyros, SingularitiesAreSaidAndLeft) {
   EXPECT_GT(norm(totals(c.model, o.end_state).momentum.angular), 1);
 }
 
-TEST(MomentGyros, MisuseIsRefused) {
+TEST(MomentGyros, RejectsMisuse) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40));
   std::vector<MomentGyro> gyros = c.gyros;
   gyros[0].spin_axis = gyros[0].gimbal_axis;
@@ -369,7 +369,7 @@ TEST(MomentGyros, MisuseIsRefused) {
   EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);
   setup = telling(c, {0, 0, 0, 0});
   setup.clock = {};
-  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // nothing holds what is told
+  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // no actuator receives the command
 }
 
 }  // namespace moment_gyros_test

@@ -55,7 +55,7 @@ State after(const Model& model, const PhaseSetup& setup, const State& start, dou
 
 // --- The orbit itself ---
 
-TEST(Orbit, FiguresOfALowOne) {
+TEST(Orbit, LowOrbitValues) {
   const OrbitPoint at = orbit_point(low_orbit(), 0);
   EXPECT_NEAR(mean_motion(low_orbit()), 1.1314e-3, 5e-8);
   EXPECT_DOUBLE_EQ(at.rate, mean_motion(low_orbit()));
@@ -70,7 +70,7 @@ TEST(Orbit, FiguresOfALowOne) {
   EXPECT_NEAR(dot(torque, at.R_WO.column(2)), -norm(torque), 1e-15);  // back to the vertical
 }
 
-// Gravity of one central body, two positions and velocities at once.
+// Gravity of one central body, two positions and velocities together.
 using Pair = std::array<long double, 12>;
 Pair rate_of(const Pair& y) {
   Pair rate{};
@@ -112,7 +112,7 @@ Vector3d part_of(const Pair& y, int first) {
   return {static_cast<double>(y[first]), static_cast<double>(y[first + 1]), static_cast<double>(y[first + 2])};
 }
 
-TEST(Orbit, ThePointMovesAsTwoBodiesDo) {
+TEST(Orbit, ReferencePointIsTwoBodyMotion) {
   Worst place("place of the reference point over its radius");
   int n = 0;
   for (double e : {0.0, 0.1, 0.6, 0.9}) {
@@ -164,7 +164,7 @@ TEST(Orbit, DriftIsClohessyAndWiltshires) {
 }
 
 // A thrust that keeps to the along-track direction, in the same frame as all else.
-TEST(Orbit, ALoadInItsAxesTurnsWithThem) {
+TEST(Orbit, LoadRotatesWithOrbitalAxes) {
   const Model model = one_body(Symmetric3d::diagonal(1, 2, 2.5));  // 3 kg
   const ReferenceOrbit orbit = low_orbit();
   const double n = mean_motion(orbit), a = -2e-5;
@@ -182,7 +182,7 @@ TEST(Orbit, ALoadInItsAxesTurnsWithThem) {
   EXPECT_GT(norm(expected), 100);
 }
 
-TEST(Orbit, NearAnEllipseTheErrorIsOfSecondOrder) {
+TEST(Orbit, LinearFieldErrorIsSecondOrder) {
   const Model model = one_body(Symmetric3d::diagonal(1, 2, 2.5));
   for (double e : {0.0, 0.2, 0.7}) {
     const ReferenceOrbit orbit = low_orbit(e, 0.9);
@@ -229,7 +229,7 @@ TEST(Orbit, DumbbellLibrates) {
 }
 
 // The field is linear, so force and torque on a body are those on its parts: a welded pair moves as the body it makes.
-TEST(Orbit, ABodyMovesAsItsWeldedParts) {
+TEST(Orbit, BodyEqualsWeldedParts) {
   BodyDescription root, welded;
   root.name = root.joint.name = "root";
   root.joint.type = JointType::free;
@@ -304,7 +304,7 @@ TEST(Orbit, ImpulseAndWorkBalance) {
 }
 
 // Where the reference point is, and how it moves, in the frame of the computation: that frame itself is no matter.
-TEST(Orbit, FramesThatMoveUniformlyAreAlike) {
+TEST(Orbit, UniformlyMovingFramesAreEquivalent) {
   Random random(5);
   RobotOptions options;
   options.least_bodies = 4, options.most_bodies = 6;
@@ -363,7 +363,7 @@ TEST(Orbit, FaultsAreNamed) {
 
 // --- Air and light ---
 
-TEST(Stream, PushesAPlateAsItsSurfaceSays) {
+TEST(Stream, ForceFollowsSurfaceProperties) {
   Stream stream;
   stream.pressure = 4, stream.area = 0.5;
   const Vector3d d{0, 0, -1}, up{0, 0, 1};
@@ -387,7 +387,7 @@ TEST(Stream, PushesAPlateAsItsSurfaceSays) {
 
 // A plate that turns under the stream: momentum by the integral of p A cos^+(w t), its centre of pressure at the
 // centre of mass.
-TEST(Stream, FollowsTheBodysAttitude) {
+TEST(Stream, FollowsAttitude) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 2));
   PhaseSetup setup;
   setup.loads.resize(1);

@@ -97,7 +97,7 @@ PhaseSetup asking(const Gyrostat& g, const Vector3d& torque) {
 }
 
 // A wheel with the torque u takes a body's spin in (J - J_s) w0 / u, and then turns at J w0 / J_s.
-TEST(ReactionWheels, TakeASpinInTheTimeThatTheirTorqueTakes) {
+TEST(ReactionWheels, AbsorbSpinInExpectedTime) {
   constexpr double J = 4, J_s = 0.05, w0 = 0.3, u = 0.2;
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s);
   PhaseDynamics dynamics(g.model, asking(g, {0, 0, -u}));
@@ -117,7 +117,7 @@ TEST(ReactionWheels, TakeASpinInTheTimeThatTheirTorqueTakes) {
 
 // Bearings turn a free wheel's spin into heat and give its momentum to the base: W' m = -(c W + d), m = J_s (1 -
 // J_s/J).
-TEST(ReactionWheels, FrictionOfTheirBearingsGivesTheBaseTheirMomentum) {
+TEST(ReactionWheels, BearingFrictionTransfersMomentum) {
   constexpr double J = 4, J_s = 0.05, c = 2e-4, d = 3e-3, W = 40, m = J_s * (1 - J_s / J);
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, kNone, c, d);
   PhaseSetup setup;                                 // nothing drives it
@@ -141,9 +141,9 @@ TEST(ReactionWheels, FrictionOfTheirBearingsGivesTheBaseTheirMomentum) {
   EXPECT_GT(-o.integrals.friction_work, 0.5 * energy);
 }
 
-// At its largest rate a wheel takes no more: the spin that is left follows from the momentum. Asked for the opposite it
-// slows down at once.
-TEST(ReactionWheels, LeaveTheSpinThatTheyHaveNoRoomFor) {
+// At its maximum rate a wheel accepts no more torque: the remaining spin follows from the momentum. With a command of
+// the opposite sign it slows down immediately.
+TEST(ReactionWheels, SpinRemainsAtMaximumRate) {
   constexpr double J = 4, J_s = 0.05, w0 = 0.3, u = 0.2, most = 20;
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, most);
   const auto controller = std::make_shared<ConstantTorque>(Vector3d{0, 0, -u});
@@ -169,7 +169,7 @@ TEST(ReactionWheels, LeaveTheSpinThatTheyHaveNoRoomFor) {
 }
 
 // A wheel that holds its largest rate is let go when the base, turned by something else, asks it to turn back.
-TEST(ReactionWheels, AreLetGoWhereTheLawTurnsRound) {
+TEST(ReactionWheels, FreedWhenTorqueReverses) {
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, 4), {{0, 0, 1}}, 0.05, kNone, 10);
   PhaseSetup setup;
   setup.attitude = {g.model.body_index("base"), Rotationd::identity(), {0, 0, 0.5}, {0, 0, 0.2}};
@@ -191,9 +191,9 @@ TEST(ReactionWheels, AreLetGoWhereTheLawTurnsRound) {
   EXPECT_LT(off, 1e-12);
 }
 
-// The rate of a body with wheels that turn freely, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an
-// integration of its own, with no bodies, joints or recursions.
-TEST(ReactionWheels, CoupleByTheirMomentum) {
+// The rate of a body with freely turning wheels, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an
+// independent integration, without bodies, joints or recursions.
+TEST(ReactionWheels, GyroscopicCoupling) {
   const Symmetric3d J{3, 4, 5, 0.2, -0.1, 0.3};
   constexpr double J_s = 0.08;
   const std::vector<Vector3d> axes = pyramid();
@@ -234,7 +234,7 @@ TEST(ReactionWheels, CoupleByTheirMomentum) {
 
 // Four wheels bring a tumbling body to rest at its attitude; one that reaches its largest rate leaves the torque to the
 // other three, which give all of it.
-TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
+TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
   const Gyrostat g = gyrostat({3, 4, 5, 0.2, -0.1, 0.3}, pyramid(), 0.05, 0.5, 9.5);
   PhaseSetup setup;
   setup.attitude = {g.model.body_index("base"), rotation_about({0, 0.6, 0.8}, 0.4), {1, 1, 1}, {3, 3, 3}};
@@ -268,7 +268,7 @@ TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
 
 // Whatever the wheels, rates stay within their largest ones, and momentum and energy are kept, with many changes of
 // mode.
-TEST(ReactionWheels, KeepWithinTheirRatesWhateverTheyAre) {
+TEST(ReactionWheels, StayWithinMaximumRates) {
   Random random(7301);
   double off = 0, lost = 0;
   int held = 0;
@@ -306,7 +306,7 @@ TEST(ReactionWheels, KeepWithinTheirRatesWhateverTheyAre) {
 }
 
 // Motors that are asked for more than they have keep the direction of the torque.
-TEST(ReactionWheels, KeepTheDirectionOfATorqueThatIsTooMuch) {
+TEST(ReactionWheels, KeepDirectionOfExcessiveTorque) {
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 4, 5), pyramid(), 0.05, 0.1);
   WheelArray wheels(g.wheels);
   std::vector<double> effort(g.model.joints().size());
@@ -321,7 +321,7 @@ TEST(ReactionWheels, KeepTheDirectionOfATorqueThatIsTooMuch) {
   EXPECT_NEAR(largest, 0.1, 1e-16);
 }
 
-TEST(ReactionWheels, SayWhichTorqueTheyCannotGive) {
+TEST(ReactionWheels, ReportInfeasibleTorque) {
   const std::vector<Vector3d> plane{{1, 0, 0}, {0.6, 0.8, 0}};
   EXPECT_LT(lacking_torque(plane, {0, 1, 0}), 1e-15);
   EXPECT_NEAR(lacking_torque(plane, {0, 0, 1}), 1, 1e-15);

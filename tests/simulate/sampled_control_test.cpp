@@ -1,4 +1,5 @@
-/// Sampled control: bounds of stability and growth against exact roots, delays, what is held, controllers of one's own.
+/// Sampled control: bounds of stability and growth against exact roots, delays, held commands, user-defined
+/// controllers.
 
 #include <gtest/gtest.h>
 
@@ -102,7 +103,7 @@ TEST(SampledControl, RateDampingIsStableUpToTheExactBound) {
 }
 
 // The same of a free body under attitude control about one axis: the torque comes from outside.
-TEST(SampledControl, DampsABaseFromOutside) {
+TEST(SampledControl, DampsBaseByExternalTorque) {
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4));
   constexpr double kDamping = 3 * 1.5 / kPeriod;  // a = 1.5 about y
   PhaseSetup setup;
@@ -122,7 +123,7 @@ TEST(SampledControl, DampsABaseFromOutside) {
   EXPECT_LT(lost, 1e-12);
 }
 
-TEST(SampledControl, SaysWhenAnUnstableLoopRunsAway) {
+TEST(SampledControl, ReportsUnstableLoop) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, damped(model, 4, 0));  // grows by 3 per sample
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 1), 0, 10, 1, {});
@@ -133,7 +134,7 @@ TEST(SampledControl, SaysWhenAnUnstableLoopRunsAway) {
   EXPECT_NE(o.failure.find("every 0.01 s"), std::string::npos) << o.failure;
 }
 
-// What is held, and what is on its way, outlives a piece of the run; a step never crosses an edge.
+// Held and delayed commands outlive a piece of the run; a step never crosses an edge.
 TEST(SampledControl, HoldsAcrossPieces) {
   const Model model = flywheel({});
   const double delay = 1.3 * kPeriod;
@@ -177,7 +178,7 @@ TEST(SampledControl, ComputedTorqueAndNoiseAreReadAtTheSamples) {
   EXPECT_GT(std::abs(setup.drives[0].noise.at(0.1).position), 1e-5);
 }
 
-// A controller of one's own, which does what pd does.
+// A user-defined controller that computes the same as pd.
 class OwnPd final : public Controller {
  public:
   void begin_piece(const Model&, double) override { ++pieces; }
@@ -192,7 +193,7 @@ class OwnPd final : public Controller {
   int pieces = 0, updates = 0;
 };
 
-TEST(Controller, IsTheLawThatItCopies) {
+TEST(Controller, EqualsBuiltInLaw) {
   const Model model = flywheel({});
   for (const bool sampled : {false, true}) {
     PhaseSetup setup;
@@ -215,7 +216,7 @@ TEST(Controller, IsTheLawThatItCopies) {
   }
 }
 
-TEST(Controller, IsCutAtTheLimitAndRefusedWhereItSaysNoNumber) {
+TEST(Controller, LimitedAndRejectedIfNotFinite) {
   const Model model = flywheel({}, 0.2);
   const auto own = std::make_shared<OwnPd>();
   PhaseSetup setup;
@@ -229,11 +230,11 @@ TEST(Controller, IsCutAtTheLimitAndRefusedWhereItSaysNoNumber) {
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0.1, 0.2, 0, {});
   EXPECT_FALSE(o.finished);
   EXPECT_EQ(o.end_time, 0.1);
-  EXPECT_NE(o.failure.find("at t = 0.1 s the controller says an effort of nan at joint"), std::string::npos)
+  EXPECT_NE(o.failure.find("at t = 0.1 s the controller returns an effort of nan at joint"), std::string::npos)
       << o.failure;
 }
 
-TEST(Controller, TurnsTheBase) {
+TEST(Controller, RotatesBase) {
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4));
   const auto own = std::make_shared<OwnPd>();
   own->base = 0.8;
@@ -253,7 +254,7 @@ TEST(Controller, TurnsTheBase) {
   EXPECT_THROW(PhaseDynamics(model, setup), std::invalid_argument);
 }
 
-TEST(ControlClock, RefusesTimingsThatDoNotFit) {
+TEST(ControlClock, RejectsInvalidTiming) {
   EXPECT_THROW(ControlClock({0, 0}, 1), std::invalid_argument);
   EXPECT_THROW(ControlClock({0.1, -1}, 1), std::invalid_argument);
   EXPECT_THROW(ControlClock({NAN, 0}, 1), std::invalid_argument);

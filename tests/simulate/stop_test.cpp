@@ -32,7 +32,7 @@ StopCondition angle_below(double limit) {
 }
 
 // The damped oscillator passes its reference for the first time at w t = pi - atan(w/damping).
-TEST(Stop, IsFoundWhereTheClosedFormHasIt) {
+TEST(Stop, MatchesClosedForm) {
   const Model model = flywheel({});
   PhaseSetup setup;
   setup.drives = {{JointControl::pd, JointTrajectory::at_rest(1), 20, 2}};
@@ -50,7 +50,7 @@ TEST(Stop, IsFoundWhereTheClosedFormHasIt) {
 }
 
 // The state at the stop is that of a phase that ends there by itself.
-TEST(Stop, StateIsThatOfAPhaseOfThatLength) {
+TEST(Stop, StateEqualsPhaseOfSameLength) {
   Worst worst("state at the stop against a phase of that length");
   for (int i = 0; i < 10; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -72,7 +72,7 @@ TEST(Stop, StateIsThatOfAPhaseOfThatLength) {
   }
 }
 
-TEST(Stop, AtOnceWhereItIsNotPositive) {
+TEST(Stop, ImmediateIfNotPositive) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, {});
   for (double limit : {0.5, 0.3}) {  // zero, negative
@@ -86,7 +86,7 @@ TEST(Stop, AtOnceWhereItIsNotPositive) {
   }
 }
 
-TEST(Stop, NeverIsThePhaseWithoutIt) {
+TEST(Stop, NeverEqualsPhaseWithout) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, {});
   const Stopped s = run_until(dynamics, turning(model, 1), 0, 2, 0.5, angle_below(3));
@@ -126,7 +126,7 @@ TEST(Stop, BackwardsAndWithRk4) {
 }
 
 // Past a break: rest until t = 1, then the parabola 0.5 (t - 1)^2, which is 0.32 at 1.8.
-TEST(Stop, IsFoundBehindABreak) {
+TEST(Stop, FoundAfterBreak) {
   const Model model = flywheel({});
   PhaseSetup setup;
   setup.drives.resize(1);
@@ -146,7 +146,7 @@ TEST(Stop, IsFoundBehindABreak) {
   EXPECT_THAT(at_break.times, ElementsAre(0, 0.5, 1));
 }
 
-TEST(Stop, RefusesAConditionThatIsNotANumber) {
+TEST(Stop, RejectsNaN) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, {});
   EXPECT_THROW(run_until(dynamics, turning(model, 1), 0, 1, 0, [](double, const State&) { return NAN; }),

@@ -50,7 +50,7 @@ void expect_consistent(const Scene& s, const RestAnswer& a, Worst& worst) {
   worst.balance = std::max(worst.balance, (dense.A * a.friction + dense.b - a.acceleration).norm() / scale);
 }
 
-TEST(StuckLoops, StayAtRestExactlyWhereFrictionCanHoldThem) {
+TEST(StuckLoops, AtRestIfFrictionSuffices) {
   Worst worst;
   int stay = 0, move = 0, rigid = 0;
   for (int i = 0; i < 600; ++i) {
@@ -112,7 +112,7 @@ TEST(StuckLoops, BreakAwayAtStaticAndSlipUnderCoulombFriction) {
 }
 
 // All modes of up to five joints, one by one: exactly those that fit have the accelerations found.
-TEST(StuckLoops, AgreeWithEveryModeThatFits) {
+TEST(StuckLoops, ConsistentWithAnyValidMode) {
   int fitting = 0;
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -157,7 +157,7 @@ TEST(StuckLoops, AgreeWithEveryModeThatFits) {
 }
 
 // Turned, held by another arm with the joints in another order, in other units, and off by rounding: the same modes.
-TEST(StuckLoops, DoNotDependOnFramesOrderUnitsAndRounding) {
+TEST(StuckLoops, IndependentOfFramesOrderUnitsAndRounding) {
   for (int i = 0; i < 150; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(3000 + i);
@@ -195,8 +195,8 @@ TEST(StuckLoops, DoNotDependOnFramesOrderUnitsAndRounding) {
   }
 }
 
-// An effort that grows evenly breaks a loop away when the program says so, not before, and not later.
-TEST(StuckLoops, BreakAwayInTime) {
+// A linearly growing effort breaks a loop away at the reported time.
+TEST(StuckLoops, BreakAwayTime) {
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(4000 + i);
@@ -227,7 +227,7 @@ TEST(StuckLoops, BreakAwayInTime) {
 
 // Two arms of one joint each hold a target as a structure: what holds the one that sticks is open, and stays within
 // what it can hold, however large the load.
-TEST(StuckLoops, StructuresWithoutMobilityShareWhatIsOpen) {
+TEST(StuckLoops, ImmobileStructuresMinimumNorm) {
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(5000 + i);

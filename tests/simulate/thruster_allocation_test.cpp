@@ -33,7 +33,7 @@ double cheapest_corner(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const
   return least;
 }
 
-TEST(LeastCost, IsThatOfTheCheapestCorner) {
+TEST(LeastCost, OptimalCorner) {
   Random random(180);
   int solved = 0, impossible = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -61,7 +61,7 @@ TEST(LeastCost, IsThatOfTheCheapestCorner) {
   EXPECT_GT(impossible, 50);
 }
 
-TEST(LeastCost, LeavesOutRowsThatSayTheSame) {
+TEST(LeastCost, DropsRedundantRows) {
   Eigen::MatrixXd A(3, 3);
   A << 1, -1, 2, 2, -2, 4, 0, 0, 0;
   const Eigen::Vector3d c(1, 1, 3);
@@ -92,7 +92,7 @@ std::vector<Thruster> couples(double force = 2) {
   return thrusters;
 }
 
-TEST(ThrusterAllocation, GivesATorqueWithoutForceWhereTheArrayCan) {
+TEST(ThrusterAllocation, PureTorqueIfPossible) {
   const std::vector<Thruster> array = couples();
   const ThrusterAllocation allocation(array, {0, 0, 0});
   EXPECT_TRUE(allocation.is_pure());
@@ -113,7 +113,7 @@ TEST(ThrusterAllocation, GivesATorqueWithoutForceWhereTheArrayCan) {
   EXPECT_NEAR(used, 1.2 / 4 * 2 * mass_flow(array[0]), 1e-15);
 }
 
-TEST(ThrusterAllocation, SaysWhatItCannotGive) {
+TEST(ThrusterAllocation, ReportsInfeasibleTorque) {
   std::vector<Thruster> array = couples();
   array.resize(8);  // none about z
   const ThrusterAllocation allocation(array, {0, 0, 0});
@@ -125,7 +125,7 @@ TEST(ThrusterAllocation, SaysWhatItCannotGive) {
 }
 
 // Torques are those about the point that is said, and what is cheap is propellant, not time.
-TEST(ThrusterAllocation, IsAboutItsPointAndSavesPropellant) {
+TEST(ThrusterAllocation, AboutPointWithMinimumPropellant) {
   std::vector<Thruster> thrusters(3);
   for (Thruster& t : thrusters) t.direction = {0, 1, 0};
   thrusters[0].position = {1, 0, 0}, thrusters[0].force = 2, thrusters[0].specific_impulse = 100;
@@ -145,7 +145,7 @@ TEST(ThrusterAllocation, IsAboutItsPointAndSavesPropellant) {
   EXPECT_NEAR((*times)[2], 1, 1e-13);
 }
 
-TEST(Thruster, PointsWhereItsMisalignmentTurnsIt) {
+TEST(Thruster, DirectionIncludesMisalignment) {
   Thruster t;
   t.direction = {1, 0, 0};
   t.misalignment = {0, 0, 0.1};

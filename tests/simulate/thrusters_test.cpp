@@ -74,7 +74,7 @@ TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   constexpr double w = 0.4 * D;
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.6, 0.5};
   Case c = make_case(couples(t_min), kp, kd, schmitt);
-  // Both thrusters of a couple go on where the torque asked for is level_on of what they give at full force.
+  // Both thrusters of a couple switch on where the commanded torque is level_on of their full torque.
   const double on = schmitt.level_on * T;
   const auto edge = [&](double rate) { return (on - kd * rate) / kp; };  // of the angle, going up
   PhaseDynamics dynamics(c.model, c.setup);
@@ -130,7 +130,7 @@ TEST(Thrusters, LimitCycleUnderAConstantTorqueBalancesIt) {
 }
 
 // Sampled pulses: what is asked for is given on the average, edges are exact, and momentum is that of the forces.
-TEST(Thrusters, PulsesGiveWhatIsAskedForAndTheirEdgesAreExact) {
+TEST(Thrusters, PulsesGiveCommandWithExactEdges) {
   for (const double delay : {0.0, 0.03}) {
     Case c = make_case(couples(), 1.5, 6, {});
     c.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, delay}, 0);
@@ -177,7 +177,7 @@ ThrusterBank begun_bank(double min_on_time = 0, double rise = 0, double fall = 0
   return bank;
 }
 
-TEST(ThrusterBank, PulsesThatAreTooLongAreScaledAlike) {
+TEST(ThrusterBank, LongPulsesAreScaledTogether) {
   ThrusterBank bank = begun_bank();
   // A couple gives 2 N m: 2 s and 0.5 s of a period of 1 s.
   const Vector3d mean = bank.pulse({4, 1, 0}, 1, {});
@@ -205,7 +205,7 @@ TEST(ThrusterBank, ShortPulsesHaveHysteresis) {
   }
 }
 
-TEST(ThrusterBank, APulseAfterAPulseThatLastsCountsFromItsOwnBeginning) {
+TEST(ThrusterBank, ConsecutivePulsesCountFromTheirOwnStart) {
   ThrusterBank bank = begun_bank();
   bank.pulse({2, 0, 0}, 1, {});
   bank.advance(1, 1e-12);
@@ -220,7 +220,7 @@ TEST(ThrusterBank, APulseAfterAPulseThatLastsCountsFromItsOwnBeginning) {
   EXPECT_EQ(firings, 2);  // each once
 }
 
-TEST(ThrusterBank, ARampThatBeginsInTheMiddleEndsSooner) {
+TEST(ThrusterBank, PartialRampEndsEarlier) {
   ThrusterBank bank = begun_bank(0, 1, 1);
   bank.open(0);
   bank.advance(0.4, 1e-12);
@@ -232,7 +232,7 @@ TEST(ThrusterBank, ARampThatBeginsInTheMiddleEndsSooner) {
   EXPECT_NEAR(bank.next_edge(0.6, 10, 1e-12), 0.6 + 0.8, 1e-15);
 }
 
-TEST(ThrusterBank, ValvesCloseWhileNobodyLooks) {
+TEST(ThrusterBank, ValvesCloseBetweenCalls) {
   ThrusterBank bank = begun_bank();
   bank.open(0);
   bank.mean_torque = {1, 0, 0};
@@ -246,7 +246,7 @@ TEST(ThrusterBank, ValvesCloseWhileNobodyLooks) {
   EXPECT_NEAR(bank.use(0).on_time, 1, 1e-15);
 }
 
-TEST(ThrusterBank, CountsTheTimeOfDumping) {
+TEST(ThrusterBank, CountsDumpingTime) {
   ThrusterBank bank = begun_bank();
   const MomentumDumping dumping{4, 1, 0.2};
   EXPECT_TRUE(bank.dumps(5, dumping));
@@ -260,7 +260,7 @@ TEST(ThrusterBank, CountsTheTimeOfDumping) {
 }
 
 // By a rate alone: on from level_on on, with a constant torque, off exactly at level_off.
-TEST(Thrusters, GoOffExactlyAtTheirLevel) {
+TEST(Thrusters, SwitchExactlyAtLevel) {
   constexpr double kd = 10, T = 2 * kLever * kForce, w0 = 0.18;
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.8, 0.3};
   Case c = make_case(couples(), 0, kd, schmitt);
@@ -271,14 +271,14 @@ TEST(Thrusters, GoOffExactlyAtTheirLevel) {
   EXPECT_NEAR(c.bank->use(8).on_time + c.bank->use(9).on_time, kInertia * (w0 - o.end_state.v[2]) / T, 1e-11);
 }
 
-// What a law is told that acts beside it is what acts: the same accelerations follow from it, also where thrusters
-// push, about a point that is not the base's origin, and where another joint's law is cut by its motor.
+// The forces reported to a law as acting besides its own are the actual ones: they give the same accelerations, also
+// with thrusters, about a point that is not the base's origin, and with another joint's law saturated by its motor.
 struct Listening : Controller {
   void update(const ControlInput& in, ControlCommand&) override { force.assign(in.force.begin(), in.force.end()); }
   std::vector<double> force;
 };
 
-TEST(Thrusters, LawsAreToldWhatThrustersGive) {
+TEST(Thrusters, LawsReceiveThrusterForces) {
   BodyDescription base, arm, hand;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -292,7 +292,7 @@ TEST(Thrusters, LawsAreToldWhatThrustersGive) {
   hand.X_PF.p = {2, 0, 0};
   hand.joint.limits.effort = 1;
   const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
-  // One thruster each way about every axis, none of them a couple.
+  // One thruster in each direction about every axis, none of them a couple.
   std::vector<Thruster> thrusters = couples();
   for (const int both : {10, 6, 2}) thrusters.erase(thrusters.begin() + both, thrusters.begin() + both + 2);
   const auto bank = std::make_shared<ThrusterBank>(thrusters, base.com);
@@ -382,7 +382,7 @@ Vector3d momentum_of(const WheeledCase& w, const State& s) {
   return h;
 }
 
-TEST(Wheels, SpeedsGoWhereTheyAreWantedWithoutTorqueOnTheBase) {
+TEST(Wheels, NullSpaceControlReachesSpeeds) {
   WheeledCase w = with_pyramid(1, 400);
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
@@ -401,7 +401,7 @@ TEST(Wheels, SpeedsGoWhereTheyAreWantedWithoutTorqueOnTheBase) {
 }
 
 // Wheels that hold momentum: what slows them together would turn the base, and is not done.
-TEST(Wheels, SpeedsLeaveTheMomentumThatTheyHold) {
+TEST(Wheels, NullSpaceControlKeepsMomentum) {
   WheeledCase w = with_pyramid(1, 400);
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
@@ -427,7 +427,7 @@ TEST(Wheels, SpeedsLeaveTheMomentumThatTheyHold) {
 }
 
 // Motors that turn the base have the rest of their torque for the wheels' speeds, and no more.
-TEST(Wheels, SpeedsTakeWhatMotorsLeave) {
+TEST(Wheels, NullSpaceControlUsesRemainingTorque) {
   constexpr double most = 0.5;
   WheeledCase w = with_pyramid(most, 400);
   w.setup.actuators.wheel_speed_rate = 2;
@@ -447,7 +447,7 @@ TEST(Wheels, SpeedsTakeWhatMotorsLeave) {
 }
 
 // Not more than is left: with a period in which all of it can be given nothing is left after it.
-TEST(Thrusters, DumpNoMoreThanIsLeft) {
+TEST(Thrusters, DumpAtMostRemainingMomentum) {
   WheeledCase w = with_pyramid(20, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
   w.setup.actuators.thrusters = w.bank;
@@ -467,7 +467,7 @@ TEST(Thrusters, DumpNoMoreThanIsLeft) {
   EXPECT_NEAR(on, expected, 1e-12);
 }
 
-TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
+TEST(Thrusters, DumpWheelMomentumWithBaseAtRest) {
   WheeledCase w = with_pyramid(2, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(0.002), Vector3d{0, 0, 0});
   w.setup.actuators.thrusters = w.bank;
@@ -487,8 +487,8 @@ TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(norm(momentum_of(w, o.end_state)), 0.5);
-  // Pulses stand at the beginning of a period: rates are sampled when they are lowest, by half a pulse, 1.25e-3 rad/s,
-  // and the attitude makes up for it by k_d/k_p times that.
+  // Pulses are at the beginning of a period: rates are sampled at their minimum, by half a pulse, 1.25e-3 rad/s, and
+  // the attitude compensates for it by k_d/k_p times that.
   EXPECT_LT(angle, 3.2e-3);  // measured 2.91e-3
   EXPECT_EQ(w.bank->dumped().begun, 1);
   EXPECT_FALSE(w.bank->dumped().active);
@@ -515,7 +515,7 @@ class Doubling : public SensorReader {
 
 // Sampled, the null-space torques are those of the rates that were read at the tick, held for a period and a delay: of
 // rates that are read twice too large W_k+1 = (1 - 2 r T) W_k.
-TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
+TEST(Wheels, NullSpaceControlIsSampled) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
     constexpr double rate = 0.2, period = 0.5;
@@ -534,7 +534,7 @@ TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
 }
 
 // Dumping begins by the momentum that was read at the tick.
-TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
+TEST(Thrusters, DumpMeasuredMomentum) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
     w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
@@ -561,7 +561,7 @@ TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
 
 // A base with one long arm that swings: the base turns with it, less with feedback, and not at all with feedforward
 // where the joints move as prescribed.
-TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
+TEST(BaseControl, FeedforwardHoldsBaseWhileArmsMove) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -601,7 +601,7 @@ TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
 
 // The rotor of a geared motor has a spin momentum, about an axis that need not be the joint's: the base gives that,
 // too.
-TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
+TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   BodyDescription base, arm, hand;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -642,7 +642,7 @@ TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
 
 // A base that turns, with an arm that does not move in it: nothing is to be fed forward. And the limit is one on the
 // sum.
-TEST(BaseControl, FeedforwardIsOfTheJointsMotionAndWithinTheLimit) {
+TEST(BaseControl, FeedforwardFromJointMotionWithinLimit) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -682,7 +682,7 @@ TEST(BaseControl, FeedforwardIsOfTheJointsMotionAndWithinTheLimit) {
 
 // --- Misuse ---
 
-TEST(Thrusters, SayWhatTheyNeed) {
+TEST(Thrusters, ReportRequirements) {
   Case c = make_case(couples(), 1, 1, {});
   EXPECT_THROW(PhaseDynamics(c.model, c.setup), std::invalid_argument);  // pulse widths without a clock
   c.setup.actuators.modulation.kind = ThrusterModulation::Kind::schmitt;

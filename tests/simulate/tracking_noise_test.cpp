@@ -32,7 +32,7 @@ TEST(TrackingNoise, HasTheBitsOfPhilox) {
   EXPECT_NEAR(n.at(2.5).rate, -0.2671482621813896, 1e-12);
 }
 
-TEST(TrackingNoise, HasTheStandardDeviationAskedFor) {
+TEST(TrackingNoise, HasSpecifiedStandardDeviation) {
   double worst = 0;
   for (std::uint32_t joint = 0; joint < 10; ++joint) {
     const NoiseSignal n({0.02, 4, 7}, joint);
@@ -68,7 +68,7 @@ TEST(TrackingNoise, RateAndAccelerationAreDerivatives) {
   EXPECT_LT(rates, 0.01 * std::sqrt(2.0 * NoiseSignal::kTones) * 2 * M_PI * 5);  // all tones in phase at the band's end
 }
 
-TEST(TrackingNoise, OfZeroSizeIsSilentAndFaultsAreNamed) {
+TEST(TrackingNoise, ZeroForZeroSizeAndErrorsNamed) {
   EXPECT_EQ(NoiseSignal({0, 5, 1}, 0).at(3).position, 0);
   EXPECT_EQ(NoiseSignal().at(3).rate, 0);
   EXPECT_THROW(NoiseSignal({-0.1, 5, 1}, 0), std::invalid_argument);
@@ -76,7 +76,7 @@ TEST(TrackingNoise, OfZeroSizeIsSilentAndFaultsAreNamed) {
   EXPECT_THROW(NoiseSignal({NAN, 5, 1}, 0), std::invalid_argument);
 }
 
-TEST(TrackingNoise, PrescribedJointsGoWhereTheSensorReadsTheReference) {
+TEST(TrackingNoise, PrescribedJointsFollowSensedReference) {
   Random random(3);
   const Model model = random_model({}, random);
   State start = random_state(model, random, 0.3);

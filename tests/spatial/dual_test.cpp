@@ -1,4 +1,4 @@
-/// Dual numbers against the derivatives one learns at school, and against differences.
+/// Dual numbers against elementary derivatives, and against finite differences.
 
 #include "grapnel/spatial/dual.hpp"
 
@@ -35,7 +35,7 @@ TEST(Dual, RulesOfArithmetic) {
   EXPECT_TRUE(y < x && x > y && !(x < y));
   Dual z = x;
   const Dual& same = z;
-  z *= same;  // the operand is the result
+  z *= same;  // the operand is also the result
   is(z, 0.49, 1.4);
   z /= same;
   is(z, 1, 0);
@@ -66,7 +66,7 @@ TEST(Dual, ChainRule) {
 }
 
 // In the spatial types: d/dt (R(t) v) = w x R v for a rotation about an axis, and a quaternion's rate.
-TEST(Dual, RunsInSpatialAlgebra) {
+TEST(Dual, WorksInSpatialAlgebra) {
   Worst worst("R' v against w x R v");
   for (int i = 0; i < 50; ++i) {
     Random random(100 + i);
@@ -84,7 +84,7 @@ TEST(Dual, RunsInSpatialAlgebra) {
 }
 
 // The parallel-axis theorem differentiated: an inertia seen from a point that moves.
-TEST(Dual, RunsInInertia) {
+TEST(Dual, WorksInInertia) {
   const auto I =
       RigidBodyInertia<Dual>::about_com(Dual{3, 1}, {Dual{0.5, 2}, 0, 0}, Symmetric3<Dual>::diagonal(1, 2, Dual{4, 5}));
   EXPECT_DOUBLE_EQ(I.mass.derivative, 1);

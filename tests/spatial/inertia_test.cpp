@@ -43,7 +43,7 @@ Eigen::MatrixXd matrix(const RigidBodyInertiad& I) {
   return M;
 }
 
-TEST(RigidBodyInertia, IsTheExplicitMatrix) {
+TEST(RigidBodyInertia, EqualsTheExplicitMatrix) {
   Random random(0);
   for (int i = 0; i < 200; ++i) {
     const Solid s = random_solid(random);
@@ -59,7 +59,7 @@ TEST(RigidBodyInertia, IsTheExplicitMatrix) {
   }
 }
 
-TEST(RigidBodyInertia, ShiftsAndTurns) {
+TEST(RigidBodyInertia, ShiftsAndRotates) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Solid s = random_solid(random);
@@ -73,7 +73,7 @@ TEST(RigidBodyInertia, ShiftsAndTurns) {
               1e-14);
     EXPECT_LT(relative_difference(eigen(rotate(X.R, s.central)), Eigen::Matrix3d(R * eigen(s.central) * R.transpose())),
               1e-14);
-    // Energy does not depend on where it is computed: V . I V.
+    // Energy is independent of the reference point: V . I V.
     const Vector3d w = random.vector(1);
     const Twistd V{w, random.vector(1)};
     const Twistd V_A = X.R * V, V_moved = shift(V_A, -X.p);
@@ -100,8 +100,8 @@ TEST(Symmetric3, IndexesItsEntries) {
   EXPECT_EQ(eigen(A * Vector3d{1, -1, 2}), expected * Eigen::Vector3d(1, -1, 2));
 }
 
-// A point mass at p turns with m |p x axis|^2 about an axis.
-TEST(PointMassInertia, ByHand) {
+// A point mass at p has the moment of inertia m |p x axis|^2.
+TEST(PointMassInertia, KnownValues) {
   const Symmetric3d J = point_mass_inertia(2.0, Vector3d{1, 2, 3});
   EXPECT_EQ(eigen(J), (Eigen::Matrix3d{{26, -4, -6}, {-4, 20, -12}, {-6, -12, 10}}));
 }

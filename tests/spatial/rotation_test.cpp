@@ -1,4 +1,4 @@
-// Rotations, quaternions and poses at identity, near it, near half turns and anywhere.
+// Rotations, quaternions and poses at identity, close to it, close to half turns and at random.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,7 +12,7 @@ namespace rotation_test {
 
 using namespace testing;
 
-// The angles that break formulas, about random axes and the coordinate axes.
+// Critical angles, about random axes and the coordinate axes.
 struct AxisAngle {
   Vector3d axis;
   double angle;
@@ -40,7 +40,7 @@ TEST(Rotation, AboutAnAxisIsRodriguesFormula) {
     EXPECT_LT((R - expected_matrix(x)).norm(), 4e-15);  // measured 1e-15
     EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 4e-15);
   }
-  // By hand: a quarter turn about z takes x to y.
+  // A quarter turn about z maps x to y.
   const Vector3d y = rotation_about({0, 0, 1}, M_PI / 2) * Vector3d{1, 0, 0};
   EXPECT_NEAR(y[0], 0, 1e-15);
   EXPECT_NEAR(y[1], 1, 1e-15);
@@ -51,7 +51,7 @@ TEST(Rotation, VectorAndAngleRoundTrip) {
     const Rotationd R = rotation_about(x.axis, x.angle);
     SCOPED_TRACE(x.angle);
     const Eigen::Vector3d v = eigen(rotation_vector(R)), expected = x.angle * eigen(x.axis);
-    // At half a turn both signs of the axis are right.
+    // At half a turn both signs of the axis are valid.
     const double error =
         x.angle > M_PI - 1e-7 ? std::min((v - expected).norm(), (v + expected).norm()) : (v - expected).norm();
     EXPECT_LT(error, 2e-15 + 1e-15 * x.angle);  // measured 1e-15
@@ -89,7 +89,7 @@ TEST(Quaternion, ProductIsTheProductOfMatrices) {
 }
 
 // q' = q o (0, w)/2 with w in the body: R' = R [w x].
-TEST(Quaternion, RateTurnsTheMatrixByTheBodysAngularVelocity) {
+TEST(Quaternion, RateMatchesTheAngularVelocity) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
     const Quaterniond q = quaternion_from(random.rotation());
@@ -98,7 +98,7 @@ TEST(Quaternion, RateTurnsTheMatrixByTheBodysAngularVelocity) {
     const auto at = [&](double h) {
       return eigen(rotation_matrix(Quaterniond{q.w + h * r.w, q.x + h * r.x, q.y + h * r.y, q.z + h * r.z}));
     };
-    // The matrix is quadratic in the quaternion, so the central difference is exact, but for the off-unit scale, which
+    // The matrix is quadratic in the quaternion, so the central difference is exact except for the norm's scale, which
     // is even.
     const Eigen::Matrix3d rate = (at(0.5) - at(-0.5));
     Eigen::Matrix3d cross_w;
@@ -108,7 +108,7 @@ TEST(Quaternion, RateTurnsTheMatrixByTheBodysAngularVelocity) {
   }
 }
 
-TEST(Rotation, FromRollPitchYawIsUrdfs) {
+TEST(Rotation, FromRollPitchYawMatchesUrdf) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     const double r = random.uniform(-3, 3), p = random.uniform(-3, 3), y = random.uniform(-3, 3);
@@ -120,7 +120,7 @@ TEST(Rotation, FromRollPitchYawIsUrdfs) {
   }
 }
 
-TEST(Rotation, BetweenDirectionsIsTheSmallestThatMapsThem) {
+TEST(Rotation, BetweenDirectionsIsTheSmallestRotation) {
   Random random(4);
   const auto check = [](const Vector3d& from, const Vector3d& to) {
     const Rotationd R = rotation_between(from, to);

@@ -1,4 +1,4 @@
-// Our own sine and cosine against the long double functions of the C library.
+// Grapnel's sine and cosine against the long double functions of the C library.
 #include "grapnel/spatial/sine_cosine.hpp"
 
 #include <gtest/gtest.h>
@@ -57,14 +57,14 @@ TEST(SineCosine, ExactAtZero) {
   EXPECT_EQ(sine_cosine(5e-324).sine, 5e-324);
 }
 
-TEST(SineCosine, TheLibraryTakesOverForHugeAngles) {
+TEST(SineCosine, LargeAnglesUseTheLibrary) {
   for (double angle : {1.0000001e5, -3e7, 1e22, 1e300}) {
     EXPECT_EQ(sine_cosine(angle).sine, std::sin(angle));
     EXPECT_EQ(sine_cosine(angle).cosine, std::cos(angle));
   }
 }
 
-TEST(SineCosine, NotANumberComesThrough) {
+TEST(SineCosine, PropagatesNaN) {
   for (double angle : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_TRUE(std::isnan(sine_cosine(angle).sine));
     EXPECT_TRUE(std::isnan(sine_cosine(angle).cosine));

@@ -1,4 +1,4 @@
-// Twists, wrenches and the like: what they mean, and that wrong algebra does not compile.
+// Spatial vectors: their meaning, and that invalid algebra does not compile.
 #include "grapnel/spatial/spatial_vector.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ concept Multipliable = requires(A a, B b) {
   a* b;
 };
 
-// The same kind adds up; the one mixture is momentum + impulse.
+// Equal kinds can be added; the only mixture is momentum + impulse.
 static_assert(Addable<Twistd, Twistd> && Addable<Wrenchd, Wrenchd> && Addable<Impulsed, Impulsed>);
 static_assert(Addable<Momentumd, Impulsed>);
 static_assert(!Addable<Wrenchd, Impulsed> && !Addable<Impulsed, Wrenchd>, "a force is not an impulse");
@@ -43,7 +43,7 @@ static_assert(!Addable<Wrenchd, Momentumd> && !Addable<Impulsed, Momentumd>);
 static_assert(!std::is_convertible_v<Wrenchd, Impulsed> && !std::is_assignable_v<Impulsed&, Wrenchd>);
 static_assert(!std::is_convertible_v<Twistd, SpatialAccelerationd> &&
               !std::is_assignable_v<Twistd&, SpatialAccelerationd>);
-// Power, energy and work exist; the others do not.
+// Products for power, energy and work exist; others do not.
 static_assert(Dottable<Wrenchd, Twistd> && Dottable<Momentumd, Twistd> && Dottable<Impulsed, Twistd>);
 static_assert(!Dottable<Wrenchd, Wrenchd> && !Dottable<Twistd, Twistd> && !Dottable<Wrenchd, SpatialAccelerationd>);
 // Inertia makes momentum of twists and wrenches of accelerations.
@@ -67,8 +67,8 @@ TEST(SpatialVector, IsAVectorSpace) {
             eigen(Momentumd{{2, 1, 1}, {2, 5, 2}}));
 }
 
-TEST(SpatialVector, ShiftsByHand) {
-  // Turning about z at 2 rad/s: a point at x = 1 moves along y at 2 m/s.
+TEST(SpatialVector, KnownShifts) {
+  // Rotation about z at 2 rad/s: a point at x = 1 moves along y at 2 m/s.
   const Twistd V = shift(Twistd{{0, 0, 2}, {0, 0, 0}}, {1, 0, 0});
   EXPECT_EQ(eigen(V), eigen(Twistd{{0, 0, 2}, {0, 2, 0}}));
   // A force along y at the origin has moment -1 about the point x = 1.
@@ -76,7 +76,7 @@ TEST(SpatialVector, ShiftsByHand) {
   EXPECT_EQ(eigen(F), eigen(Wrenchd{{0, 0, -1}, {0, 1, 0}}));
 }
 
-// Power does not depend on the point or the frame in which both are seen; nor do two shifts on their order.
+// Power is independent of the common point and frame; two shifts commute.
 TEST(SpatialVector, PowerIsInvariant) {
   Random random(0);
   for (int i = 0; i < 200; ++i) {

@@ -92,7 +92,7 @@ TEST_P(CaseDetail, LoadsAreThoseOfACompleteRun) {
   EXPECT_GT(numbers, 40);
 }
 
-TEST(CaseDetail, LoadsAreOnlyLookedForWhereTheyAreAskedFor) {
+TEST(CaseDetail, EvaluatesLoadsOnlyOnRequest) {
   StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
   EXPECT_EQ(detail_of(standard_columns(point.problem, true)), CaptureDetail::columns);
   point.problem.robot.end_effectors[0].rating.force = 10;
@@ -108,7 +108,7 @@ TEST(CaseDetail, LoadsAreOnlyLookedForWhereTheyAreAskedFor) {
   EXPECT_EQ(loads, 2 * (6 * 6 + 2 * 4));
 }
 
-TEST(CaseDetail, WhatIsStatedNeedsNoPlanning) {
+TEST(CaseDetail, StatedMotionNeedsNoPlanning) {
   StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
   const CaptureResult planned = simulate_impact_only(point.problem);
   point.problem.approach->final_rates = planned.plan->final_rates;
@@ -121,7 +121,7 @@ TEST(CaseDetail, WhatIsStatedNeedsNoPlanning) {
   EXPECT_EQ(lean.plan->rhs_evaluations, 0);
 }
 
-TEST(CaseDetail, ProgressIsToldOfEveryStepAndEndsACase) {
+TEST(CaseDetail, ReportsProgressInEveryStepAndCanEndACase) {
   StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
   const std::vector<Column> columns = standard_columns(point.problem, true);
   long told = 0;

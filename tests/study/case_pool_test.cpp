@@ -53,7 +53,7 @@ TEST(CasePool, NothingToDoIsNoWork) {
            [](std::size_t, const HandIn&, const std::stop_token&) { throw std::logic_error("called"); });
 }
 
-TEST(CasePool, WhatIsThrownEndsTheWork) {
+TEST(CasePool, ExceptionEndsTheWork) {
   std::atomic<int> begun = 0;
   const auto work = [&](std::size_t job, const HandIn& hand_in, const std::stop_token&) {
     ++begun;

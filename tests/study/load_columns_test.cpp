@@ -12,7 +12,7 @@
 namespace grapnel {
 namespace load_columns_test {
 
-// A hand beside a target that comes nearer, stays, or goes away; `speed` along the normal of the contact [m/s].
+// An end-effector beside a target that approaches, rests, or recedes; `speed` along the normal of the contact [m/s].
 StudyCase touching(const char* speed) {
   const std::string text =
       "schema: grapnel-scenario/1\n"
@@ -67,7 +67,7 @@ TEST(LoadColumns, ZeroIsANumber) {
   }
 }
 
-TEST(LoadColumns, MarginsOfWhatBearsNothingAreWhole) {
+TEST(LoadColumns, MarginsWithoutLoadAreOne) {
   const StudyCase point = touching("0.1");
   CaptureResult nothing;
   nothing.status = CaptureStatus::completed;

@@ -65,7 +65,7 @@ Optimization of_function(std::size_t dimensions, std::function<double(std::span<
   return optimization;
 }
 
-TEST(Optimize, FindsTheLeastOfAKnownFunction) {
+TEST(Optimize, FindsTheMinimumOfAKnownFunction) {
   const auto bowl = [](std::span<const double> x) {
     return (x[0] - 0.3) * (x[0] - 0.3) + 2 * (x[1] + 0.4) * (x[1] + 0.4) + 0.5 * x[0] * x[1] + 3;
   };
@@ -139,8 +139,8 @@ TEST(Optimize, TheSameBitsForAnyNumberOfThreads) {
   EXPECT_NE(one, evaluations_csv(other, run(other, 2)));
 }
 
-// An impact alone watches no motion: nobody knows whether the best is feasible, and the text does not say it.
-TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
+// An impact without motion has no feasibility checks: the verdict is unknown, and the text omits it.
+TEST(Optimize, ReportsUncheckedFeasibility) {
   const Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 6, refine: 1}\n"));
   const OptimizationOutcome outcome = run(optimization);
@@ -153,7 +153,7 @@ TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
   EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
 }
 
-TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
+TEST(Optimize, WithoutAcceptablePointNamesTheNearestLimit) {
   const Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 10, refine: 1}\n"
                         "limits:\n  - {column: kinetic_energy_before, at_least: 0}\n"
@@ -166,7 +166,7 @@ TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
   EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
   EXPECT_EQ(outcome.beyond_limits(), outcome.count(CaseStatus::ok));
   EXPECT_THAT(why_nothing_is_best(optimization, outcome),
-              HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is passed, with "));
+              HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is violated, with "));
 }
 
 TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
@@ -177,7 +177,7 @@ TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
   const OptimizationOutcome outcome = run(optimization);
   EXPECT_EQ(outcome.count(CaseStatus::unreachable), outcome.evaluations.size());
   EXPECT_FALSE(outcome.best || outcome.nearest);
-  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point came to a result, most often because"));
+  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point has a result, most frequent reason"));
 }
 
 // The coarser the steps, the more energy is lost: what is least is the most wrong.
@@ -225,7 +225,7 @@ TEST(Optimize, ColumnsCombine) {
   EXPECT_TRUE(std::isnan(value(Combine::largest, {0, 3})));
 }
 
-// All kinds of variables at once; the file that is written is the point, to the last bit where nothing is turned.
+// All kinds of variables together; the written file equals the point, to the last bit without rotations.
 TEST(Optimize, TheWrittenScenarioIsThePoint) {
   const Optimization optimization =
       loaded("name: all\nscenario: " + test::shipped("scenarios/thesis/closed-loop.yaml") +

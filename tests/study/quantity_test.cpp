@@ -172,19 +172,21 @@ TEST(Quantity, TheOrderInWhichAStudyNamesThemDoesNotMatter) {
   EXPECT_EQ(a.targets[0].grasp_points.size(), 4u);
 }
 
-TEST(Quantity, WhatHasNoMeaningIsRefusedWithTheReason) {
+TEST(Quantity, MeaninglessQuantitiesAreRejectedWithAReason) {
   const CaptureProblem given = load_scenario(test::shipped("scenarios/seven-joint-dual-capture.yaml"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("needs approach.plan"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 0)}), HasSubstr("greater than 0"));
-  EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 1, "nobody")}), HasSubstr("no target 'nobody'"));
-  EXPECT_THAT(refusal(given, {set(QuantityKind::relative_speed, 1, "nobody")}), HasSubstr("no grasp by 'nobody'"));
+  EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 1, "nobody")}), HasSubstr("unknown target 'nobody'"));
+  EXPECT_THAT(refusal(given, {set(QuantityKind::relative_speed, 1, "nobody")}),
+              HasSubstr("no grasp of end-effector 'nobody'"));
   CaptureProblem fixed_rates = planned();
   fixed_rates.approach->final_rates = std::vector<double>(6, 0.0);
   EXPECT_THAT(refusal(fixed_rates, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("needs 'match'"));
   CaptureProblem open = planned();
   open.approach->window = CaptureWindow{10, 20};
   open.targets[0].given_at = TargetSetup::Instant::start;
-  EXPECT_THAT(refusal(open, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("approach.window leaves open when"));
+  EXPECT_THAT(refusal(open, {set(QuantityKind::relative_speed, 0.1)}),
+              HasSubstr("approach.window does not fix the capture time of"));
   CaptureProblem blunt = planned();
   blunt.robot.end_effectors[0].approach_axis.reset();
   EXPECT_THAT(refusal(blunt, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("no approach_axis"));

@@ -1,4 +1,4 @@
-// Optimization files: what is wrong is said at once, with its place.
+// Optimization files: errors are reported immediately, with their locations.
 #include "grapnel/study_files/study_files.hpp"
 
 #include <gmock/gmock.h>
@@ -52,7 +52,7 @@ TEST(ReadOptimization, FaultsComeTogetherWithPlacesAndSuggestions) {
                   HasSubstr("o.yaml:13:48: error: 'unit' in variables[4] has no meaning")));
 }
 
-TEST(ReadOptimization, WhatAVariableCannotBeIsSaidAtItsEnds) {
+TEST(ReadOptimization, InvalidValuesAreReportedAtTheEndsOfAVariable) {
   EXPECT_THAT(faults_of(kHead + "minimize: rank\nvariables:\n"
                                 "  - {path: approach.durations, from: 1, to: 2}\n"
                                 "  - {path: approach.duration, from: -1, to: 2}\n"
@@ -75,7 +75,7 @@ TEST(ReadOptimization, OneObjective) {
               ElementsAre(EndsWith("this is a study file where an optimization is expected")));
 }
 
-TEST(ReadOptimization, LoadsMayBeLimitedAndAreKeptOnlyThen) {
+TEST(ReadOptimization, LoadsAreStoredOnlyIfLimited) {
   const test::Folder folder;
   const std::string head = "name: x\nscenario: " GRAPNEL_SOURCE_DIR
                            "/scenarios/thesis/closed-loop.yaml\n"

@@ -80,7 +80,7 @@ TEST(ReadStudy, EveryFaultOfTheValuesAtOnce) {
   has("duplicate label 'a' in axes[4]");
 }
 
-TEST(ReadStudy, FaultsInTheScenarioAreSaidWhereTheStudyCausesThem) {
+TEST(ReadStudy, ScenarioErrorsAreReportedAtTheirCauseInTheStudy) {
   const auto faults = faults_of(
       "name: bad\n"
       "scenario: " +
@@ -132,7 +132,7 @@ TEST(ReadStudy, TooManyPointsAreRefused) {
   EXPECT_THAT(faults_of("name: bad\nscenario: " + scenario() +
                         "\naxes:\n  - {path: approach.duration, from: 10, to: 20, count: 10000}\n"
                         "  - {quantity: relative_speed, from: 0, to: 1, count: 10000}\n"),
-              ElementsAre(HasSubstr("the axes make 1e+08 points, at most 10000000 are possible")));
+              ElementsAre(HasSubstr("the axes give 1e+08 points, the limit is 10000000")));
 }
 
 // Files that change while a study runs do not change its points.

@@ -44,24 +44,24 @@ CaptureResult run_of(long approach, long afterwards) {
   return result;
 }
 
-TEST(SlowRun, MostRunsAreNot) {
+TEST(SlowRun, MostRunsAreNotSlow) {
   EXPECT_THAT(slow_phases(stiff_problem(), run_of(14'000, 4'000)), IsEmpty());
   EXPECT_THAT(slow_phases(stiff_problem(), run_of(19'999, 49'000)), IsEmpty());
   EXPECT_THAT(slow_phases({}, {}), IsEmpty());
 }
 
-TEST(SlowRun, SaysWhichPhaseAndWhichSettings) {
+TEST(SlowRun, NamesPhaseAndSettings) {
   const auto lines = slow_phases(stiff_problem(), run_of(60'000, 70'000));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_THAT(lines[0], HasSubstr("approach took 60000 steps for 20 s of motion (3 more were rejected)"));
-  EXPECT_THAT(lines[0], HasSubstr("first: dry friction that turns over within 1e-06 rad/s or m/s (a larger "
+  EXPECT_THAT(lines[0], HasSubstr("first: dry friction with a transition rate of 1e-06 rad/s or m/s (a larger "
                                   "friction.transition_rate of the robot's joints); controllers with kp up to 4e+07"));
   EXPECT_THAT(lines[1], HasSubstr("post_impact took 70000 steps for 50 s of motion (6 more were rejected)"));
   EXPECT_THAT(lines[1], testing::Not(HasSubstr("controllers")));
 }
 
 // What the drives hold has no friction to resolve, and ideal tracking no controllers.
-TEST(SlowRun, NamesOnlyWhatIsThere) {
+TEST(SlowRun, NamesOnlyPresentCauses) {
   CaptureProblem problem = stiff_problem();
   problem.approach->tracking.mode = JointControl::prescribed;
   problem.post_impact->joints = PostImpactSetup::Joints::braked;

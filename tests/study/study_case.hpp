@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Studies and scenarios for tests, in a folder of their own.
+/// Studies and scenarios for tests, in a separate folder.
 
 #include <filesystem>
 #include <string>

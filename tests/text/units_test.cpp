@@ -96,7 +96,7 @@ TEST(Units, AnglesAreRoundedOnce) {
   EXPECT_EQ(take("1 N m/deg", "N m/rad").value, 180 / std::numbers::pi);
 }
 
-TEST(Units, OfSeveralSayWhichOne) {
+TEST(Units, ReturnTheIndexAmongSeveral) {
   EXPECT_EQ(take("90 deg", "rad or m").unit, 1);
   EXPECT_EQ(take("5 mm", "rad or m").unit, 2);
   EXPECT_EQ(take("3 1/s^2", "N m/rad or N/m; for computed_torque 1/s^2").unit, 3);
@@ -107,7 +107,7 @@ TEST(Units, OfSeveralSayWhichOne) {
   EXPECT_THAT(units_of_place("s, N, N m"), ElementsAre("s", "N", "N m"));
 }
 
-TEST(Units, SayWhatIsWrong) {
+TEST(Units, ReportErrors) {
   const std::tuple<const char*, const char*, const char*> cases[] = {
       {"30 mm", "rad", "it is '30 mm', a length; expected an angle [rad, deg, mrad]"},
       {"30 deg", "m", "it is '30 deg', an angle; expected a length [m, mm, cm, km]"},
@@ -123,8 +123,8 @@ TEST(Units, SayWhatIsWrong) {
       {"3 N m/rad s", "N m/rad", "it: unknown unit 'N m/rad s' in '3 N m/rad s'; did you mean 'N m/rad'?"},
       {"3 m", "", "it must be a number without unit, not '3 m'"},
       {"3 %", "1", "it must be a number without unit, not '3 %'; write 0.03"},
-      {"1e308 km", "m", "it is '1e308 km', which is beyond what a double holds"},
-      {"1e99999999999 km", "m", "it is '1e99999999999 km', which is beyond what a double holds"},
+      {"1e308 km", "m", "it is '1e308 km', which is above the range of a double"},
+      {"1e99999999999 km", "m", "it is '1e99999999999 km', which is above the range of a double"},
   };
   for (const auto& [text, stated, fault] : cases) {
     const Taken taken = take(text, stated);

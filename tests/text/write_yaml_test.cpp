@@ -81,7 +81,7 @@ TEST(WriteYaml, ReadsWell) {
             "    state: {position: [1, 2, 3]}\n");
 }
 
-TEST(WriteYaml, CommentsStandBeforeWhatTheyConcernAndAreReadAsNothing) {
+TEST(WriteYaml, CommentsPrecedeTheirValuesAndAreIgnoredOnReading) {
   const Node plain =
       parsed("base: {mass: 1, com: [0, 0, 1]}\nlinks:\n  - {name: a, joint: {name: j}}\n  - {name: b}\nn: 3\n");
   Node tree = plain;

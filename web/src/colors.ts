@@ -1,5 +1,6 @@
-// All colours that mean something, in one place: an arm, a target, an axis has one colour in the replay, in plots and in
-// legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages and lighter on
+// All colours that mean something, in one place: an arm, a target, an axis has one colour in the replay, in plots and
+// in legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages
+// and lighter on
 // dark ones), and keep a contrast of 3 to the page.
 
 export type Scheme = "light" | "dark";
@@ -98,7 +99,7 @@ export const kPhaseTints: Record<string, string> = {
   [kBeyond]: "rgba(90,90,90,0.24)",
 };
 
-// "contact_2" is tinted as "contact"; a phase with a name of its own as motion.
+// "contact_2" is tinted as "contact"; a phase with a user-defined name as motion.
 export function phaseTint(phase: string): string {
   if (phase.startsWith(kBeyond)) return kPhaseTints[kBeyond];
   const plain = phase.replace(/_\d+$/, "");

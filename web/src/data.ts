@@ -37,8 +37,8 @@ export type PartlySummary = Partly<Summary>;
 export interface RunData {
   label: string; // "A", "B" of a comparison; else ""
   folder?: string; // name of the result folder, in a comparison
-  summary: PartlySummary | null; // summary.json as it is
-  scene: Scene | null; // scene.json as it is; null: the folder has none
+  summary: PartlySummary | null; // summary.json, unchanged
+  scene: Scene | null; // scene.json, unchanged; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
   notes: string[]; // what is odd: files of different runs, a file missing
   source?: SourceTexts | null; // scenario.json: what was simulated; results of earlier versions have none
@@ -71,7 +71,7 @@ export interface TableColumn {
 }
 
 export interface SweepData {
-  settings: Partly<SweepReport>; // study.json as it is (docs/formats/study.md)
+  settings: Partly<SweepReport>; // study.json, unchanged (docs/formats/study.md)
   command: string; // "grapnel sweep ../STUDY.yaml --only {K} -o out/point-{K}", in the page's folder; "" if not known
   axes: (TableColumn & { labels?: string[] })[]; // with labels: values count from 0 into them
   axis_values: number[][]; // per axis, per point
@@ -82,7 +82,7 @@ export interface SweepData {
 }
 
 export interface OptimizationData {
-  comparison: Partly<OptimizationReport>; // comparison.json as it is (docs/formats/optimization.md)
+  comparison: Partly<OptimizationReport>; // comparison.json, unchanged (docs/formats/optimization.md)
   command: string; // "grapnel run best.yaml", in the page's folder
   columns: TableColumn[]; // of evaluations.csv, the texts `search`, `status`, `reason` left out
   values: (number | null)[][]; // per column, per evaluation
@@ -94,12 +94,12 @@ export interface OptimizationData {
 // ---- Campaigns ----
 
 export interface CampaignData {
-  statistics: Partly<CampaignReport>; // campaign.json as it is (docs/formats/campaign.md)
+  statistics: Partly<CampaignReport>; // campaign.json, unchanged (docs/formats/campaign.md)
   command: string; // "grapnel campaign ../STUDY.yaml --only {K}", in the page's folder; "" if not known
   rows: number; // of the table; 0 without one
   sample: PackedSample | null; // null: the folder has no sound table.h5
   notes: string[]; // what is odd: the table is missing, or damaged
-  saved: number[]; // cases with a report of their own, series/case-K/report.html
+  saved: number[]; // cases with separate reports, series/case-K/report.html
 }
 
 // Some rows of the table, in the order of their cases. Of few cases these are all.

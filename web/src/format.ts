@@ -19,8 +19,8 @@ export function withUnit(value: number | null | undefined, unit: string, digits 
   return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unitText(unit)}`;
 }
 
-// A command that names files as seen from the page's folder, so that it works wherever it is pasted: the page knows where it is
-// once it is open.
+// A command that names files as seen from the page's folder, so that it works wherever it is pasted: the page knows
+// where it is once it is open.
 export function pasted(command: string): string {
   if (!command || typeof location === "undefined" || location.protocol !== "file:") return command;
   const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "") || "/";
@@ -38,7 +38,7 @@ export function columnHead(name: string, unit: string): string {
   return unit === "" || unit === "1" ? name : `${name} [${unit}]`;
 }
 
-// A unit as it is read, "kg m²" for "kg m^2", which no line break parts; "" for what has none. The only place that does so.
+// A unit for display, "kg m²" for "kg m^2", without line breaks; "" for none. The only place with this conversion.
 export function unitText(unit: string): string {
   if (unit === "1") return "";
   return unit.replace(/\^(-?\d+)(?![\d.])/g, (_, exponent: string) => superscript(exponent)).replace(/ /g, "\u00a0");

@@ -1,4 +1,5 @@
-// Where a report begins: reads its data, and builds the page that its kind asks for. Whatever goes wrong is said on the page.
+// Where a report begins: reads its data, and builds the page that its kind asks for. Whatever goes wrong is said on the
+// page.
 import "./style.css";
 import { buildCampaignPage } from "./campaign/campaign_page";
 import type { ReportData } from "./data";
@@ -35,7 +36,7 @@ function skipLink(host: HTMLElement): void {
   if (!first) return;
   const link = element("a", { class: "skip", href: `#${first.id}` }, "Skip to the results");
   link.addEventListener("click", (event) => {
-    event.preventDefault(); // addresses say which instant is shown
+    event.preventDefault(); // the address contains the displayed instant
     first.tabIndex = -1;
     first.focus();
   });

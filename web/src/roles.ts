@@ -44,7 +44,7 @@ function known(roles: Map<string, string>, name: string, kind: string): string {
   return roles.get(name)!;
 }
 
-// Lines of one plot: several with one role (two hands of one arm) are told apart by their dashes.
+// Lines of one plot: several with one role (two end-effectors of one arm) differ by their dashes.
 export function roleStyles(): (role: string) => { color: string; dash: number[] } {
   const met = new Map<string, number>();
   return (role) => {

@@ -65,8 +65,8 @@ export class Run {
     return [...this.byPath.values()];
   }
 
-  // Per sample: which of the different states of its time it shows, counted from 0. At an impact that is 0 just before and
-  // 1 just after, though phases that meet there have a sample each of either.
+  // Per sample: which of the different states of its time it shows, counted from 0. At an impact that is 0 just before
+  // and 1 just after, though phases that meet there have a sample each of either.
   get ranks(): Uint16Array {
     return (this.ranked ??= stateRanks(this.time, (i, k) => this.alike(i, k)));
   }
@@ -76,7 +76,8 @@ export class Run {
     return (this.stated ??= statesOf(this.time, this.ranks));
   }
 
-  // Whether two samples show one motion: velocities alike but for rounding. Loads and references may differ where phases meet.
+  // Whether two samples show the same motion: velocities equal to within rounding error. Loads and references may
+  // differ between phases.
   private alike(i: number, k: number): boolean {
     for (const { path, data, width } of this.byPath.values()) {
       if (!/(^|\/)(angular_)?velocity$/.test(path)) continue;
@@ -96,8 +97,8 @@ export class Run {
     if (this.time.length !== packed.samples) throw new Error("time: damaged data");
   }
 
-  // Where an instant lies: between sample `index` and the next, `fraction` of the way. Of several samples of that time it is
-  // the last, or with `back` so many before it.
+  // Where an instant lies: between sample `index` and the next, `fraction` of the way. Of several samples of that time
+  // it is the last, or with `back` so many before it.
   locate(time: number, back = 0): Instant {
     const n = this.time.length;
     if (n === 0) return { index: 0, fraction: 0 };
@@ -145,7 +146,8 @@ export function stateRanks(time: ArrayLike<number>, alike: (i: number, k: number
   return ranks;
 }
 
-// Of alike samples of one time the first, which is of the phase that ends there; but what no `back` is needed for is the last.
+// Of alike samples of one time the first, which is of the phase that ends there; but what no `back` is needed for is
+// the last.
 function statesOf(time: Float64Array, ranks: Uint16Array): { time: number; back: number }[] {
   const states: { time: number; back: number }[] = [];
   for (let first = 0; first < time.length; ) {

@@ -1174,7 +1174,7 @@ export interface HeldJoint {
   told_rate: number;
   /** that it has after the impact [rad/s or m/s] */
   rate_after: number;
-  /** the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory.md, section 7). A warning says so too */
+  /** the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory, section 7). A warning says so too */
   gave_way: boolean;
 }
 export const kHeldJoint: FieldNote[] = [
@@ -1183,7 +1183,7 @@ export const kHeldJoint: FieldNote[] = [
   ["work","J","done by it"],
   ["told_rate","rad/s or m/s","that it was to hold"],
   ["rate_after","rad/s or m/s","that it has after the impact"],
-  ["gave_way","","the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory.md, section 7). A warning says so too"],
+  ["gave_way","","the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory, section 7). A warning says so too"],
 ];
 
 // an impact that was resolved in time.

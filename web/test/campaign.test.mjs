@@ -43,7 +43,7 @@ async function shown(file, options) {
 
 const charts = (page) => page.evaluate(() => window.__grapnel.study.charts());
 
-describe("campaigns open, with no error and no request", () => {
+describe("campaigns open without errors and requests", () => {
   for (const [name, options] of Object.entries({ "on a desk": {}, "on a phone": { viewport: { width: 380, height: 800 } }, "in the dark": { colorScheme: "dark" } })) {
     test(name, async () => {
       const { page: p, context, faults } = await shown(page("plain", campaignData()), options);
@@ -56,7 +56,7 @@ describe("campaigns open, with no error and no request", () => {
     });
   }
 
-  test("without a table the statistics are there, and the page says what is missing", async () => {
+  test("without a table the page shows the statistics and a note", async () => {
     const { page: p, context, faults } = await shown(report("bare", campaignStatistics()));
     assert.deepEqual(faults, []);
     assert.ok((await p.locator("body").innerText()).includes("table.h5"));
@@ -66,8 +66,8 @@ describe("campaigns open, with no error and no request", () => {
   });
 });
 
-describe("what is shown is what campaign.json says", () => {
-  test("the probability and its interval, in words and as a bar", async () => {
+describe("the page matches campaign.json", () => {
+  test("the probability and its interval, as text and as a bar", async () => {
     const statistics = campaignStatistics();
     const { page: p, context } = await shown(page("numbers", campaignData()));
     const verdict = await p.locator("#study-verdict").innerText();
@@ -106,7 +106,7 @@ describe("what is shown is what campaign.json says", () => {
     await context.close();
   });
 
-  test("every download has something in it", async () => {
+  test("no download is empty", async () => {
     const { page: p, context, faults } = await shown(page("downloads", campaignData()));
     for (const id of ["probability", "distribution", "influence", "inputs", "spread"]) {
       for (const kind of ["SVG", "PNG", "CSV"]) {
@@ -202,7 +202,7 @@ describe("success maps lead to their cases", () => {
   });
 });
 
-describe("nothing lies on anything else", () => {
+describe("elements do not overlap", () => {
   // Names as long as real ones.
   function long() {
     const names = { mass: "targets.target-1.state.angular_velocity/length", rate: "targets.target-2.state.angular_velocity/length" };
@@ -267,7 +267,7 @@ describe("nothing lies on anything else", () => {
     return data;
   }
 
-  test("a dark page is printed in light colours, and dark again after it", async () => {
+  test("a dark page is printed in light colours and becomes dark again", async () => {
     const { page: p, context, faults } = await open(browser, page("paper", campaignData()), { colorScheme: "dark" });
     await scrollThrough(p);
     const bar = p.locator("#study-distribution svg rect").first();
@@ -286,7 +286,7 @@ describe("nothing lies on anything else", () => {
     await context.close();
   });
 
-  test("units are those that people write, in files those of table.csv", async () => {
+  test("units are readable on the page, in files those of table.csv", async () => {
     const data = campaignData();
     for (const one of [data.statistics.inputs[0], data.sample.inputs[0]]) one.unit = "kg m^2";
     const { page: p, context, faults } = await shown(page("units", data));
@@ -300,7 +300,7 @@ describe("nothing lies on anything else", () => {
   });
 });
 
-describe("hostile and odd campaigns", () => {
+describe("hostile and unusual campaigns", () => {
   test("names are texts", async () => {
     const hostile = `<img src=x onerror="window.hacked=1"></script><script>window.hacked=1</script>'"&\\u2028{{}}`;
     const data = JSON.parse(JSON.stringify(campaignData("campaign", hostile)).replaceAll('"mass"', JSON.stringify(hostile)).replaceAll('"impulse"', JSON.stringify(`i${hostile}`)).replaceAll('"no convergence"', JSON.stringify(hostile)));
@@ -333,7 +333,7 @@ describe("hostile and odd campaigns", () => {
   }
 });
 
-describe("a campaign from beginning to end", () => {
+describe("a complete campaign", () => {
   test("its report shows its numbers", async () => {
     const study = path.join(folder, "study.yaml");
     writeFileSync(

@@ -31,7 +31,7 @@ test("probabilities keep the digits that tell them from 0 and 1", () => {
   assert.deepEqual([0.9127, 0.99998, 1, 0, 0.000012, 0.5, NaN].map((p) => c.probability(p)), ["0.9127", "0.999980", "1", "0", "0.000012", "0.5000", "–"]);
 });
 
-test("the model is what campaign.json says", () => {
+test("the model matches campaign.json", () => {
   const data = campaignData();
   const m = c.campaignModel(data);
   const s = data.statistics;
@@ -56,7 +56,7 @@ test("groups of an input with few values are one per value", () => {
   assert.deepEqual(groups.map((g) => [g.from, g.to, g.trials, g.successes]), [[0, 0, 20, 17], [0, 0.1, 10, 7], [0.1, 0.1, 10, 6]]);
 });
 
-test("nothing, and keys missing one by one or of other types, make a model", () => {
+test("empty documents, missing keys and wrong types give a model", () => {
   for (const statistics of [null, {}, [], "x", { criteria: 3, inputs: {}, columns: [null, 7], worst: [null], reasons: [{}], sensitivity: [], success_map: { axes: [] } }])
     assert.ok(c.campaignModel({ statistics, rows: 0 }).inputs);
   const whole = campaignStatistics();
@@ -77,11 +77,11 @@ test("nothing, and keys missing one by one or of other types, make a model", () 
   }
 });
 
-test("why cases fail, what is assumed, and what is saved are there", () => {
+test("reasons of failures, assumed successes and saved cases are present", () => {
   const data = campaignData();
   assert.equal(c.campaignModel(data).failuresAreAll, false);
   Object.assign(data.statistics, {
-    warnings: ["in all successes that the grasps close is assumed"],
+    warnings: ["in all successes the grasps are assumed to close"],
     failures: [{ status: "ok", reason: "not met: soft", count: 12, examples: [{ index: 3, reason: "not met: soft", replay: "x" }] }],
     failures_left_out: 1,
     grasps: [{ end_effector: "tip-1", captured: 190, missed: 10, tolerances: [{ name: "position", exceeded: 9, limiting: 7 }] }],
@@ -99,13 +99,13 @@ test("why cases fail, what is assumed, and what is saved are there", () => {
   assert.deepEqual([success.groups[0].input, success.groups[0].firstOrder, success.unexplained, impulse.groups.length], ["both", 0.8, 0.2, 0]);
 });
 
-test("a point of a success map says what decides there", () => {
+test("a point of a success map has its decisive criterion", () => {
   const { points } = c.campaignModel(campaignData("map")).successMap;
   assert.deepEqual([points[0].deciding, points[5].deciding, points[11].deciding], ["", "soft", "captured"]);
   assert.deepEqual(points[11].unmet, [{ criterion: "captured", count: 100 }, { criterion: "soft", count: 100 }]);
 });
 
-test("the sample is a table of cases with their own numbers", () => {
+test("the sample is a table of cases with their indices", () => {
   const sample = c.sampleOf(campaignData());
   assert.deepEqual([sample.table.size, sample.complete, sample.table.noun], [200, true, "case"]);
   assert.equal(sample.table.numbers[3], 3);
@@ -138,7 +138,7 @@ test("the distribution function never falls, and meets its quantiles", () => {
   assert.equal(c.bandWidth(0, 0.95), 1);
 });
 
-test("quantile bands are those of each group, and few points have none", () => {
+test("quantile bands match each group, and few points have none", () => {
   const n = 4000;
   const x = Float64Array.from({ length: n }, (_, k) => (k * 0.6180339887498949) % 1);
   const y = Float64Array.from(x, (v, k) => 10 * v + ((k * 0.7548776662466927) % 1)); // uniform over [10 x, 10 x + 1]
@@ -154,7 +154,7 @@ test("quantile bands are those of each group, and few points have none", () => {
   assert.deepEqual(c.quantileBands(x, y, [...x.keys()]), []);
 });
 
-test("contours of a plane are straight, whole and where they belong", () => {
+test("contours of a plane are straight, complete and correctly placed", () => {
   const x = [0, 1, 3, 4];
   const y = [0, 2, 5];
   const values = y.map((v) => x.map((u) => u + v)); // level u + v = 4
@@ -201,7 +201,7 @@ test("units are read as kg m², and written to files as kg m^2", () => {
   assert.equal(c.columnHead("inertia", "kg m^2"), "inertia [kg m^2]");
 });
 
-test("shortened names still tell inputs apart", () => {
+test("shortened names of inputs remain distinct", () => {
   const names = [1, 2].flatMap((k) => ["mass", "state.angular_velocity/x", "state.angular_velocity/length", "grasp_points.grip.position/y"].map((n) => `targets.target-${k}.${n}`));
   assert.deepEqual(c.distinctNames(names, 99), names);
   for (const most of [45, 36, 30, 26, 22]) {

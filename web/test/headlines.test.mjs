@@ -15,7 +15,7 @@ const table = (columns, status) => {
   return { size, status: status ?? Array(size).fill("ok"), fields: [...fields.values()], find: (name) => fields.get(name) };
 };
 
-test("points that completed are not good where a verdict speaks against them", () => {
+test("completed points with a negative verdict are not good", () => {
   const points = table({ worst_margin: [-2.137, 0.3, NaN], "ledger/feasible": [1, 0, 1], captured: [1, 1, 1] });
   assert.deepEqual(m.verdictsOf(points), { against: ["1 are not feasible", "1 exceed a rating"], clean: 1 });
   assert.deepEqual(m.badgeOf(points, 0), { text: "rating exceeded", kind: "unreachable" });
@@ -23,21 +23,21 @@ test("points that completed are not good where a verdict speaks against them", (
   assert.deepEqual(m.badgeOf(points, 2), { text: "ok", kind: "ok" });
 });
 
-test("margins count where the worst of them is no column", () => {
+test("margins count even if the worst margin is not a column", () => {
   const points = table({ "margins/elbow/force": [0.5, -0.1, NaN], "margins/elbow/moment": [0.2, 0.4, NaN] });
   assert.deepEqual(m.verdictsOf(points), { against: ["1 exceed a rating"], clean: 2 });
   assert.equal(m.badgeOf(points, 0).kind, "ok");
   assert.equal(m.badgeOf(points, 1).text, "rating exceeded");
-  assert.equal(m.badgeOf(points, 2).text, "completed, not judged");
+  assert.equal(m.badgeOf(points, 2).text, "completed, not evaluated");
 });
 
-test("a point that no column judges is completed and no more", () => {
-  assert.deepEqual(m.badgeOf(table({ energy: [1] }), 0), { text: "completed, not judged", kind: "other" });
-  assert.deepEqual(m.badgeOf(table({ captured: [NaN] }), 0), { text: "completed, not judged", kind: "other" });
+test("a point without verdict columns is only completed", () => {
+  assert.deepEqual(m.badgeOf(table({ energy: [1] }), 0), { text: "completed, not evaluated", kind: "other" });
+  assert.deepEqual(m.badgeOf(table({ captured: [NaN] }), 0), { text: "completed, not evaluated", kind: "other" });
   assert.deepEqual(m.badgeOf(table({ captured: [1] }, ["failed"]), 0), { text: "failed", kind: "failed" });
 });
 
-test("success is a capture probability only where captures are all it takes", () => {
+test("success is a capture probability only if it requires nothing else", () => {
   const name = (...texts) => m.successName({ criteria: texts.map((text) => ({ text, name: text })) });
   assert.equal(name("captured"), "Capture probability");
   assert.equal(name("captured == 1"), "Capture probability");

@@ -1,5 +1,6 @@
-// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order of what is
-// shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its policy forbids.
+// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order
+// of what is shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its
+// policy forbids.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
@@ -63,8 +64,8 @@ describe("letters", () => {
   }
 });
 
-describe("without a mouse or with other eyes", () => {
-  test("no fault that axe finds: one run, light and dark", async () => {
+describe("accessibility", () => {
+  test("axe finds no violation: one run, light and dark", async () => {
     const { page, context } = await open(browser, handles, { colorScheme: "light" });
     assert.deepEqual(await axeFaults(page), []);
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
@@ -75,13 +76,13 @@ describe("without a mouse or with other eyes", () => {
     await context.close();
   });
 
-  test("no fault that axe finds: two runs", async () => {
+  test("axe finds no violation: two runs", async () => {
     const { page, context } = await open(browser, comparison, { colorScheme: "light" });
     assert.deepEqual(await axeFaults(page), []);
     await context.close();
   });
 
-  test("few stops of the Tab key, and the first skips the head", async () => {
+  test("few Tab stops, and the first skips the header", async () => {
     const { page, context } = await open(browser, handles);
     await page.waitForTimeout(500);
     const stops = await page.evaluate(
@@ -110,7 +111,7 @@ describe("without a mouse or with other eyes", () => {
     await context.close();
   });
 
-  test("keys turn the replay", async () => {
+  test("keys rotate the replay", async () => {
     const { page, context } = await open(browser, handles);
     const at = () => page.evaluate(() => window.__grapnel.replay.cameraDirection());
     const before = await at();
@@ -124,7 +125,7 @@ describe("without a mouse or with other eyes", () => {
     await context.close();
   });
 
-  test("colours that the reader's system chooses are kept", async () => {
+  test("colours of the system setting are kept", async () => {
     const { page, context, faults } = await open(browser, handles, { forcedColors: "active" });
     await scrollThrough(page);
     const [ink, page_, pressed] = await page.evaluate(() => {
@@ -140,8 +141,8 @@ describe("without a mouse or with other eyes", () => {
   });
 });
 
-describe("what stands where", () => {
-  test("six plots at first, the rest folded in groups that open", async () => {
+describe("layout", () => {
+  test("six plots initially, the others in collapsed groups", async () => {
     const { page, context } = await open(browser, handles, { viewport: { width: 1600, height: 1000 } });
     await page.waitForSelector(".plot");
     const titles = await seen(page, ".plot h3");
@@ -153,7 +154,7 @@ describe("what stands where", () => {
     await context.close();
   });
 
-  test("on a narrow screen the replay stays in sight, small", async () => {
+  test("on a narrow screen a small replay stays visible", async () => {
     const { page, context } = await open(browser, handles, { viewport: { width: 800, height: 900 } });
     await page.waitForSelector(".plot");
     await page.evaluate(() => window.scrollTo(0, document.querySelectorAll(".plot")[2].getBoundingClientRect().top + window.scrollY - 500));
@@ -176,7 +177,7 @@ describe("what stands where", () => {
     await context.close();
   });
 
-  test("what the thesis published is not beside what has nothing to do with it", async () => {
+  test("published values of the thesis are shown only in their section", async () => {
     const { page, context } = await open(browser, changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)));
     assert.equal(await page.locator("#published").count(), 0);
     assert.doesNotMatch(await page.locator("body").innerText(), /as published/i);
@@ -184,8 +185,8 @@ describe("what stands where", () => {
   });
 });
 
-describe("links that bend", () => {
-  test("are drawn as they are, or with more of it", async () => {
+describe("flexible links", () => {
+  test("are drawn with or without magnification", async () => {
     const out = path.join(folder, "bent");
     grapnel(["run", scenario("thesis/closed-loop-flexible.yaml"), "-o", out, "--quiet", "--set", "approach.duration=4", "--set", "post_impact.duration=0.2"], [0, 1]);
     const { page, context, faults } = await open(browser, path.join(out, "report.html"));
@@ -210,7 +211,7 @@ describe("links that bend", () => {
     await context.close();
   });
 
-  test("only where something bends, whatever links are called", async () => {
+  test("only with flexible bodies, for any names of links", async () => {
     const robot = readFileSync(path.join(source, "robots", "planar-dual-arm.yaml"), "utf8");
     const named = path.join(folder, "named.yaml");
     writeFileSync(named, robot.replaceAll("arm-1-link-2", '"arm-1-link-1:1"'));
@@ -225,7 +226,7 @@ describe("links that bend", () => {
 describe("an impact", () => {
   const labels = (page) => page.locator(".replay-label:not([hidden])").evaluateAll((all) => all.map((one) => one.textContent));
 
-  test("has its arrows from contact on, and two states at one time", async () => {
+  test("has its arrows from contact on, and two states at one instant", async () => {
     const { page, context } = await open(browser, handles);
     const go = async (time, back) => {
       const drawn = await page.evaluate(([t, k]) => (window.__grapnel.clock.show(t, k), window.__grapnel.replay.renderCount()), [time, back]);
@@ -247,10 +248,10 @@ describe("an impact", () => {
   });
 });
 
-describe("what was simulated", () => {
+describe("the scenario", () => {
   const texts = (text, settings = []) => ({ description: "Two hands & <b>one</b> satellite", settings, files: [{ part: "scenario", bytes: text.length, text }] });
 
-  test("stands on the page, as text", async () => {
+  test("is shown on the page as text", async () => {
     const file = changed(handles, "texts.html", (data) => (data.runs[0].source = texts("name: x\n# <script>\n", ["approach.duration=10"])));
     const { page, context } = await open(browser, file);
     assert.match(await page.locator(".page-head").innerText(), /Two hands & <b>one<\/b> satellite/);
@@ -260,7 +261,7 @@ describe("what was simulated", () => {
     await context.close();
   });
 
-  test("is compared line by line, or said to be missing", async () => {
+  test("is compared by lines, or reported as missing", async () => {
     const file = changed(comparison, "differ.html", (data) => {
       data.runs[0].source = texts("a: 1\nb: 2\nc: 3\n");
       data.runs[1].source = texts("a: 1\nb: 5\nc: 3\n");
@@ -269,7 +270,7 @@ describe("what was simulated", () => {
     assert.deepEqual(await one.page.locator(".diff-a code, .diff-b code").allTextContents(), ["b: 2", "b: 5"]);
     await one.context.close();
     const two = await open(browser, changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)));
-    assert.match(await two.page.locator("#verdict").innerText(), /does not hold its scenario's text/);
+    assert.match(await two.page.locator("#verdict").innerText(), /does not contain its scenario's text/);
     assert.deepEqual(two.faults, []);
     await two.context.close();
   });
@@ -292,7 +293,7 @@ describe("files", () => {
     await context.close();
   });
 
-  test("the policy runs the viewer and no other script", async () => {
+  test("the policy allows only the viewer's script", async () => {
     const text = readFileSync(handles, "utf8");
     assert.doesNotMatch(/script-src ([^;]*)/.exec(text)[1], /unsafe/);
     const file = path.join(folder, "planted.html");
@@ -305,8 +306,8 @@ describe("files", () => {
   });
 });
 
-describe("times of capture", () => {
-  test("a chart shows every time that was looked at, and which was chosen", async () => {
+describe("capture window", () => {
+  test("a chart shows all evaluated times and the selected one", async () => {
     const out = path.join(folder, "window");
     grapnel(["run", scenario("tumbling-window.yaml"), "-o", out, "--quiet", "--set", "post_impact.duration=1"]);
     const { window } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).approach.plan;
@@ -318,7 +319,7 @@ describe("times of capture", () => {
     assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));
     assert.equal(await page.locator(".window-chart .chosen").count(), 1);
     assert.equal(await page.locator(".window-chart .limit").count(), 2);
-    assert.match(await page.locator("main").innerText(), new RegExp(`chosen of ${window.points.length} times between 30.s and 150.s; ${reached} can be reached`));
+    assert.match(await page.locator("main").innerText(), new RegExp(`selected from ${window.points.length} times between 30.s and 150.s; ${reached} reachable`));
     assert.deepEqual(faults, []);
     await page.context().close();
   });

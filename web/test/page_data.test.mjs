@@ -17,7 +17,7 @@ const base64 = (array) => Buffer.from(array.buffer).toString("base64");
 
 // ---- Playback ----
 
-test("playback keeps to its speed whatever frames take, and through slow motion", () => {
+test("playback keeps its speed for any frame time, and through slow motion", () => {
   near(v.advance(0, 0.5, 2, [], 100), 1, 1e-12); // one frame of half a second at 2x
   const slow = [{ time: 10, before: 1, after: 1, factor: 0.1 }];
   near(v.advance(8, 1, 2, slow, 100), 9.1, 1e-12); // half a second to its edge, the rest at a tenth
@@ -25,7 +25,7 @@ test("playback keeps to its speed whatever frames take, and through slow motion"
   assert.equal(v.advance(99, 5, 2, slow, 100), 100);
 });
 
-test("a slow machine plays 2x at 2x; what passed out of sight is not played", () => {
+test("a slow machine plays 2x at 2x; time in the background is skipped", () => {
   const frames = [];
   const listeners = {};
   let now = 0;
@@ -115,7 +115,7 @@ function lab([r, g, b]) {
 const withoutGreen = ([r, g, b]) => [0.367322 * r + 0.860646 * g - 0.227968 * b, 0.280085 * r + 0.672501 * g + 0.047413 * b, -0.01182 * r + 0.04294 * g + 0.968881 * b].map((c) => Math.max(0, c));
 const apart = (a, b, seen = (c) => c) => Math.hypot(...lab(seen(rgb(a))).map((x, i) => x - lab(seen(rgb(b)))[i]));
 
-test("arms, targets and axes have colours that stay apart and stand out from the page", () => {
+test("colours of arms, targets and axes are distinct and have contrast with the page", () => {
   const roles = ["arm 0", "arm 1", "arm 2", "arm 3", "target 0", "target 1", "axis x", "axis y", "axis z"];
   for (const [scheme, page] of [["light", "#ffffff"], ["dark", "#171e26"]]) {
     const colors = roles.map((role) => v.roleColor(role, scheme));
@@ -207,7 +207,7 @@ test("six plots come first, with their limits; the rest follows in groups", () =
   assert.match(first[5].note, /assumed duration/);
 });
 
-test("what joints pass on counts among the rated loads", () => {
+test("transmitted joint loads are among the rated loads", () => {
   const six = (...values) => values.map((one) => [one].flat());
   const more = [["joints/reaction_force", "N", ["elbow", "wrist"], six([10, 1], [20, 1], [20, 1], [90, 1], [90, 1], [0, 1])]];
   const summary = { loads: [{ of: "elbow", quantity: "force", phase: "approach", peak: 25, rating: 100, margin: 0.75 }] };
@@ -216,14 +216,14 @@ test("what joints pass on counts among the rated loads", () => {
   assert.deepEqual([...sampled.values()].map(Math.round), [90, 80, 80, 10, 10, 100]);
 });
 
-test("what a run lacks of the six is said", () => {
+test("missing plots of the six are reported", () => {
   const { plots, absent } = v.plotsOf(impactRun(), 0);
   assert.deepEqual(plots.map((plot) => plot.id), ["base-angular_velocity"]);
   assert.equal(absent.length, 5);
   assert.match(absent.join(";"), /the robot has no ratings/);
 });
 
-test("a limit near the lines widens the axis; one far away does not press them flat", () => {
+test("a limit near the lines widens the axis; a distant one does not flatten them", () => {
   assert.deepEqual(v.withLimits(0, 10, [12]), { low: 0, high: 12 });
   assert.deepEqual(v.withLimits(0, 10, [1500]), { low: 0, high: 10 });
   assert.deepEqual(v.withLimits(NaN, NaN, [0]), { low: 0, high: 0 });
@@ -243,7 +243,7 @@ test("files of a plot have its limits and its right axis", () => {
   assert.doesNotMatch(svg, /NaN/);
 });
 
-test("two runs share limits that are alike and mark those that are not", () => {
+test("two runs share equal limits and mark different ones", () => {
   const plot = (value) => ({ id: "p", group: "g", title: "", axis: "", unit: "N", lines: [], limits: [{ label: "contact", value: 0 }, { label: "rating", value }] });
   const [joined] = v.overlay([plot(100)], [plot(200)]);
   assert.deepEqual(joined.limits, [{ label: "contact", value: 0 }, { label: "rating, A", value: 100 }, { label: "rating, B", value: 200 }]);
@@ -251,7 +251,7 @@ test("two runs share limits that are alike and mark those that are not", () => {
 
 // ---- Texts ----
 
-test("texts are compared line by line", () => {
+test("texts are compared by lines", () => {
   const diff = v.lineDiff("a\nb\nc\nd\n", "a\nx\nc\nd\ne\n");
   assert.deepEqual(diff.map(({ side, text }) => `${side} ${text}`), ["both a", "a b", "b x", "both c", "both d", "b e"]);
   assert.deepEqual(diff.map(({ a, b }) => [a, b]), [[1, 1], [2, null], [null, 2], [3, 3], [4, 4], [null, 5]]);
@@ -273,7 +273,7 @@ test("texts are compared line by line", () => {
   assert.equal(v.lineDiff(other("p"), other("q")), null);
 });
 
-test("the thesis's formulas are shown where they are asked for", () => {
+test("the thesis's formulas are shown on request", () => {
   assert.equal(v.showsPublished({ impact: { show_as_published: false, as_published: {} } }), false);
   assert.equal(v.showsPublished({ impact: { show_as_published: true } }), true);
   assert.equal(v.showsPublished({ impact: { as_published: {} } }), true); // of earlier versions
@@ -282,7 +282,7 @@ test("the thesis's formulas are shown where they are asked for", () => {
 
 // ---- Badges ----
 
-test("a case with numbers that is no success has no green badge", () => {
+test("a completed case without success has no green badge", () => {
   const columns = (values) => Object.entries(values).map(([name, value]) => new v.Field(name, name, "", "", "column", () => Float64Array.of(value)));
   const badge = (status, values) => v.badgeOf(v.tableOf(1, [status], [""], [], columns(values)), 0);
   assert.deepEqual(badge("ok", { success: 0 }), { text: "no success", kind: "failed" });
@@ -307,7 +307,7 @@ test("the scale bar is 1, 2 or 5 times a power of ten and fits", () => {
   near(v.niceLength(0.3), 0.5, 1e-12);
 });
 
-test("keys turn the camera about what it looks at, and not over the pole", () => {
+test("keys rotate the camera about its target, not over the pole", () => {
   const start = { x: 3, y: 0, z: 4, length: () => 5 };
   const right = v.turned(start, Math.PI / 2, 0);
   near(right.x, 0, 1e-12);
@@ -338,7 +338,7 @@ test("thin rectangles of a mesh are panels, blocks and discs are not", () => {
   assert.equal(v.plateOf(disc, fan, v.connectedParts(disc, fan)[0]), undefined);
 });
 
-test("all shapes of a body are drawn, and nothing beside them", () => {
+test("exactly the shapes of a body are drawn", () => {
   const at = (shape, size, position) => ({ shape, size, position, quaternion_wxyz: [1, 0, 0, 0] });
   const paints = { surface: () => ({}), line: () => ({}), rim: () => ({}), flat: () => ({}) };
   const drawn = (geometry) => {
@@ -357,7 +357,7 @@ test("all shapes of a body are drawn, and nothing beside them", () => {
   handle.position.toArray().forEach((x, k) => near(x, [0, 4, 0.11][k], 1e-12));
 });
 
-test("a browser that cannot record says so", () => {
+test("a browser without recording gives a message", () => {
   const canvas = { prototype: { captureStream() {} } };
   assert.match(v.videoType({}).why, /cannot record/);
   assert.match(v.videoType({ MediaRecorder: { isTypeSupported: () => false }, HTMLCanvasElement: canvas }).why, /WebM/);

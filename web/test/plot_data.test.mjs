@@ -10,7 +10,7 @@ before(async () => {
 
 const near = (a, b, bound) => assert.ok(Math.abs(a - b) < bound, `${a} is not ${b}`);
 
-test("the rotation vector of three turns goes to three turns, whatever the quaternion's sign", () => {
+test("the rotation vector of three turns is continuous, for either sign of the quaternion", () => {
   const n = 400;
   const q = new Float64Array(4 * n);
   for (let i = 0; i < n; ++i) {
@@ -22,13 +22,13 @@ test("the rotation vector of three turns goes to three turns, whatever the quate
   near(v.rotationVectors(q.map((x) => -x))[3 * (n - 1) + 2], 6 * Math.PI, 1e-9);
 });
 
-test("a point of a turned body that spins moves by w x R p", () => {
+test("a point of a rotated spinning body moves by w x R p", () => {
   // Turned by 90 degrees about z: (1, 0, 0) stands at (0, 1, 0), and w = 2 z moves it to -x.
   const moving = v.pointVelocity([0.5, 0, 0], [0, 0, 2], [Math.SQRT1_2, 0, 0, Math.SQRT1_2], [1, 0, 0]);
   [-1.5, 0, 0].forEach((expected, i) => near(moving[i], expected, 1e-12));
 });
 
-test("at samples of one time a value is that before or that after", () => {
+test("at samples of equal times a value is that before or after", () => {
   const time = [0, 1, 1, 1, 2];
   const values = [0, 1, 1, 5, 6];
   assert.equal(v.valueAt(time, values, 1), 5);
@@ -45,7 +45,7 @@ test("differences of two runs keep the jumps of both", () => {
   assert.deepEqual([...v.difference(a, b)], [1, 1, 1, 2, 2]);
 });
 
-test("at an impact with four samples before is compared with before, after with after", () => {
+test("at an impact with four samples the states before and after are compared separately", () => {
   // The last of the approach, the first and last of the contact, the first of what follows: today's third was compared
   // with what is before.
   const time = [0, 20, 20, 20, 20, 30];
@@ -57,7 +57,7 @@ test("at an impact with four samples before is compared with before, after with 
   assert.deepEqual([...v.difference(a, late)], [0, 0, 0, 5.5, 5.5, 5]);
 });
 
-test("ticks have the digits that tell them apart", () => {
+test("ticks have enough digits to be distinct", () => {
   assert.deepEqual(v.tickTexts(v.ticks({ min: -0.13, max: 0.21 }, 5)), ["−0.1", "0.0", "0.1", "0.2"]);
   assert.deepEqual(v.tickTexts([0, 2e-5, 4e-5]), ["0", "2e−5", "4e−5"]);
 });
@@ -77,7 +77,7 @@ test("CSV numbers read back to the same single, fields are quoted", () => {
   assert.equal(v.field('a"b,c'), '"a""b,c"');
 });
 
-test("an exported SVG holds no markup of names and no number that is none", () => {
+test("an exported SVG has no markup from names and no NaN", () => {
   const svg = v.svgPlot({
     id: "a b",
     title: '<x>"&',
@@ -130,7 +130,7 @@ test("series of the wrong length are refused", () => {
   assert.throws(() => new v.Run(data), /a: damaged data/);
 });
 
-test("a clock keeps to its run", () => {
+test("a clock stays within its run", () => {
   const clock = new v.Clock(0, 10);
   let told = 0;
   const end = clock.listen(() => ++told);

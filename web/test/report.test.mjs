@@ -96,7 +96,7 @@ async function lastPoseIsThatOfTheSummary(page, out) {
   assert.ok(worst.quaternion < 1e-6, `${worst.quaternion}`);
 }
 
-describe("every kind of report opens, with no error and no request, and runs end as computed", () => {
+describe("every kind of report opens without errors and requests, and runs end as computed", () => {
   const followed = ["open loop", "closed loop", "a loop in space", "two targets in space", "an impact in time", "a rebound"];
   const files = Object.fromEntries(Object.entries(kinds).map(([name, make]) => [name, () => reportOf(make())]));
   files["a sweep"] = () => reportOf(sweep());
@@ -119,7 +119,7 @@ describe("every kind of report opens, with no error and no request, and runs end
   }
 });
 
-describe("what is shown is what was computed", () => {
+describe("the page matches the results", () => {
   test("the verdict has the impulses of summary.json", async () => {
     const out = openLoop();
     const { page, context } = await open(browser, reportOf(out));
@@ -130,7 +130,7 @@ describe("what is shown is what was computed", () => {
   });
 });
 
-describe("what drove the robot", () => {
+describe("control and actuators", () => {
   test("wheels against their capacity, by numbers and over time", async () => {
     const out = kinds["reaction wheels"]();
     const { page, context } = await open(browser, reportOf(out));
@@ -148,7 +148,7 @@ describe("what drove the robot", () => {
     await context.close();
   });
 
-  test("a run with ideal joints alone has no such section", async () => {
+  test("a run with only ideal joints has no such section", async () => {
     const { page, context } = await open(browser, reportOf(openLoop()));
     assert.equal(await page.locator("#driven").count(), 0);
     await context.close();
@@ -238,7 +238,7 @@ describe("plots show the series", () => {
   });
 });
 
-describe("pages fit where they are read", () => {
+describe("pages fit their medium", () => {
   for (const [name, options] of [
     ["a phone", { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, deviceScaleFactor: 2 }],
     ["a dark screen", { colorScheme: "dark" }],
@@ -266,7 +266,7 @@ describe("pages fit where they are read", () => {
 });
 
 describe("without WebGL", () => {
-  test("everything but the drawing is there", async () => {
+  test("everything except the drawing is shown", async () => {
     const plain = await launch(["--disable-3d-apis"]);
     const { page, context } = await open(plain, reportOf(openLoop()));
     assert.ok((await page.locator("body").innerText()).match(/WebGL/));
@@ -277,7 +277,7 @@ describe("without WebGL", () => {
 });
 
 describe("size", () => {
-  test("a study of 100 000 points opens and answers", async () => {
+  test("a study of 100 000 points opens and responds", async () => {
     const out = path.join(folder, "large");
     mkdirSync(out);
     const axes = [
@@ -313,7 +313,7 @@ function damaged(name, change) {
   return file;
 }
 
-describe("damage is said, never a blank page", () => {
+describe("damage is reported, never a blank page", () => {
   const changes = {
     "no data": () => "",
     "half the data": (text) => text.slice(0, text.length / 2),
@@ -328,7 +328,7 @@ describe("damage is said, never a blank page", () => {
     });
   }
 
-  test("damaged series leave the numbers", async () => {
+  test("damaged series do not affect the numbers", async () => {
     const file = damaged("series", (text) => {
       const data = JSON.parse(text);
       data.runs[0].series.series[3].data = data.runs[0].series.series[3].data.slice(0, 400);

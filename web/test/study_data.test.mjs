@@ -52,7 +52,7 @@ test("columns are combined over grasps, and the largest impulse is shown first",
   assert.ok(!s.tellingColumns(table, 9).some((f) => f.name === "rows"), "the same everywhere: tells nothing");
 });
 
-test("components make a norm, margins their least", () => {
+test("components give a norm, margins their minimum", () => {
   const data = sweep();
   const fill = (v) => data.status.map(() => v);
   for (const [name, value] of [["base/angular_velocity_change/x", 1], ["base/angular_velocity_change/y", 2], ["base/angular_velocity_change/z", -2], ["margins/a/force", 0.5], ["margins/b/moment", -0.25]]) {
@@ -74,7 +74,7 @@ test("a line per angle, a panel per motion", () => {
   assert.deepEqual(panels[1].lines[2].points, [20, 21, 22, 23]);
 });
 
-test("held axes choose points, free ones give lines, and lines are thinned to their ends", () => {
+test("held axes select points, free ones give lines, and thinned lines keep their ends", () => {
   const table = s.sweepTable(sweep());
   const [motion, angle, speed] = table.axes;
   const query = { x: speed, lines: null, panels: null, held: new Map([[motion.key, 1]]), most: 60 };
@@ -93,7 +93,7 @@ test("cells go half-way to their neighbours", () => {
   assert.deepEqual([first.x1, first.x2, first.y1, first.y2].map((v) => Number(v.toFixed(9))), [-0.05, 0.05, -15, 15]);
 });
 
-test("filters, by range, status and text, keep what they say", () => {
+test("filters by range, status and text select the matching points", () => {
   const table = s.sweepTable(sweep());
   const state = new s.StudyState(table);
   let told = 0;
@@ -113,7 +113,7 @@ test("filters, by range, status and text, keep what they say", () => {
   assert.equal(state.selected, null, "there is no such point");
 });
 
-test("ordered points: those without a number last, either way", () => {
+test("ordered points: those without a number last, in both directions", () => {
   const table = s.sweepTable(sweep());
   const kept = new Uint8Array(table.size).fill(1);
   for (const descending of [false, true]) {
@@ -143,7 +143,7 @@ test("extremes and neighbours name points", () => {
   assert.deepEqual([neighbours.step(5, 0, 1), neighbours.step(5, 1, -1), neighbours.step(5, 2, 1), neighbours.step(23, 0, 1)], [17, 1, 6, undefined]);
 });
 
-test("text reads back to the same numbers, and quotes what needs it", () => {
+test("text reads back to the same numbers, with quotes if needed", () => {
   const table = s.sweepTable(sweep());
   const lines = s.pointsToText(table, [5, 23], table.fields).trimEnd().split("\n");
   assert.equal(lines[0].split(",")[2], "approach_angle [deg]");
@@ -151,7 +151,7 @@ test("text reads back to the same numbers, and quotes what needs it", () => {
   assert.ok(lines[2].startsWith('23,"a, ""b""",60,0.3,ok,,7.5,4,7.5,6'));
 });
 
-test("geometric axes are told from linear ones", () => {
+test("geometric axes are distinguished from linear ones", () => {
   const axis = (values) => s.sweepTable({ ...sweep(), axes: [{ name: "m", unit: "", description: "" }], axis_values: [values], status: values.map(() => "ok"), reason: [], columns: [], values: [] }).axes[0];
   assert.ok(s.isGeometric(axis([1e-6, 1e-3, 1, 1e3])));
   assert.ok(!s.isGeometric(axis([1, 2, 3, 4])));
@@ -165,7 +165,7 @@ test("names are shortened and broken without losing their unit", () => {
   assert.equal(s.counted(1234567), "1\u202f234\u202f567");
 });
 
-test("an optimization's best so far passes over what is not acceptable", () => {
+test("an optimization's best so far ignores unacceptable points", () => {
   const data = {
     comparison: { best: 3, objective: { name: "minimize x" }, variables: [{ name: "a" }] },
     command: "",

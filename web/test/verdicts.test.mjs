@@ -13,7 +13,7 @@ const grasp = (captured, more = {}) => ({ end_effector: "tip", target: "debris",
 const capture = (captured, more) => ({ status: "completed", capture: { captured, time: 20, grasps: [grasp(captured, more)] }, ledger: {} });
 const answer = (summary, question) => v.shortVerdicts(summary).find((one) => one.question === question);
 
-test("a capture that nobody judged is assumed, with its gap", () => {
+test("a capture without an envelope is assumed, with its gap", () => {
   const assumed = answer(capture("assumed"), "Capture");
   assert.equal(assumed.tone, "warn");
   assert.match(assumed.word, /Assumed/);
@@ -28,7 +28,7 @@ test("a capture that nobody judged is assumed, with its gap", () => {
 const row = (pass, more = {}) => ({ value: 0, bound: 0, pass, unit: "m", note: "", applies: true, kind: "feasibility", ...more });
 const watched = (feasible, clearance, feasibility) => ({ status: "completed", ledger: { clearance_violation: clearance, feasible }, feasibility });
 
-test("what nobody looked at is neither feasible nor infeasible", () => {
+test("unchecked runs are neither feasible nor infeasible", () => {
   const reason = "switched off by clearance.enabled";
   const unseen = answer(
     watched("not checked", row(null, { applies: false, not_checked: reason }), {
@@ -44,7 +44,7 @@ test("what nobody looked at is neither feasible nor infeasible", () => {
   assert.equal(answer(watched(true, row(true, { applies: false })), "Feasibility").word, "Not checked"); // grapnel-summary/1
 });
 
-test("the first overlap leads", () => {
+test("the first overlap is reported first", () => {
   const sentence = "feasible: NO, valid until 35.46 s: base and debris overlap from then on (post_impact)";
   const bad = answer(watched("no", row(false), { verdict: "no", sentence, by_phase: [], valid_until: 35.46 }), "Feasibility");
   assert.equal(bad.tone, "bad");
@@ -55,14 +55,14 @@ test("the first overlap leads", () => {
   assert.equal(answer(late, "Capture").tone, "warn");
 });
 
-test("what follows the first overlap is shaded", () => {
+test("time after the first overlap is shaded", () => {
   const run = { phases: [{ name: "approach", begin: 0, end: 40 }], end: 40, validUntil: 35.46, data: { label: "" } };
   assert.deepEqual(v.shades([run]).at(-1), { name: v.kBeyond, begin: 35.46, end: 40 });
   assert.notEqual(v.phaseTint(v.kBeyond), "transparent");
   assert.equal(v.shades([{ ...run, validUntil: null }]).length, 1);
 });
 
-test("loads and control: what speaks against a run leads", () => {
+test("loads and control: negative findings are reported first", () => {
   const of = (summary) => answer({ status: "completed", ledger: {}, ...summary }, "Loads and control");
   assert.equal(of({}).word, "Not evaluated");
   assert.equal(of({}).tone, "none");

@@ -11,9 +11,22 @@ document.addEventListener("DOMContentLoaded", () => {
   const any = new RegExp(`(${escaped.join("|")})`, "giu");
   const phrase = new RegExp(escaped.join("\\w*\\W+"), "iu");
 
+  // Where most of the words occur within an excerpt; -1: nowhere.
+  const densest = (text) => {
+    const found = [...text.matchAll(any)];
+    let best = -1;
+    let most = 0;
+    found.forEach((one, i) => {
+      const near = new Set();
+      for (let k = i; k < found.length && found[k].index < one.index + kLength / 2; ++k) near.add(found[k][0].toLowerCase());
+      if (near.size > most) [best, most] = [one.index, near.size];
+    });
+    return best;
+  };
+
   const excerpt = (text) => {
     let at = text.search(phrase);
-    if (at < 0) at = text.search(any);
+    if (at < 0) at = densest(text);
     if (at < 0) return null;
     let begin = Math.max(0, at - 80);
     if (begin > 0) begin = text.indexOf(" ", begin) + 1;

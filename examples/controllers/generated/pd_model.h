@@ -1,5 +1,5 @@
 /*
- * Stands for what a code generator writes, in the manner of Simulink Coder with its default, nonreusable interface:
+ * Example of generated code, in the style of Simulink Coder with its default, nonreusable interface:
  * inputs, outputs, parameters and states are global structures, and a step is a function without arguments.
  */
 #ifndef PD_MODEL_H
@@ -17,7 +17,7 @@ typedef struct {
   double torque[PD_MODEL_JOINTS];
 } ExtY_pd_model_T;
 typedef struct {
-  double Filter_DSTATE[PD_MODEL_JOINTS]; /* of a first-order filter of the rate */
+  double Filter_DSTATE[PD_MODEL_JOINTS]; /* state of a first-order rate filter */
 } DW_pd_model_T;
 typedef struct {
   double Kp, Kd, Filter_Pole;

@@ -1,4 +1,4 @@
-// The page of a campaign: how likely success is, what decides it, and which cases to look at.
+// The page of a campaign: probability of success, decisive criteria and inputs, and cases of interest.
 import "../study/study.css";
 import "./campaign.css";
 import type { CampaignData, ReportData } from "../data";
@@ -27,7 +27,7 @@ import { interval, kCaptureProbability, percent, probability, samplingName, shar
 
 export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
   const campaign = data.campaign;
-  if (!campaign) throw new Error("the report holds no campaign");
+  if (!campaign) throw new Error("the report contains no campaign");
   const model = campaignModel(campaign);
   const sample = sampleOf(campaign);
   const state = new StudyState(sample.table);
@@ -78,7 +78,7 @@ function remark(sample: Sample, row: number): string {
   return `${said[0].toUpperCase()}${said.slice(1)}.${sample.drawn[row] ? "" : " Not of the even sample: it is here because it failed, or is among the worst."}`;
 }
 
-// The worst of the first list, else the first without success, else the first.
+// The worst case of the first list, else the first without success, else the first.
 function firstCase(model: CampaignModel, sample: Sample): number | null {
   const worst = model.worst[0]?.cases[0]?.index;
   const row = sample.cases.indexOf(worst ?? NaN);
@@ -111,8 +111,8 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
     more: inputsList(model),
   });
   const notes = [
-    ...(partial ? [`${counted(model.rows)} of ${plural(model.total, "case")} are there: the campaign is not finished, or was extended. The same command goes on.`] : []),
-    ...(lost.length > 0 ? [`No result from ${lost.map((c) => `${plural(c.count, "case")} (${c.status})`).join(" and ")}: they count as no success. Their reasons are below.`] : []),
+    ...(partial ? [`${counted(model.rows)} of ${plural(model.total, "case")} are complete: the campaign is not finished, or was extended. Rerun the command to continue.`] : []),
+    ...(lost.length > 0 ? [`No result from ${lost.map((c) => `${plural(c.count, "case")} (${c.status})`).join(" and ")}: they do not count as a success. Their reasons are below.`] : []),
     ...model.warnings.map((w) => `${w[0].toUpperCase()}${w.slice(1)}.`),
     ...(campaign.notes ?? []),
   ];
@@ -125,18 +125,18 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
 
 function verdictOf(model: CampaignModel, p: Proportion): [string, string] {
   if (p.trials === 0) return ["No cases yet", ""];
-  const assumed = model.assumed > 0 ? (model.assumed === p.successes ? ", assumed and not judged" : `, ${counted(model.assumed)} of them assumed and not judged`) : "";
+  const assumed = model.assumed > 0 ? (model.assumed === p.successes ? ", assumed without an envelope" : `, ${counted(model.assumed)} of them assumed without an envelope`) : "";
   return [`${successName(model)} ${probability(p.estimate)}${model.assumed > 0 ? " (assumed)" : ""}`, `${percent(model.confidence)} interval ${interval(p)}; ${share(p)} cases meet ${criteriaInWords(model)}${assumed}.${capturesInWords(model)}`];
 }
 
-// Where success takes more than a capture, or other things, how many cases capture.
+// If success requires more than a capture, the share of cases with a capture.
 function capturesInWords(model: CampaignModel): string {
   const share = model.columns.find((c) => c.name === "captured")?.mean;
   if (share === undefined || !Number.isFinite(share) || successName(model) === kCaptureProbability) return "";
   return ` All grasps close in ${percent(share)} of the cases with a result.`;
 }
 
-// Over all points of a design one probability would mean nothing.
+// A single probability over all points of a design would be meaningless.
 function successMapVerdict(model: CampaignModel, e: SuccessMap): [string, string] {
   const sure = (level: number): number => e.points.filter((p) => p.trials > 0 && p.lower >= level).length;
   const reach = [0.99, 0.9, 0.5].map((level) => `${counted(sure(level))} at ${level} or more`);
@@ -146,7 +146,7 @@ function successMapVerdict(model: CampaignModel, e: SuccessMap): [string, string
 }
 
 function criteriaInWords(model: CampaignModel): string {
-  if (model.criteria.length === 0) return "no criterion: they came to their end";
+  if (model.criteria.length === 0) return "no criteria: all completed cases";
   return model.criteria.length === 1 ? `“${model.criteria[0].name}”` : `all ${model.criteria.length} criteria`;
 }
 
@@ -157,11 +157,11 @@ function tiles(model: CampaignModel): Tile[] {
   if (model.successMap) return made;
   const strict = [...model.criteria].filter((c) => Number.isFinite(c.onlyThis)).sort((a, b) => b.onlyThis - a.onlyThis)[0];
   if (strict && model.criteria.length > 1 && strict.onlyThis > 0)
-    made.push({ name: "decides most often", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} in which nothing else fails` });
+    made.push({ name: "most restrictive", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} in which no other criterion fails` });
   const success = model.sensitivities.find((s) => s.output === "success");
   const known = (success && success.groups.length > 0 ? success.groups : (success?.influences ?? [])).filter((i) => Number.isFinite(i.firstOrder));
   const first = known.length > 0 ? known.reduce((best, i) => (i.firstOrder > best.firstOrder ? i : best)) : undefined;
-  if (first && first.firstOrder > 2 * (first.error || 0)) made.push({ name: "matters most for success", value: breakable(first.input), detail: `first-order index ${number(first.firstOrder, 2)} ± ${number(first.error, 1)}` });
+  if (first && first.firstOrder > 2 * (first.error || 0)) made.push({ name: "most influential for success", value: breakable(first.input), detail: `first-order index ${number(first.firstOrder, 2)} ± ${number(first.error, 1)}` });
   const worst = model.worst[0];
   if (worst?.cases[0]) made.push({ name: `${worst.direction} of all`, value: number(worst.cases[0].value), unit: worst.unit, detail: `${breakable(worst.by)}, case ${worst.cases[0].index}` });
   return made;
@@ -169,7 +169,7 @@ function tiles(model: CampaignModel): Tile[] {
 
 function lostInWords(model: CampaignModel): string {
   const lost = model.counts.filter((c) => c.status !== "ok" && c.count > 0).map((c) => `${counted(c.count)} ${c.status}`);
-  return lost.length > 0 ? lost.join(", ") : "all came to their end";
+  return lost.length > 0 ? lost.join(", ") : "all completed";
 }
 
 function inputsList(model: CampaignModel): HTMLElement | null {
@@ -179,7 +179,7 @@ function inputsList(model: CampaignModel): HTMLElement | null {
   return element("div", { class: "st-scroll" }, element("table", { class: "st-grid" }, element("thead", {}, head), element("tbody", {}, ...rows)));
 }
 
-// For tests, and for the curious.
+// For tests and for the browser's console.
 function exposeModel(model: CampaignModel, sample: Sample): void {
   const page = window as unknown as { __grapnel?: Record<string, unknown> };
   page.__grapnel = { ...page.__grapnel, campaign: { model, sampled: sample.table.size, cases: Array.from(sample.cases) } };

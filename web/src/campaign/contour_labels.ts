@@ -1,4 +1,4 @@
-// Where lines of a map are named, and which numbers give way to them: nothing lies on anything else. No DOM; pixels.
+// Positions of labels on the lines of a map, and the numbers that they replace, without overlaps. No DOM; pixels.
 
 export type Place = [number, number];
 
@@ -21,7 +21,7 @@ export interface LineLabel {
   box: Box;
 }
 
-const kLeast = 44; // length of a line that is worth a name [px]
+const kLeast = 44; // minimum length of a labelled line [px]
 const kHeight = 15;
 
 // A name on every line that is long enough and has a free place inside `frame`, longest lines first: clear of all other

@@ -1,4 +1,4 @@
-// What matters: how much of an output's variance each input explains by itself, and in which direction it works.
+// Influence: the share of an output's variance that each input explains alone, and the direction of its effect.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
 import { number } from "../format";
@@ -20,7 +20,7 @@ const [kIndex, kUp, kDown] = ["#0072b2", "#009e73", "#cc79a7"];
 export class InfluenceChart {
   readonly card: ChartCard;
   private of: Sensitivity;
-  private grouped: boolean; // inputs that belong together as one, and the design's axes
+  private grouped: boolean; // groups of inputs, and the design's axes
   private width = 0;
 
   // Null: the campaign has no sensitivities.
@@ -50,12 +50,12 @@ export class InfluenceChart {
 
   private draw(): void {
     const { of, width } = this;
-    this.card.setTitle(`What matters for ${of.output === "success" ? "success" : of.output}`);
+    this.card.setTitle(`Influence on ${of.output === "success" ? "success" : of.output}`);
     const shown = this.grouped && of.groups.length > 0 ? of.groups : of.influences;
     this.card.note.textContent = note(of, shown, this.model.measuresLeftOut);
     const rows = sorted(shown);
     this.card.setLegend([]);
-    if (!tells(of)) return this.card.body.replaceChildren(element("p", { class: "st-note" }, `${of.output} is the same in all cases: nothing can matter for it.`));
+    if (!tells(of)) return this.card.body.replaceChildren(element("p", { class: "st-note" }, `${of.output} is the same in all cases: no input has an influence.`));
     // Side by side, the same rows at the same heights; names stand above the bars where beside them there is no room.
     const [beside, roomy] = [width >= 560, width >= 860];
     const names = roomy ? Math.min(290, 24 + 6.8 * Math.max(...rows.map((r) => r.input.length))) : 0;
@@ -64,7 +64,7 @@ export class InfluenceChart {
     this.card.body.replaceChildren(
       element("div", { class: "cp-pair" },
         this.panel(`Variance explained by each ${this.grouped ? "group of inputs" : "input"} alone`, this.indices(rows, { width: first, left: roomy ? names : 12, names: roomy ? "margin" : "above" }), first),
-        this.panel("Direction in which it works", this.ranks(rows, { width: second, left: 12, names: roomy ? "across" : "above" }), second)),
+        this.panel("Direction of the effect", this.ranks(rows, { width: second, left: 12, names: roomy ? "across" : "above" }), second)),
     );
     const dot = (color: string, text: string): LegendItem => ({ color, text, shape: "dot" });
     const what = of.output === "success" ? "success" : "output";
@@ -183,9 +183,9 @@ function note(s: Sensitivity, shown: Influence[], leftOut: number): string {
   const sum = known.reduce((total, i) => total + Math.max(0, i.firstOrder), 0);
   const parts = [
     known.length > 0 ? `Indices sum to ${number(sum, 2)}: ${sumInWords(sum)}.` : "",
-    shown === s.groups && Number.isFinite(s.unexplained) ? `Unexplained by them one by one: ${Math.round(100 * s.unexplained)} % of the variance. Inputs that belong together are one; of several together it is what a quadratic function of them explains.` : "",
+    shown === s.groups && Number.isFinite(s.unexplained) ? `Unexplained by them one by one: ${Math.round(100 * s.unexplained)} % of the variance. Related inputs form a group; for a group it is the variance explained by a quadratic function of its inputs.` : "",
     s.count > 0 ? `From ${plural(s.count, "case")}.` : "",
-    known.length > 0 ? "Indices that are 0 within two standard errors say nothing. They take the inputs as independent." : "",
+    known.length > 0 ? "Indices within two standard errors of 0 are not significant. Inputs are assumed to be independent." : "",
     leftOut > 0 ? `${plural(leftOut, "column")} left out in campaign.json.` : "",
   ];
   return parts.filter(Boolean).join(" ");
@@ -193,8 +193,8 @@ function note(s: Sensitivity, shown: Influence[], leftOut: number): string {
 
 // Of independent inputs the sum is 1 at most; estimates of many small ones add up their errors.
 function sumInWords(sum: number): string {
-  if (sum > 1.2) return "more than all, so inputs depend on each other, and one stands for others too";
-  return sum > 0.9 ? "inputs act one by one" : `the other ${number(1 - sum, 2)} of the variance is inputs acting together, or what is not drawn`;
+  if (sum > 1.2) return "more than 1, so inputs are correlated";
+  return sum > 0.9 ? "inputs act independently" : `the other ${number(1 - sum, 2)} of the variance is due to interactions, or to influences that are not drawn`;
 }
 
 function pointRows(plot: SVGSVGElement, rows: Influence[], step: number): void {

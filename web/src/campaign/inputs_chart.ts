@@ -1,4 +1,4 @@
-// What was drawn, an input per panel: how often which values came up, and how likely success was there.
+// Drawn inputs, one per panel: histogram of values and probability of success.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
 import { columnHead, label, number, withUnit } from "../format";
@@ -20,7 +20,7 @@ export class InputsChart {
   readonly card: ChartCard;
   private width = 0;
 
-  // Null: nothing was drawn.
+  // Null: no drawn inputs.
   static of(model: CampaignModel, study: string): InputsChart | null {
     return model.inputs.some((d) => d.histogram) ? new InputsChart(model, study) : null;
   }
@@ -30,7 +30,7 @@ export class InputsChart {
     study: string,
   ) {
     this.card = chartCard({ id: "inputs", title: "Inputs as drawn, and success along each", study, csv: () => csv(model) });
-    this.card.note.textContent = `Below: success among cases in groups of equal number by the input (from the least to the largest of each), with ${percent(model.confidence)} intervals; the thin line is the success of all.`;
+    this.card.note.textContent = `Below: success among cases in groups of equal number by the input (from the smallest to the largest value of each), with ${percent(model.confidence)} intervals; the thin line is the success of all.`;
     onWidth(this.card.body, (width) => {
       this.width = width;
       this.draw();

@@ -1,5 +1,5 @@
-// Probabilities with their intervals: the campaign's success, and what each criterion alone lets through, over one axis.
-// Where all are close together the axis can be narrowed to them.
+// Probabilities with their intervals: the campaign's success, and the share of each criterion alone, over one axis. If
+// all are close together the axis can be zoomed.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
 import { css, lineColor, onThemeChange } from "../plots/theme_colors";
@@ -87,7 +87,7 @@ class IntervalChart {
 function rowsOf(model: CampaignModel): Row[] {
   const rows: Row[] = [{ ...model.success, key: "success", name: model.criteria.length > 1 ? "Success: all criteria hold" : "Success", detail: "", main: true }];
   const allOk = model.completed.successes === model.completed.trials;
-  if (!allOk) rows.push({ ...model.completed, key: "completed", name: "The simulation came to its end", detail: "status ok", main: false });
+  if (!allOk) rows.push({ ...model.completed, key: "completed", name: "The simulation completed", detail: "status ok", main: false });
   const one = model.criteria.length === 1 && allOk; // says the same as the row above
   model.criteria.forEach((c, k) => rows.push({ ...c, key: `criterion-${k}`, name: c.name, detail: c.text === c.name ? "" : c.text, main: false }));
   if (one) {
@@ -115,8 +115,8 @@ function nearDomain(rows: Row[]): [number, number] {
 }
 
 function note(model: CampaignModel): string {
-  const independent = model.sampling && model.sampling !== "random" ? ` They take the cases as independent: with ${samplingName(model.sampling)} sampling they are wider than need be, as a rule.` : "";
-  const alone = model.criteria.length > 1 ? " A criterion's row is the share of cases that come to their end and meet it, whatever the others say." : "";
+  const independent = model.sampling && model.sampling !== "random" ? ` They assume independent cases: with ${samplingName(model.sampling)} sampling they are usually wider than necessary.` : "";
+  const alone = model.criteria.length > 1 ? " A criterion's row is the share of cases that complete and meet it, independently of the others." : "";
   return `Bars are ${percent(model.confidence)} intervals (Wilson's score).${independent}${alone}`;
 }
 

@@ -30,7 +30,7 @@ export function axisOf(a: MapAxis, pixels: number, domain: [number, number], eac
 export function pointWords(model: CampaignModel, axes: MapAxis[], p: MapPoint | undefined, at: number[]): string[] {
   const where = axes.map((axis, a) => `${axis.name}: ${valueOf(axis, at[a])}`).reverse();
   if (!p || p.trials === 0) return [...where, "no cases"];
-  const fails = p.deciding === "" ? [] : [`fails most often: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];
+  const fails = p.deciding === "" ? [] : [`most frequent failure: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];
   return [`success ${probability(p.estimate)}`, `${percent(model.confidence)}: ${interval(p)}`, `${share(p)} cases`, ...fails, ...where];
 }
 
@@ -48,7 +48,7 @@ export function choosePoint(state: StudyState, places: { axis: MapAxis; edges: n
 }
 
 export function successMapCsv(e: SuccessMap): string {
-  const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper", "fails most often"];
+  const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper", "most frequent failure"];
   const rows = e.points.map((p) => [...p.at.map((k, a) => e.axes[a].labels?.[k] ?? e.axes[a].values[k]), p.successes, p.trials, p.estimate, p.lower, p.upper, p.deciding]);
   return rowsToText([head, ...rows]);
 }

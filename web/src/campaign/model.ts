@@ -1,5 +1,5 @@
-// A campaign's statistics as its page needs them, from campaign.json (docs/formats/campaign.md). Whatever is missing there
-// is null or empty here. No DOM.
+// A campaign's statistics as its page needs them, from campaign.json (docs/formats/campaign.md). Whatever is missing
+// there is null or empty here. No DOM.
 
 export interface Proportion {
   successes: number;
@@ -156,7 +156,7 @@ export interface CampaignModel {
   failuresAreAll: boolean; // else only those of cases without a result
   grasps: GraspCount[];
   groups: InputGroup[];
-  assumed: number; // successes that nobody judged
+  assumed: number; // successes without an evaluated envelope
   warnings: string[];
   saved: Set<number>; // cases whose complete results lie in series/
   failuresLeftOut: number; // cases with other reasons

@@ -1,8 +1,8 @@
 // Names too long for their place, shortened so that they still tell things apart. No DOM.
 import { shortened } from "../study/describe";
 
-// Each name in at most `most` letters, if need be: whole parts give way to "…", the first and the middle ones before those
-// beside the end, and none that alone tells it from another name.
+// Each name in at most `most` letters: whole parts are replaced by "…", the first and the middle ones before those near
+// the end, but no part that distinguishes it from another name.
 export function distinctNames(names: string[], most: number): string[] {
   const all = [...new Set(names)].map((name) => name.split(/(?<=[./])/));
   const made = names.map((name) => {

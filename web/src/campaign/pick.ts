@@ -8,12 +8,12 @@ export function varies(d: Described): boolean {
   return d.count > 0 && d.largest > d.least;
 }
 
-// A column that a criterion limits, else one that tells much.
+// A column that a criterion limits, else an informative one.
 export function mainDescribed(model: CampaignModel): Described | undefined {
   return tellingDescribed(model, 1)[0] ?? describedOf(model).find((d) => d.histogram !== null);
 }
 
-// Columns in order of how much they tell; inputs are none of them.
+// Columns in order of information, without inputs.
 export function tellingDescribed(model: CampaignModel, most: number): Described[] {
   const columns = model.columns.filter((d) => d.histogram !== null && varies(d));
   const limited = model.limits.map((l) => columns.find((d) => d.name === l.column && d.largest > d.least));

@@ -140,8 +140,8 @@ function failure(f: Partly<file.Reason>): Failure {
   return { status: text(f?.status), reason: text(f?.reason), count: num(f?.count, 0), examples };
 }
 
-const kSimulated: Record<string, string> = { impact: "planning and the impact alone", run: "whole captures" };
-const kPlanned: Record<string, string> = { nominal: "once, for the scenario as it stands: the planner does not know the true values", per_case: "for each case, from its true values" };
+const kSimulated: Record<string, string> = { impact: "only planning and the impact", run: "whole captures" };
+const kPlanned: Record<string, string> = { nominal: "once, for the nominal scenario: the planner does not know the true values", per_case: "for each case, from its true values" };
 
 function settings(s: Partly<file.CampaignReport>, c: Partly<file.CampaignSettings>): [string, string][] {
   return [

@@ -24,7 +24,7 @@ export function sampleOf(data: CampaignData): Sample {
   const drawn = flags(packed?.drawn, rows);
   const inputs = fieldsOf([...(packed?.design ?? []), ...(packed?.inputs ?? [])], "axis", rows);
   const successField = new Field("success", "success", "", "whether the case is ok and meets all criteria", "column", () => Float64Array.from(success), kSuccessLabels, kSuccessColors);
-  // What criteria read comes first, in their order.
+  // Columns of criteria first, in their order.
   const read: string[] = list(data.statistics?.criteria).flatMap((one) => list(one?.reads));
   const place = (f: Field): number => (read.includes(f.name) ? read.indexOf(f.name) : read.length);
   const rest = fieldsOf(packed?.columns ?? [], "column", rows).sort((a, b) => place(a) - place(b));

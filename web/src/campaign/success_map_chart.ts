@@ -23,7 +23,7 @@ const kMargins = { marginTop: 26, marginBottom: 44, marginRight: 16 }; // [px]
 
 type Shown = "lower" | "estimate" | "upper" | "deciding";
 // The headline counts points by the lower end: so does the map that is shown first.
-const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "what fails most often" };
+const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "most frequent failure" };
 const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end", deciding: "" };
 
 export class SuccessMapChart {
@@ -209,7 +209,7 @@ function contours(lines: ContourLine[], labels: LineLabel[]): SVGElement {
   return group;
 }
 
-// For a cell: what would round to 0 or 1 says so.
+// For a cell: values that would round to 0 or 1 are marked.
 function shortProbability(v: number): string {
   if (v === 0 || v === 1) return String(v);
   return v >= 0.995 ? ">.99" : v < 0.005 ? "<.01" : v.toFixed(2);

@@ -1,4 +1,4 @@
-// Which cases were worst, by each column that a criterion or a rating limits, with the command that replays each.
+// The worst cases, by each column that a criterion or a rating limits, with the command that replays each.
 import { download, element } from "../dom";
 import { columnHead, label, number } from "../format";
 import { breakable, plural } from "../study/describe";
@@ -9,7 +9,7 @@ import { button, copyButton, select } from "../study/ui";
 import type { CampaignModel, WorstList } from "./model";
 import type { Sample } from "./sample";
 
-// Null: the campaign says of none.
+// Null: the campaign has none.
 export function worstCard(model: CampaignModel, sample: Sample, state: StudyState, study: string): HTMLElement | null {
   const lists = model.worst.filter((w) => w.cases.length > 0);
   if (lists.length === 0) return null;
@@ -56,7 +56,7 @@ function csv(model: CampaignModel, list: WorstList): string {
   return rowsToText([head, ...list.cases.map((c) => [c.index, c.value, c.success === null ? "" : c.success ? 1 : 0, ...model.inputs.map((_, k) => c.inputs[k] ?? NaN), c.command])]);
 }
 
-// Why cases failed, alike reasons together.
+// Reasons for failures, similar reasons together.
 export function failuresCard(model: CampaignModel, study: string): HTMLElement | null {
   if (model.failures.length === 0) return null;
   const rows = model.failures.map((f) =>
@@ -72,8 +72,8 @@ export function failuresCard(model: CampaignModel, study: string): HTMLElement |
   const text = (): string => rowsToText([["cases", "status", "reason", "examples"], ...model.failures.map((f) => [f.count, f.status, f.reason, f.examples.map((e) => e.index).join(" ")])]);
   return element(
     "section",
-    { class: "card st-card", id: "study-failures", "aria-label": "Why cases failed" },
-    element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, model.failuresAreAll ? "Cases without success, and why" : "Cases without a result, and why"), element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "failures")}.csv`, text(), "text/csv"), { title: "Download the reasons" }))),
+    { class: "card st-card", id: "study-failures", "aria-label": "Reasons for failures" },
+    element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, model.failuresAreAll ? "Cases without success, by reason" : "Cases without a result, by reason"), element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "failures")}.csv`, text(), "text/csv"), { title: "Download the reasons" }))),
     element("div", { class: "st-scroll" }, element("table", { class: "st-grid cp-failures" }, element("thead", {}, head), element("tbody", {}, ...rows))),
     graspTable(model),
     element("p", { class: "st-note" }, `${model.failuresAreAll ? "Every case is in one line." : "They count as no success."}${model.failuresLeftOut > 0 ? ` ${plural(model.failuresLeftOut, "case")} with rarer reasons are left out.` : ""}`),
@@ -90,7 +90,7 @@ function graspTable(model: CampaignModel): HTMLElement | null {
   return element("div", { class: "st-scroll" }, element("table", { class: "st-grid cp-grasps" }, element("thead", {}, head), element("tbody", {}, ...rows)));
 }
 
-// To the complete results of a case, where the campaign kept them. Null: it did not.
+// Link to the complete results of a case, if they are stored; else null.
 export function savedLink(model: CampaignModel, index: number, said = "its full report"): HTMLElement | null {
   return model.saved.has(index) ? element("a", { href: `series/case-${index}/report.html`, class: "cp-saved" }, said) : null;
 }

@@ -28,7 +28,7 @@ function code(value: unknown): Cell {
   return element("code", { title: full }, full.slice(0, 16));
 }
 
-// Captured, to be trusted, possible: A's answers and B's.
+// The verdicts of A and B on capture, conservation and feasibility.
 export function answers(runs: Run[]): HTMLElement {
   const [a, b] = runs.map((run) => shortVerdicts(run.summary ?? {}));
   const answer = (one: (typeof a)[number]) =>
@@ -44,7 +44,7 @@ export function keyNumbers(runs: Run[]): HTMLElement {
   const [a, b] = runs.map(keyFacts);
   const keys = a.map((fact) => fact.key);
   b.forEach((fact, i) => {
-    // What only B has stands where B has it.
+    // Rows that exist only in B keep their position in B.
     if (!keys.includes(fact.key)) keys.splice(i > 0 ? keys.indexOf(b[i - 1].key) + 1 : 0, 0, fact.key);
   });
   const columns: Column[] = [

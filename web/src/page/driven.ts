@@ -1,5 +1,5 @@
-// What drove the robot: the on-board computer, laws of joints, actuators. Each part of the summary that says so is shown
-// by its description, so that what the program learns to report stands here by one line of kParts.
+// Control and actuators: the on-board computer, control laws of joints, actuators. Each part of the summary is shown
+// with its description; a new part needs one line of kParts.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import * as described from "../summary_types"; // by name: what is not made yet (scripts/tables) is no error
@@ -9,9 +9,9 @@ import { absent, mark, pairs, table, vectorCell, type Cell, type Column } from "
 
 interface Part {
   title: string;
-  of: (s: PartlySummary) => unknown; // one structure, or a list of them: a row each
+  of: (s: PartlySummary) => unknown; // one structure, or a list of structures: one row each
   notes: described.FieldNote[];
-  sums?: (all: Structure[], s: PartlySummary) => Cell[]; // what its numbers come to
+  sums?: (all: Structure[], s: PartlySummary) => Cell[]; // summary of its numbers
 }
 type Structure = Record<string, unknown>;
 
@@ -23,15 +23,15 @@ function evaluated(reports: PartlySummary["stability"]): unknown {
 
 const kParts: Part[] = [
   { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
-  { title: "Sensors: readings less the truth", of: (s) => s.sensors, notes: described.kSensorReport },
+  { title: "Sensors: readings minus true values", of: (s) => s.sensors, notes: described.kSensorReport },
   { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport.filter(([key]) => key !== "parameters") },
   { title: "Numbers identified", of: (s) => s.post_impact?.identification?.parameters, notes: described.kIdentifiedParameter },
   { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
   { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseKeepingReport },
-  { title: "Impedance of hands in the approach", of: (s) => s.approach?.impedance, notes: described.kImpedanceReport },
-  { title: "Masses that met in the contact", of: (s) => s.impact?.effective_masses, notes: described.kEffectiveMass },
-  { title: "Impedance of hands after the impact", of: (s) => s.post_impact?.impedance, notes: described.kImpedanceReport },
-  { title: "Held target and the forces inside it", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport.filter(([key]) => key !== "pairs") },
+  { title: "Impedance of end-effectors in the approach", of: (s) => s.approach?.impedance, notes: described.kImpedanceReport },
+  { title: "Effective masses in the contact", of: (s) => s.impact?.effective_masses, notes: described.kEffectiveMass },
+  { title: "Impedance of end-effectors after the impact", of: (s) => s.post_impact?.impedance, notes: described.kImpedanceReport },
+  { title: "Held target and its internal forces", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport.filter(([key]) => key !== "pairs") },
   { title: "Squeezes", of: (s) => s.post_impact?.grasp_force?.pairs, notes: described.kSqueeze },
   { title: "Actuators at their limits", of: (s) => s.saturation, notes: described.kSaturationReport },
   { title: "Stability of control", of: (s) => evaluated(s.stability), notes: described.kStabilityReport },
@@ -43,7 +43,7 @@ const kParts: Part[] = [
   { title: "Propellant", of: (s) => s.thrusters, notes: described.kThrustersReport.filter(([key]) => !["each", "dumping", "hazards"].includes(key)) },
   { title: "Thrusters", of: (s) => s.thrusters?.each, notes: described.kThrusterReport },
   { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
-  { title: "Plumes that met something", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
+  { title: "Bodies in plumes", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
   { title: "Joints: friction, stops and motors", of: (s) => s.joints, notes: described.kJointReport },
   { title: "Impacts on stops", of: (s) => s.stop_impacts, notes: described.kStopImpact, sums: stopsCounted },
 ];
@@ -54,7 +54,7 @@ export function isDriven(s: PartlySummary): boolean {
 
 export function drivenSection(s: PartlySummary): HTMLElement[] {
   const shown = kParts.filter((part) => structuresOf(part.of(s)).length > 0);
-  if (shown.length === 0) return [absent("No law, no actuator and no on-board computer is reported.")];
+  if (shown.length === 0) return [absent("The summary has no control laws, actuators or on-board computer.")];
   return shown.flatMap((part) => [element("h3", {}, part.title), ...partOf(part, s)]);
 }
 
@@ -99,7 +99,7 @@ function hinted(content: Cell, about: string): Cell {
 
 // ---- Sums ----
 
-// How much of its capacity each wheel used at most.
+// Largest used share of each wheel's capacity.
 function wheelsUsed(all: Structure[]): Cell[] {
   const used = all.flatMap((one) => {
     const largest = num(one.largest_rate), limit = num(one.rate_limit);
@@ -114,7 +114,7 @@ function wheelsUsed(all: Structure[]): Cell[] {
   return [table("Momentum of wheels against their capacity", columns, rows)];
 }
 
-// Where the list does not hold them all.
+// If the list is incomplete.
 function stopsCounted(all: Structure[], s: PartlySummary): Cell[] {
   const count = num(s.stop_impact_count);
   return count !== null && count > all.length ? [`${number(count)} in all, of which these are the first.`] : [];

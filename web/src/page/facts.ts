@@ -11,7 +11,7 @@ export interface Fact {
   unit: string;
   detail: string;
   tone?: "bad" | "warn";
-  word?: string; // what the tone means
+  word?: string; // meaning of the tone
   percent?: boolean; // shown as a percentage
 }
 
@@ -20,7 +20,7 @@ export function keyFacts(run: Run): Fact[] {
   return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), marginFact(s), clearanceFact(s)];
 }
 
-// The first and those of grasps that closed later.
+// The first impact and those of grasps that closed later.
 export function allImpacts(s: PartlySummary): Partly<ImpactReport>[] {
   return [...(s.impact ? [s.impact] : []), ...list(s.later_impacts)];
 }
@@ -43,13 +43,13 @@ function graspFacts(s: PartlySummary): Fact[] {
   );
 }
 
-// Joints that brake right after the grasp pass on an impulse of their own.
+// Joints that brake after the grasp cause a separate impulse.
 function byBrakes(impact: Partly<ImpactReport>, who: string): string {
   const own = list(impact.brake?.grasps).find((grasp) => grasp.end_effector === who);
   return own ? `; then ${withUnit(num(own.impulse_magnitude), "N s")} by the brakes` : "";
 }
 
-// The peak where the impact was resolved in time; and the mean.
+// The peak of a compliant impact, and the mean.
 function forceFacts(impact: Partly<ImpactReport>, grasp: Partly<GraspImpulse>, who: string, key: string): Fact[] {
   const duration = num(grasp.profile?.duration) ?? num(impact.duration);
   const mean: Fact = {
@@ -71,11 +71,11 @@ function energyFacts(s: PartlySummary): Fact[] {
   const after = num(s.impact.kinetic_energy_after);
   if (before === null || after === null) return [];
   const share = before > 0 ? (before - after) / before : 0;
-  const part = Math.abs(share) > 1e-12 ? ` (${number(100 * share, 3)} %)` : ""; // not of rounding
+  const part = Math.abs(share) > 1e-12 ? ` (${number(100 * share, 3)} %)` : ""; // larger than rounding error
   const brake = num(s.impact.brake?.kinetic_energy_after);
   const braked = brake !== null ? `; then the brakes take ${withUnit(after - brake, "J")}` : "";
   const work = list(s.impact.held_joints).reduce((sum, joint) => sum + (num(joint.work) ?? 0), 0);
-  const held = work > 0 ? `; drives that hold the joints put in ${withUnit(work, "J")}` : "";
+  const held = work > 0 ? `; drives that hold the joints add ${withUnit(work, "J")}` : "";
   const detail = `of ${withUnit(before, "J")} before it${part}${held}${braked}`;
   const which = list(s.later_impacts).length > 0 ? "first impact" : "impact";
   return [
@@ -113,7 +113,8 @@ function withBrake(impact: Partly<ImpactReport> | undefined): number[] | null {
   return change && change.map((d, i) => d + (num(brake[i]) ?? 0));
 }
 
-// Before the impact plus its change (and the brake's); where another moment lies between, from the time series.
+// The value before the impact plus its change (and that of the brake); if there is another event in between, from the
+// time series.
 export function baseRateAfter(run: Run): number | null {
   const s = run.summary ?? {};
   const before = s.approach?.end;
@@ -128,7 +129,7 @@ export function baseRateAfter(run: Run): number | null {
   return Math.hypot(...[0, 1, 2].map((c) => series.data[sample * series.width + c]));
 }
 
-// Over all phases; of results without loads, over the impacts.
+// Over all phases; for results without loads, over the impacts.
 export interface WorstMargin extends Partly<ImpactMargin> {
   margin: number;
   phase?: string;
@@ -145,7 +146,7 @@ export function worstMargin(s: PartlySummary): WorstMargin | null {
   return least;
 }
 
-// A drive that is cut at its effort limit has no margin, and is not close to a rating either.
+// A drive that is saturated at its effort limit has no margin, and does not exceed a rating.
 export function isSaturated(quantity: unknown, margin: number): boolean {
   return text(quantity).startsWith("driving") && Math.abs(margin) <= 1e-9;
 }
@@ -192,14 +193,14 @@ function clearanceFact(s: PartlySummary): Fact {
   return { ...fact, value, detail, tone: "bad", word: value !== null && value < 0 ? "overlap:" : "too near:" };
 }
 
-// Why no clearance is known.
+// Reason for a missing clearance.
 function clearanceUnseen(s: PartlySummary): string {
   const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) return `not checked: ${reason}`;
   return s.status === "completed" ? "no two bodies with shapes that move" : "not known";
 }
 
-// Of an event of `limits.events`.
+// Unit of an event of `limits.events`.
 export function limitUnit(run: Run, event: Partly<LimitEvent>): string {
   const joint = list(run.scene?.bodies).find((body) => body.joint?.name === event.joint)?.joint;
   if (!joint) return "";
@@ -220,7 +221,8 @@ export function ratingUnit(quantity: unknown): string {
   return units[String(quantity).split("/")[0]] ?? ""; // "driving/x" of base control
 }
 
-// What the thesis's formulas give is shown only where the scenario asks for it; summaries of earlier versions do not say, and show it.
+// Results of the thesis's formulas are shown only on request of the scenario; summaries of earlier versions always show
+// them.
 export function showsPublished(s: PartlySummary): boolean {
   return Boolean(s.impact) && s.impact?.show_as_published !== false;
 }
@@ -232,12 +234,12 @@ export interface LedgerRow {
   value: number | null;
   bound: number | null;
   pass: boolean;
-  notChecked: string; // why nobody looked, though there is something to look at; "": it was checked
+  notChecked: string; // reason for which the check was not evaluated; "": it was evaluated
   applies: boolean;
   unit: string;
   note: string;
   kind: string;
-  advice: string; // of a check of conservation that fails
+  advice: string; // for a failed conservation check
 }
 
 export function ledgerRows(s: PartlySummary): LedgerRow[] {
@@ -246,7 +248,7 @@ export function ledgerRows(s: PartlySummary): LedgerRow[] {
     .flatMap(({ key, row }) => (row ? { key, ...rowOf(row) } : []));
 }
 
-// The check of that name; what else the ledger holds is none.
+// The check of that name; other keys of the ledger are not checks.
 export function checkOf(s: PartlySummary, name: string): Partly<LedgerEntry> | null {
   const row: unknown = s.ledger?.[name];
   return name !== "scale" && row !== null && typeof row === "object" ? row : null;
@@ -266,7 +268,7 @@ function rowOf(row: Partly<LedgerEntry>): Omit<LedgerRow, "key"> {
   };
 }
 
-// Of checks that apply, how far the value has used its bound up: the largest.
+// The applicable check with the largest ratio of value to bound.
 export function tightest(rows: LedgerRow[]): { row: LedgerRow; part: number } | null {
   let found: { row: LedgerRow; part: number } | null = null;
   for (const row of rows) {

@@ -1,4 +1,4 @@
-// Could the robot do this: clearance between bodies, limits of joints; and loads on grasps afterwards, closed loops, cost.
+// Feasibility: clearance between bodies, limits of joints; and loads on grasps after the impact, closed loops, cost.
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
@@ -17,7 +17,7 @@ export function feasibilitySection(run: Run): HTMLElement[] {
 function withoutClearance(s: PartlySummary): string {
   const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) return `Clearance was not checked: ${reason}.`;
-  return "The summary holds no clearance: nothing moves, no two bodies have shapes, or the run ended early.";
+  return "The summary has no clearance: nothing moves, fewer than two bodies have shapes, or the run ended early.";
 }
 
 function clearance(s: PartlySummary): HTMLElement[] {
@@ -46,7 +46,7 @@ function clearance(s: PartlySummary): HTMLElement[] {
   const events = [...list(s.clearance.events)].sort(
     (a, b) => (num(a.minimum_distance) ?? 0) - (num(b.minimum_distance) ?? 0),
   );
-  if (events.length === 0) result.push(element("p", {}, "No two watched bodies came nearer than required."));
+  if (events.length === 0) result.push(element("p", {}, "All monitored bodies kept the required distance."));
   else {
     const heads: Column[] = [
       { head: "Bodies" },
@@ -66,7 +66,7 @@ function clearance(s: PartlySummary): HTMLElement[] {
       number(num(one.minimum_distance)),
       number(num(one.minimum_time)),
     ]);
-    result.push(table(`Too near: ${events.length} events, deepest first`, heads, rows.slice(0, kFewEvents)));
+    result.push(table(`Too close: ${events.length} events, deepest first`, heads, rows.slice(0, kFewEvents)));
     if (rows.length > kFewEvents)
       result.push(fold(`${rows.length - kFewEvents} more events`, table("More events", heads, rows.slice(kFewEvents))));
   }
@@ -74,8 +74,8 @@ function clearance(s: PartlySummary): HTMLElement[] {
   if (unwatched.length > 0)
     result.push(
       fold(
-        `${unwatched.length} pairs not watched`,
-        element("p", {}, `${unwatched.join("; ")}. Neighbours along an arm are not watched either.`),
+        `${unwatched.length} pairs not monitored`,
+        element("p", {}, `${unwatched.join("; ")}. Neighbouring links of an arm are not monitored either.`),
       ),
     );
   return result;
@@ -84,8 +84,8 @@ function clearance(s: PartlySummary): HTMLElement[] {
 function limits(run: Run): HTMLElement[] {
   const s = run.summary ?? {};
   const events = list(s.limits?.events);
-  if (!s.limits) return [absent("The summary does not say whether joints kept their limits.")];
-  if (events.length === 0) return [element("p", {}, "No joint was beyond a limit that the robot file gives.")];
+  if (!s.limits) return [absent("The summary has no joint limits.")];
+  if (events.length === 0) return [element("p", {}, "No joint exceeded a limit of the robot file.")];
   const columns: Column[] = [
     { head: "Joint" },
     { head: "What" },
@@ -117,7 +117,7 @@ function limits(run: Run): HTMLElement[] {
 
 export function afterSection(s: PartlySummary): HTMLElement[] {
   const result = [...graspLoads(s), ...loops(s), ...endState(s)];
-  return result.length > 0 ? result : [absent("Nothing is known of the motion after the impact.")];
+  return result.length > 0 ? result : [absent("The summary has no motion after the impact.")];
 }
 
 function graspLoads(s: PartlySummary): HTMLElement[] {
@@ -219,7 +219,7 @@ export function costSection(s: PartlySummary, samples: string): HTMLElement[] {
     { head: "Rejected", numeric: true },
   ];
   return [
-    rows.length > 0 ? table("Cost of integration", columns, rows) : absent("No cost is noted."),
+    rows.length > 0 ? table("Cost of integration", columns, rows) : absent("The summary has no cost."),
     element("p", { class: "small" }, samples),
   ];
 }

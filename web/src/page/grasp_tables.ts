@@ -1,4 +1,4 @@
-// Grasps of an impact: impulses, gaps and relative motion, rebounds of contacts, courses in time.
+// Grasps of an impact: impulses, gaps and relative motion, rebounds of contacts, force histories.
 import { element } from "../dom";
 import { number } from "../format";
 import type { GraspImpulse, ImpactReport } from "../summary_types";
@@ -7,7 +7,7 @@ import { absent, table, vectorCell, type Cell, type Column } from "./table";
 
 export function graspTables(impact: Partly<ImpactReport>): HTMLElement[] {
   const grasps = list(impact.grasps);
-  if (grasps.length === 0) return [absent("No grasp is listed.")];
+  if (grasps.length === 0) return [absent("The summary lists no grasps.")];
   return [impulseTable(grasps), motionTable(grasps)];
 }
 
@@ -46,7 +46,7 @@ function motionTable(grasps: Partly<GraspImpulse>[]): HTMLElement {
       head: "Angle of frames",
       unit: "rad",
       numeric: true,
-      title: "between the frames of end-effector and grasp point, whatever orientation the grasp asks for",
+      title: "between the frames of end-effector and grasp point, independently of the required grasp orientation",
     },
     ...(moved ? [{ head: "Target moved by", unit: "m", numeric: true, title: "contact.gap: translate_target" }] : []),
     { head: "Relative velocity before", unit: "m/s", numeric: true },
@@ -69,7 +69,7 @@ function motionTable(grasps: Partly<GraspImpulse>[]): HTMLElement {
   return table("Grasps: gap, and end-effector relative to the target at the contact point", columns, rows);
 }
 
-// The length; components on hover.
+// The magnitude; components on hover.
 function sized(value: number[] | undefined): Cell {
   return element("span", { title: list(value).map(String).join(", ") }, number(size(value)));
 }

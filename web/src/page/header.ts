@@ -1,4 +1,4 @@
-// What this report is of, and how the page looks.
+// Title of the report, and appearance of the page.
 import type { ReportData } from "../data";
 import { element } from "../dom";
 import { number } from "../format";
@@ -39,7 +39,7 @@ function facts(run: Run, several: boolean): HTMLElement {
   return element("p", { class: "facts" }, ...entries.filter(Boolean).map((entry) => element("span", {}, entry)));
 }
 
-// Short; whole on hover and when copied.
+// Short; complete on hover and when copied.
 function hash(full: string): HTMLElement | null {
   if (full === "") return null;
   const button = element("button", {

@@ -1,4 +1,4 @@
-// The impact: what each grasp received, what the arms passed on, what became of the motion.
+// The impact: impulses on grasps, impulses that the arms transmit, changes of motion.
 import { element } from "../dom";
 import { number } from "../format";
 import type { ImpactReport } from "../summary_types";
@@ -11,7 +11,7 @@ import { sensitivitiesPart } from "./sensitivities";
 import { absent, changeText, fold, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
 
 export function impactSection(s: PartlySummary): HTMLElement[] {
-  if (!s.impact) return [absent("There was no impact in this run, or its summary does not hold one.")];
+  if (!s.impact) return [absent("This run has no impact, or its summary does not list it.")];
   const later = list(s.later_impacts).map((impact, i) =>
     fold(
       `Impact ${i + 2}, at ${withUnit(num(impact.time), "s")}: ${list(impact.grasps)
@@ -59,7 +59,7 @@ function overview(impact: Partly<ImpactReport>): HTMLElement {
         ? `${words(compliant.end)}; ${withUnit(num(compliant.energy_lost), "J")} lost, ${withUnit(num(compliant.elastic_energy_after), "J")} left in springs`
         : "",
     ],
-    ["left to take out at the end", compliant.end ? withUnit(num(compliant.residual_impulse), "N s") : ""],
+    ["residual impulse at the end", compliant.end ? withUnit(num(compliant.residual_impulse), "N s") : ""],
   ]);
 }
 
@@ -68,13 +68,13 @@ function notes(impact: Partly<ImpactReport>): HTMLElement[] {
   const [rank, rows] = [num(impact.rank), num(impact.rows)];
   if (rank !== null && rows !== null && rank < rows) {
     said.push(
-      `${rows - rank} of ${rows} impulse components are not determined: closed loops can carry self-stresses. Of all impulses that fit, the least are given.`,
+      `${rows - rank} of ${rows} impulse components are not determined: closed loops can carry self-stresses. The minimum-norm impulses are shown.`,
     );
   }
-  if (impact.unique === false) said.push("Simultaneous contacts could share the impulse in other ways than this one.");
+  if (impact.unique === false) said.push("The distribution of the impulse over simultaneous contacts is not unique.");
   if (impact.energy_created === true)
-    said.push("The result has more energy than there was; it is what the hypothesis chosen gives.");
-  if (impact.inconsistent) said.push(`No motion has the restitution asked for: ${text(impact.inconsistent)}.`);
+    said.push("The impact increases the energy, as a consequence of the selected hypothesis.");
+  if (impact.inconsistent) said.push(`No motion has the specified restitution: ${text(impact.inconsistent)}.`);
   const result: HTMLElement[] = said.map((one) => element("p", { class: "remark" }, mark("warn", one)));
   const stresses = list(impact.null_space);
   if (stresses.length > 0) {
@@ -111,7 +111,7 @@ function loops(impact: Partly<ImpactReport>): HTMLElement[] {
     { head: "End-effectors" },
     { head: "Their distance", unit: "m", numeric: true },
     { head: "Grasp points' distance", unit: "m", numeric: true },
-    { head: "Gap that remains", unit: "m", numeric: true },
+    { head: "Remaining gap", unit: "m", numeric: true },
   ];
   return [table("Grasps that close loops", columns, rows)];
 }

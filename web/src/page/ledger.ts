@@ -1,4 +1,4 @@
-// The proof: every check of the ledger, largest value beside its bound.
+// The ledger: every check with its largest value and its bound.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import { ledgerRows, type LedgerRow } from "./facts";
@@ -11,12 +11,12 @@ const kColumns: Column[] = [
   { head: "Bound", numeric: true },
   { head: "Unit" },
   { head: "Result" },
-  { head: "What is compared" },
+  { head: "Compared quantities" },
 ];
 
 export function ledgerSection(s: PartlySummary): HTMLElement[] {
   const rows = ledgerRows(s);
-  if (rows.length === 0) return [absent("This result has no ledger: nothing shows that its numbers can be trusted.")];
+  if (rows.length === 0) return [absent("This result has no ledger: its conservation was not checked.")];
   const part = (kind: string, applies: boolean) =>
     rows.filter((row) => (row.kind === "feasibility") === (kind === "feasibility") && (row.applies || row.notChecked !== "") === applies);
   const idle = rows.filter((row) => !row.applies && row.notChecked === "");
@@ -24,7 +24,7 @@ export function ledgerSection(s: PartlySummary): HTMLElement[] {
     element(
       "p",
       { class: "lead" },
-      "Momentum and energy are summed anew, body by body, from the recorded motion, and compared with what physics demands. A failure here means: do not trust the numbers.",
+      "Momentum and energy are recomputed body by body from the recorded motion and compared with the conservation laws. A failure means that the result is not valid.",
     ),
     table("Conservation", kColumns, part("conservation", true).map(cells)),
   ];
@@ -59,7 +59,7 @@ function outcome(row: LedgerRow): HTMLElement {
   return row.pass ? mark("good", "pass") : mark("bad", "fail");
 }
 
-// Readable, and as the summary has it.
+// Readable name, and key of the summary.
 export function name(key: string): HTMLElement {
   const readable = words(key);
   return element(
@@ -76,7 +76,7 @@ function scalesOf(s: PartlySummary): HTMLElement | null {
   return element(
     "div",
     { class: "scales" },
-    element("p", {}, "Relative values are relative to these scales, which cannot vanish:"),
+    element("p", {}, "Relative values refer to these scales, which cannot vanish:"),
     pairs([
       ["linear momentum", withUnit(num(scale.linear_momentum), "N s")],
       ["angular momentum", withUnit(num(scale.angular_momentum), "N m s")],

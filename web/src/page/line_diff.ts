@@ -1,4 +1,4 @@
-// What two texts differ in, line by line (Myers' greedy algorithm: the shortest list of changes). No DOM.
+// Differences of two texts by lines (Myers' greedy algorithm: the shortest list of changes). No DOM.
 
 export interface DiffLine {
   side: "both" | "a" | "b"; // "a": only in the first
@@ -7,9 +7,9 @@ export interface DiffLine {
   b: number | null;
 }
 
-const kMostChanges = 2000; // texts that differ in more are called different as a whole: the search grows with its square
+const kMostChanges = 2000; // limit on the number of changes, because the cost of the search grows with its square
 
-// Null: they differ too much.
+// Null: too many differences.
 export function lineDiff(a: string, b: string): DiffLine[] | null {
   const [x, y] = [linesOf(a), linesOf(b)];
   let begin = 0;
@@ -31,7 +31,7 @@ export function lineDiff(a: string, b: string): DiffLine[] | null {
   return result;
 }
 
-// Runs of changes with `context` lines about them; null stands for lines left out.
+// Groups of changes with `context` lines around them; null represents omitted lines.
 export function hunks(lines: DiffLine[], context: number): (DiffLine | null)[] {
   const near = lines.map(() => false);
   lines.forEach((line, i) => {

@@ -1,4 +1,4 @@
-// Largest loads of all phases, against ratings where there are any.
+// Largest loads of all phases, with ratings if given.
 import { element } from "../dom";
 import { number } from "../format";
 import type { PeakLoad } from "../summary_types";
@@ -11,10 +11,10 @@ const kShown = 8;
 
 export function loadsSection(s: PartlySummary): HTMLElement[] {
   const all = list(s.loads);
-  if (all.length === 0) return [absent("The summary holds no loads.")];
+  if (all.length === 0) return [absent("The summary has no loads.")];
   const rated = all.filter((one) => num(one.margin) !== null).sort((a, b) => (num(a.margin) ?? 0) - (num(b.margin) ?? 0));
   const result: HTMLElement[] = [];
-  if (rated.length === 0) result.push(element("p", {}, "Nothing is rated: these are loads without margins."));
+  if (rated.length === 0) result.push(element("p", {}, "The robot file gives no ratings: loads have no margins."));
   else result.push(table("Least margins", kRated, rated.slice(0, kShown).map(ratedCells)));
   if (rated.length > kShown)
     result.push(
@@ -56,7 +56,7 @@ function cells(one: Partly<PeakLoad>): Cell[] {
 }
 
 function ratedCells(one: Partly<PeakLoad>): Cell[] {
-  const margin = num(one.margin) ?? 0; // only what has one is shown here
+  const margin = num(one.margin) ?? 0; // only loads with a rating
   const percent = number(100 * margin, 3);
   return [
     text(one.of),

@@ -1,4 +1,4 @@
-// Loads against ratings, worst first, as bars.
+// Loads relative to ratings, worst first, as bars.
 import { element } from "../dom";
 import { number } from "../format";
 import type { ImpactMargin, ImpactReport } from "../summary_types";
@@ -36,7 +36,7 @@ const kColumns: Column[] = [
 ];
 
 function cells(one: Partly<ImpactMargin>): Cell[] {
-  const margin = num(one.margin) ?? 0; // only what has one is shown here
+  const margin = num(one.margin) ?? 0; // only loads with a rating
   return [
     text(one.of),
     words(one.quantity),
@@ -48,7 +48,7 @@ function cells(one: Partly<ImpactMargin>): Cell[] {
   ];
 }
 
-// Full at the rating; beyond it the bar is striped.
+// The bar is full at the rating and striped beyond it.
 export function bar(used: number): HTMLElement {
   const width = Math.min(100, Math.max(0, 100 * used));
   const fill = element("span", { style: `width:${width.toFixed(1)}%` });
@@ -70,9 +70,9 @@ function speedLimits(impact: Partly<ImpactReport>): HTMLElement[] {
   if (rows.length === 0) return [];
   const columns: Column[] = [
     { head: "End-effector" },
-    { head: "Relative motion may grow by factor", numeric: true },
+    { head: "Admissible factor of relative motion", numeric: true },
     { head: "Speed then", unit: "m/s", numeric: true },
-    { head: "What is reached first" },
+    { head: "Rating reached first" },
   ];
   return [table("Speed limits by ratings", columns, rows)];
 }

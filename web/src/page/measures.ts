@@ -1,4 +1,5 @@
-// What the configuration makes of impulses: effective masses, ellipsoids, how far the line of impulse misses the centres of mass.
+// Measures of the configuration for impulses: effective masses, ellipsoids, distances of the line of impulse from the
+// centres of mass.
 import { element } from "../dom";
 import { number } from "../format";
 import type { EndEffectorMeasure, ImpactMeasures, ImpactReport } from "../summary_types";
@@ -14,9 +15,9 @@ const kColumns: Column[] = [
     title: "impulse of a point contact that stops all of the present relative velocity, per speed",
   },
   { head: "Effective mass, robot", unit: "kg", numeric: true },
-  { head: "of the pair", unit: "kg", numeric: true },
-  { head: "Miss of the robot's centre of mass", unit: "m", numeric: true },
-  { head: "of the system's", unit: "m", numeric: true },
+  { head: "Effective mass, pair", unit: "kg", numeric: true },
+  { head: "Distance from the robot's centre of mass", unit: "m", numeric: true },
+  { head: "Distance from the system's centre of mass", unit: "m", numeric: true },
   { head: "Impulse ellipsoid", unit: "kg" },
   { head: "Angular impulse ellipsoid", unit: "kg m²" },
 ];
@@ -40,10 +41,10 @@ export function measuresPart(impact: Partly<ImpactReport>): HTMLElement[] {
     pairs([
       [
         "impulse of all grasps together",
-        `at worst ${number(num(measures.largest_impulse))}, at best ${number(num(measures.smallest_impulse))}, now ${number(num(measures.coupled_index))} (1: as against an immovable robot)`,
+        `largest ${number(num(measures.largest_impulse))}, smallest ${number(num(measures.smallest_impulse))}, present motion ${number(num(measures.coupled_index))} (1: as against an immovable robot)`,
       ],
-      ["resultant impulse misses the robot's centre of mass by", withMeters(measures.miss_of_robot_com)],
-      ["and the system's by", withMeters(measures.miss_of_system_com)],
+      ["distance of the resultant impulse from the robot's centre of mass", withMeters(measures.miss_of_robot_com)],
+      ["distance from the system's centre of mass", withMeters(measures.miss_of_system_com)],
     ]),
     fold("Matrices and ellipsoids", ...list(measures.end_effectors).flatMap(matrices)),
     ...subspaces(measures),
@@ -92,8 +93,8 @@ function matrix(caption: string, rows: number[][] | undefined): HTMLElement {
 function subspaces(measures: Partly<ImpactMeasures>): HTMLElement[] {
   return (
     [
-      ["zero_disturbance", "Impulses that leave the base's motion alone"],
-      ["zero_base_angular_velocity", "Impulses that leave the base's angular velocity alone"],
+      ["zero_disturbance", "Impulses that do not change the base's motion"],
+      ["zero_base_angular_velocity", "Impulses that do not change the base's angular velocity"],
     ] as const
   ).flatMap(([key, title]) => {
     const basis = list(measures[key]);

@@ -1,4 +1,4 @@
-// What the arms pass on at an impact: impulses of joints, on the base, on every body; brakes.
+// Impulses that the arms transmit in an impact: at joints, on the base, on every body; brakes.
 import { element } from "../dom";
 import { number } from "../format";
 import type { ImpactReport } from "../summary_types";
@@ -40,7 +40,7 @@ export function jointPart(impact: Partly<ImpactReport>): HTMLElement[] {
   if (rows.length > 0)
     result.push(
       fold(
-        `Joints: impulses passed on (${rows.length})`,
+        `Joints: transmitted impulses (${rows.length})`,
         table("Joint impulses, from parent to child, at the joint", columns, rows),
       ),
     );
@@ -68,7 +68,7 @@ export function jointPart(impact: Partly<ImpactReport>): HTMLElement[] {
       { head: "Angular impulse", unit: "N m s", numeric: true },
       { head: "about its centre of mass", unit: "N m s" },
     ];
-    result.push(fold(`Bodies: all impulses received (${bodies.length})`, table("Impulses per body", heads, bodies)));
+    result.push(fold(`Bodies: total impulses (${bodies.length})`, table("Impulses per body", heads, bodies)));
   }
   const held = list(impact.held_joints).map((joint): Cell[] => [
     text(joint.joint),
@@ -112,7 +112,7 @@ export function brake(impact: Partly<ImpactReport>): HTMLElement[] {
     ]),
     grasps.length > 0
       ? table(
-          "Impulses that the grasps pass on because of the brakes",
+          "Impulses on the grasps because of the brakes",
           [
             { head: "End-effector" },
             { head: "Impulse", unit: "N s", numeric: true },

@@ -1,4 +1,4 @@
-// Where the joints were to go, and how that was found.
+// The plan of the joint motion and the search for it.
 import { element } from "../dom";
 import { number } from "../format";
 import type { PlanReport } from "../summary_types";
@@ -14,14 +14,14 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     ...found(s, plan),
     pairs([
       [
-        "made least",
+        "objective",
         plan.objective && plan.objective !== "as_found"
           ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
           : "",
       ],
-      ["motion demanded that no joint rates give", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
+      ["required motion that no joint rates produce", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
       [
-        "initial guesses tried",
+        "initial guesses",
         looked
           ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution (${number(num(plan.distinct_solutions))} different ones) in ${number(num(plan.iterations))} Newton steps`
           : "",
@@ -43,24 +43,24 @@ export function isUnplanned(s: PartlySummary): boolean {
   return s.status === "failed" && text(s.failure, "").startsWith("planning");
 }
 
-// Whether final values were found, where they were looked for.
+// Result of the search for final values.
 function found(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {
-  // Final values may be found for an approach that is not.
+  // The planner may find final values although it finds no approach.
   if (isUnplanned(s)) return [element("p", {}, mark("bad", "no plan found: the run failed while it planned the approach"))];
   if (plan.found === undefined)
-    return plan.window ? [] : [element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for.")];
-  const outcome = plan.found === true ? mark("good", "final joint values found") : mark("bad", "no solution found; the closest attempt is given");
+    return plan.window ? [] : [element("p", { class: "lead" }, "The scenario gives the final joint values; no search was necessary.")];
+  const outcome = plan.found === true ? mark("good", "final joint values found") : mark("bad", "no solution found; the closest attempt is shown");
   return [element("p", {}, outcome)];
 }
 
-// What the plan weighs, where that is more than one thing.
+// Terms of the objective, if there are several.
 function terms(plan: Partly<PlanReport>): HTMLElement[] {
   const columns: Column[] = [{ head: "Objective" }, { head: "Weight", numeric: true }, { head: "Value", numeric: true }];
   const rows = list(plan.terms).map((term): Cell[] => [words(text(term.name)), number(num(term.weight), 6), number(num(term.value), 6)]);
   return rows.length < 2 ? [] : [table("Weighed objectives", columns, rows)];
 }
 
-// What it keeps on the way, and how near it comes to that.
+// Constraints along the trajectory and their margins.
 function way(plan: Partly<PlanReport>): HTMLElement[] {
   const way = plan.way;
   if (!way) return [];
@@ -68,11 +68,11 @@ function way(plan: Partly<PlanReport>): HTMLElement[] {
   const bodies = text(way.body_a) ? `, ${text(way.body_a)} and ${text(way.body_b)} at t = ${number(num(way.clearance_time))} s` : "";
   const clearance = num(way.clearance);
   return [
-    element("h3", {}, "On the way, joints following exactly"),
+    element("h3", {}, "Planned trajectory, followed exactly"),
     pairs([
       ["minimum clearance", clearance === null ? "" : withUnit(clearance, "m") + bodies],
-      ["largest turn of the base", way.attitude_kept ? "planned for a base that keeps its attitude exactly" : withUnit(num(way.base_turn), "rad")],
-      ["joints within their limits by", withUnit(num(way.position_margin), "rad or m")],
+      ["largest rotation of the base", way.attitude_kept ? "assumes that the base keeps its attitude exactly" : withUnit(num(way.base_turn), "rad")],
+      ["margin to joint limits", withUnit(num(way.position_margin), "rad or m")],
       ["largest rate", share(num(way.rate_share))],
       ["largest effort", share(num(way.effort_share))],
       ["largest momenta of wheels", list(way.wheels).map((w) => `${text(w.wheel)}: ${number(100 * (num(w.share) ?? NaN), 3)} %`).join(", ")],
@@ -81,13 +81,13 @@ function way(plan: Partly<PlanReport>): HTMLElement[] {
   ];
 }
 
-// Plans on the way, and how far off the estimates were that they rest on.
+// Plans during the approach, and the errors of the estimates that they use.
 function navigation(s: PartlySummary): HTMLElement[] {
   const columns: Column[] = [
     { head: "Planned at", unit: "s", numeric: true },
     { head: "Found" },
     { head: "Target" },
-    { head: "Position off by", unit: "m", numeric: true },
+    { head: "Position error", unit: "m", numeric: true },
     { head: "Orientation", unit: "rad", numeric: true },
     { head: "Velocity", unit: "m/s", numeric: true },
     { head: "Angular velocity", unit: "rad/s", numeric: true },
@@ -104,7 +104,7 @@ function navigation(s: PartlySummary): HTMLElement[] {
     ]),
   );
   if (rows.length === 0) return [];
-  return [element("h3", {}, "Plans on estimates"), table("Plans and the errors of the estimates they rest on", columns, rows)];
+  return [element("h3", {}, "Plans on estimates"), table("Plans and the errors of their estimates", columns, rows)];
 }
 
 function finalValues(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {

@@ -1,4 +1,4 @@
-// The thesis's own result for the same capture beside the one that keeps momentum.
+// The thesis's result for the same capture, and the result that conserves momentum.
 import { element } from "../dom";
 import { number } from "../format";
 import { list, num, size, text, withUnit, type PartlySummary } from "./read";
@@ -6,7 +6,7 @@ import { absent, fold, pairs, table, vectorCell, type Column } from "./table";
 
 export function publishedSection(s: PartlySummary): HTMLElement[] {
   const impact = s.impact;
-  if (!impact) return [absent("No impact, so nothing was published about one.")];
+  if (!impact) return [absent("This run has no impact.")];
   const published = impact.as_published;
   if (!published)
     return [
@@ -41,7 +41,7 @@ export function publishedSection(s: PartlySummary): HTMLElement[] {
     element(
       "p",
       { class: "lead" },
-      "Consistent: all impulses act at one point and the total momentum is kept. As published: the thesis's equations (3.8)–(3.13), which take the robot's own momentum after the impact as zero, though it has just received the impulse; momentum is then off by what stands below.",
+      "Consistent: all impulses act at one point and total momentum is conserved. As published: the thesis's equations (3.8)–(3.13), which assume zero momentum of the robot after the impact, although it received the impulse; the momentum error is listed below.",
     ),
     table("Impulses, consistent and as published", columns, rows),
     pairs([

@@ -1,4 +1,4 @@
-// Reading a summary of which any key may be missing or of another kind: of a damaged file, or an earlier version's.
+// Reads a summary in which any key may be missing or have another type: a damaged file, or an earlier version.
 import { withUnit as spaced } from "../format";
 export type { Partly, PartlySummary } from "../data";
 
@@ -27,7 +27,7 @@ export function words(key: unknown): string {
     .replace(/_/g, " ");
 }
 
-// A number and its unit, which no line break parts.
+// A number and its unit without a line break in between.
 export function withUnit(value: number | null | undefined, unit: string, digits?: number): string {
   return spaced(value, unit, digits).replace(/ /g, "\u00a0");
 }

@@ -29,7 +29,7 @@ interface Section {
   build: () => HTMLElement[];
 }
 
-// For tests, and for the curious in a browser's console.
+// For tests and for the browser's console.
 export interface Handles {
   clock: Clock;
   replay: unknown;
@@ -39,7 +39,7 @@ export interface Handles {
 
 export function buildRunPage(host: HTMLElement, data: ReportData): void {
   const runs = list(data.runs).map(decoded);
-  if (runs.length === 0) throw new Error("the report holds no run");
+  if (runs.length === 0) throw new Error("the report contains no run");
   const moving = runs.filter((run) => run.samples > 1);
   const clock = new Clock(least(moving.map((run) => run.begin)), Math.max(0, ...moving.map((run) => run.end)));
   followAddress(clock);
@@ -70,10 +70,10 @@ export function buildRunPage(host: HTMLElement, data: ReportData): void {
     ...made.slice(3).map((one) => one.root),
     footer(data),
   );
-  for (const one of made) one.fill(); // in place: replay and plots need their sizes
+  for (const one of made) one.fill(); // inserted first: replay and plots need their sizes
 }
 
-// report.html#t=20 opens at that instant [s]: for links to what is worth seeing.
+// report.html#t=20 opens at that instant [s], for links.
 function followAddress(clock: Clock): void {
   const go = (): void => {
     const asked = /^#t=([-+.\deE]+)$/.exec(location.hash);
@@ -87,7 +87,7 @@ function least(values: number[]): number {
   return values.length > 0 ? Math.min(...values) : 0;
 }
 
-// Damaged series do not hide the rest.
+// Damaged series do not hide the other parts.
 function decoded(data: RunData): Run {
   const whole = { ...data, notes: list(data.notes), summary: data.summary ?? {} };
   try {
@@ -154,7 +154,7 @@ function detailsOf(run: Run): HTMLElement[] {
     .map((section) => element("details", {}, element("summary", {}, section.title), ...guarded(section)));
 }
 
-// A section that fails says so; the others stay.
+// A failed section shows its error; the others remain.
 function guarded(section: Section): HTMLElement[] {
   try {
     return section.build();
@@ -195,12 +195,12 @@ function replayPart(runs: Run[], clock: Clock, handles: Handles): HTMLElement[] 
 
 function plotsPart(runs: Run[], clock: Clock, handles: Handles, title: string): HTMLElement[] {
   if (!(clock.end > clock.begin) && runs.some((run) => run.samples > 0)) {
-    return [absent("There is nothing to plot over time: the run is a single instant. Before and after stand under Impact.")];
+    return [absent("The run is a single instant without plots over time. The section Impact has the values before and after.")];
   }
   return filledLater("The plots", (panel) => (handles.plots = buildPlots(panel, runs, clock, title)));
 }
 
-// What wants to know its size is filled once it is on the page.
+// Parts that depend on their size are filled after insertion.
 function filledLater(what: string, build: (host: HTMLElement) => void): HTMLElement[] {
   const host = element("div", { class: "filled" });
   queueMicrotask(() => {
@@ -214,7 +214,7 @@ function filledLater(what: string, build: (host: HTMLElement) => void): HTMLElem
   return [host];
 }
 
-// ---- What is odd, and where this comes from ----
+// ---- Warnings and origin ----
 
 function notices(runs: Run[]): HTMLElement[] {
   const said = runs.flatMap((run) => {
@@ -244,7 +244,7 @@ function samplesText(run: Run): string {
   if (!packed) return "No time series.";
   if (packed.samples === packed.of)
     return `All ${packed.of} samples of the time series are in this page, in single precision.`;
-  return `${packed.samples} of ${packed.of} samples of the time series are in this page, in single precision; what was left out deviates from the lines by at most ${number(packed.bound, 2)} of each series' range. All are in timeseries.h5.`;
+  return `${packed.samples} of ${packed.of} samples of the time series are in this page, in single precision; omitted samples deviate from the lines by at most ${number(packed.bound, 2)} of each series' range. All are in timeseries.h5.`;
 }
 
 function footer(data: ReportData): HTMLElement {

@@ -1,4 +1,4 @@
-// What was simulated: the scenario's own words and texts; of two runs, what differs between them.
+// The scenario: description and texts; for two runs their differences.
 import type { SourceTexts } from "../data";
 import { element } from "../dom";
 import type { Run } from "../run";
@@ -19,7 +19,7 @@ export function sourceOf(run: Run): (SourceTexts & { files: Part[] }) | null {
   return { description: text(source.description, ""), settings: list(source.settings).map(String), files };
 }
 
-const kMissing = "The result does not hold its scenario's text: it was made by an earlier version, or without a file.";
+const kMissing = "The result does not contain its scenario's text: it was made by an earlier version, or without a file.";
 
 export function scenarioSection(run: Run): HTMLElement[] {
   const source = sourceOf(run);
@@ -44,7 +44,7 @@ function linesIn(file: Part): string {
 }
 
 function textBlock(file: Part): HTMLElement {
-  if (file.text === "" && file.bytes > 0) return absent(`Its ${file.bytes} bytes are too many to be kept here.`);
+  if (file.text === "" && file.bytes > 0) return absent(`The file (${file.bytes} bytes) is too large to be stored here.`);
   return element("pre", { class: "source", tabindex: "0", role: "group", "aria-label": titleOf(file.part) }, file.text);
 }
 
@@ -54,7 +54,7 @@ export function scenarioDifferences(runs: Run[]): HTMLElement[] {
   const [a, b] = runs.map(sourceOf);
   if (!a || !b) {
     const who = [a ? "" : "A", b ? "" : "B"].filter(Boolean).join(" and ");
-    return [absent(`What differs between the scenarios is not known: the result of ${who} does not hold its scenario's text.`)];
+    return [absent(`The scenarios cannot be compared: the result of ${who} does not contain its scenario's text.`)];
   }
   const shown: HTMLElement[] = [];
   if (a.description !== b.description)
@@ -74,10 +74,10 @@ function partDifference(part: string, a: Part | undefined, b: Part | undefined):
   const title = titleOf(part);
   if (!a || !b) return element("p", {}, `${title}: only ${a ? "A" : "B"} has one.`);
   const kept = (file: Part) => file.text !== "" || file.bytes === 0;
-  if (!kept(a) || !kept(b)) return element("p", {}, `${title}: too large to be kept, so it is not compared here.`);
-  if (a.text === b.text) return element("p", {}, `${title}: the same in both.`);
+  if (!kept(a) || !kept(b)) return element("p", {}, `${title}: too large to be stored and compared here.`);
+  if (a.text === b.text) return element("p", {}, `${title}: identical in both.`);
   const lines = lineDiff(a.text, b.text);
-  return lines ? difference(title, lines) : element("p", {}, `${title}: the texts have too little in common to be compared line by line.`);
+  return lines ? difference(title, lines) : element("p", {}, `${title}: the texts differ too much for a comparison by lines.`);
 }
 
 function difference(title: string, lines: DiffLine[]): HTMLElement {

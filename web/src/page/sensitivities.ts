@@ -1,4 +1,4 @@
-// Derivatives of the impulse with respect to what is uncertain, in a table that sorts by any column.
+// Derivatives of the impulse with respect to uncertain parameters, in a sortable table.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { ImpactReport, ImpactSensitivity } from "../summary_types";
@@ -26,7 +26,7 @@ export function sensitivitiesPart(impact: Partly<ImpactReport>): HTMLElement[] {
   const sorted = sortable(columns, rows, 3);
   return [
     fold(
-      `Sensitivities: what the impulse owes to what is uncertain (${all.length})`,
+      `Sensitivities of the impulse to uncertain parameters (${all.length})`,
       element(
         "p",
         { class: "small" },

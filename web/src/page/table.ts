@@ -1,4 +1,4 @@
-// Tables that scroll inside their own box on small screens, and what else sections are made of.
+// Tables that scroll in their box on small screens, and other parts of sections.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import { size, vector, withUnit } from "./read";
@@ -21,7 +21,7 @@ export function table(caption: string, columns: Column[], rows: Cell[][]): HTMLE
   );
 }
 
-// Only what scrolls is a stop for the keyboard.
+// Only scrollable boxes get keyboard focus.
 const scrolling = new ResizeObserver((entries) => {
   for (const { target } of entries) {
     if (target.scrollWidth > target.clientWidth) target.setAttribute("tabindex", "0");
@@ -55,7 +55,7 @@ export function tableRow(columns: Column[], row: Cell[]): HTMLTableRowElement {
   );
 }
 
-// "(0.04086, −0.1118, 0)"; components that are rounding beside the largest are "≈0"; all digits on hover.
+// "(0.04086, −0.1118, 0)"; components at the level of rounding error are "≈0"; all digits on hover.
 export function vectorCell(value: unknown): Cell {
   const v = vector(value);
   if (!v) return null;
@@ -68,7 +68,7 @@ export function fold(title: string, ...content: Cell[]): HTMLElement {
   return element("details", {}, element("summary", {}, title), ...content.map((one) => one ?? null));
 }
 
-// A verdict by sign and word, not by colour alone.
+// A verdict by sign and word in addition to colour.
 export function mark(kind: "good" | "bad" | "warn" | "none", word: string): HTMLElement {
   const sign = { good: "✓", bad: "✗", warn: "!", none: "–" }[kind];
   return element(

@@ -1,4 +1,4 @@
-// Light, dark, or as the system has it. What was chosen is kept where the browser allows it.
+// Light, dark, or the system setting. The choice is stored if the browser allows it.
 import { element } from "../dom";
 import { roving } from "../roving";
 
@@ -11,7 +11,7 @@ function stored(): Theme {
     const found = localStorage.getItem(kKey) as Theme | null;
     return found && kThemes.includes(found) ? found : "auto";
   } catch {
-    return "auto"; // a browser that keeps nothing for files
+    return "auto"; // the browser has no storage for files
   }
 }
 
@@ -32,7 +32,7 @@ export function themeToggle(): HTMLElement {
       try {
         localStorage.setItem(kKey, theme);
       } catch {
-        // not kept: fine
+        // not stored
       }
       buttons.forEach((one, i) => one.setAttribute("aria-pressed", String(kThemes[i] === now)));
       apply(theme);

@@ -1,4 +1,4 @@
-// The first answer: was it captured, can the numbers be trusted, could the robot do it; and the numbers themselves.
+// The verdicts: capture, conservation checks, feasibility; and the key numbers.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
@@ -15,7 +15,7 @@ export function verdict(run: Run): HTMLElement[] {
   ];
 }
 
-// The three answers in a word each, for two runs side by side.
+// The verdicts in short form, for two runs side by side.
 export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; said: string }[] {
   return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s), controlAnswer(s)].map(({ question, tone, word, said }) => ({
     question,
@@ -39,7 +39,7 @@ function card({ question, tone, word, said }: Answer, ...content: (HTMLElement |
   return element("div", { class: `verdict ${tone}` }, head, element("div", {}, element("p", {}, said), ...content));
 }
 
-// ---- Captured? ----
+// ---- Capture ----
 
 function captureAnswer(s: PartlySummary): Answer {
   const question = "Capture";
@@ -48,13 +48,13 @@ function captureAnswer(s: PartlySummary): Answer {
   if (s.status !== undefined && s.status !== "completed")
     return { question, tone: "warn", word: "Not run", said: `status: ${text(s.status)}` };
   if (s.status === undefined && !s.capture)
-    return { question, tone: "warn", word: "Not known", said: "The summary does not say what happened." };
+    return { question, tone: "warn", word: "Not known", said: "The summary has no status." };
   if (!s.capture)
     return {
       question,
       tone: "none",
       word: "Nothing to grasp",
-      said: "This run has no grasps, or its summary does not say.",
+      said: "This run has no grasps, or its summary does not list them.",
     };
   const answer = capturedAnswer(s.capture.captured);
   const captured = answer !== "no";
@@ -62,7 +62,7 @@ function captureAnswer(s: PartlySummary): Answer {
   const met = list(s.impact?.grasps);
   if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
     return { question, tone: "none", word: "Contact, no grasp", said: captureSentence(s) };
-  const words = { yes: "Captured", assumed: "Assumed, not judged", no: "Not captured" };
+  const words = { yes: "Captured", assumed: "Assumed, no envelope", no: "Not captured" };
   const tones: Record<string, Tone> = { yes: isBeyond(s, s.capture.time) ? "warn" : "good", assumed: "warn", no: "bad" };
   return { question, tone: tones[answer], word: words[answer], said: captureSentence(s) };
 }
@@ -73,14 +73,14 @@ function capturedAnswer(value: unknown): "yes" | "no" | "assumed" {
   return value === "assumed" ? "assumed" : "no";
 }
 
-// What follows the first overlap of bodies.
+// Whether a time is after the first overlap of bodies.
 function isBeyond(s: PartlySummary, time: unknown): boolean {
   const until = num(s.feasibility?.valid_until);
   return until !== null && (num(time) ?? 0) > until;
 }
 
 function captureCard(s: PartlySummary): HTMLElement {
-  const before = s.capture ? captureSentence(s) : "It ended before a capture was judged.";
+  const before = s.capture ? captureSentence(s) : "The run ended before the capture was evaluated.";
   return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, graspList(s));
 }
 
@@ -96,7 +96,7 @@ export function captureSentence(s: PartlySummary): string {
   return `${closed.length} of ${grasps.length} grasps closed${movedTargets(closed)}${closingTimes(s, closed)}${gapText(closed)}${impulse}.${unjudged(closed)}`;
 }
 
-// contact.gap: translate_target is no capture of the target where it was.
+// contact.gap: translate_target moves the target before it is captured.
 function movedTargets(closed: Partly<GraspOutcome>[]): string {
   const moved = new Map<string, number>();
   for (const grasp of closed) if ((num(grasp.target_moved) ?? 0) > 0) moved.set(text(grasp.target), num(grasp.target_moved)!);
@@ -112,7 +112,7 @@ function gapText(closed: Partly<GraspOutcome>[]): string {
 
 function unjudged(closed: Partly<GraspOutcome>[]): string {
   const endEffectors = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
-  return endEffectors.length > 0 ? ` No envelope says what ${endEffectors.join(" and ")} can close on: that it holds is assumed.` : "";
+  return endEffectors.length > 0 ? ` No capture envelope is given for ${endEffectors.join(" and ")}: the grasp is assumed to hold.` : "";
 }
 
 // Grasps may close one after the other.
@@ -147,7 +147,7 @@ function graspList(s: PartlySummary): HTMLElement | null {
   return element("ul", { class: "grasps" }, ...rows);
 }
 
-// ---- To be trusted? ----
+// ---- Conservation ----
 
 function checked(s: PartlySummary): LedgerRow[] {
   return ledgerRows(s).filter((row) => row.kind !== "feasibility" && row.applies);
@@ -157,7 +157,7 @@ function ledgerAnswer(s: PartlySummary): Answer {
   const question = "Ledger";
   const rows = checked(s);
   if (rows.length === 0)
-    return { question, tone: "warn", word: "No ledger", said: "The summary has no checks of conservation." };
+    return { question, tone: "warn", word: "No ledger", said: "The summary has no conservation checks." };
   const passed = rows.filter((row) => row.pass).length;
   const good = s.ledger?.pass === true && passed === rows.length;
   return {
@@ -166,7 +166,7 @@ function ledgerAnswer(s: PartlySummary): Answer {
     word: good ? "Passes" : "Fails",
     said: good
       ? `${passed} of ${rows.length} conservation checks within their bounds.`
-      : `${rows.length - passed} of ${rows.length} conservation checks are beyond their bounds: this run is no result.`,
+      : `${rows.length - passed} of ${rows.length} conservation checks are outside their bounds: the result is not valid.`,
   };
 }
 
@@ -199,11 +199,11 @@ function ledgerCard(s: PartlySummary): HTMLElement {
   );
 }
 
-// ---- Possible for the robot? ----
+// ---- Feasibility ----
 
 export interface Trouble {
   text: string;
-  size: number; // for order: how bad
+  size: number; // severity, for sorting
 }
 
 function feasibleAnswer(s: PartlySummary): Answer {
@@ -220,11 +220,11 @@ function feasibleAnswer(s: PartlySummary): Answer {
     question,
     tone: "bad",
     word: "Not feasible",
-    said: sentence(s) ?? "Clearance or joint limits are not kept; the motion computed does not feel them.",
+    said: sentence(s) ?? "Clearance or joint limits are violated; the computed motion ignores them.",
   };
 }
 
-// Summaries of grapnel-summary/1 have true and false, and say true where nobody looked.
+// Summaries of grapnel-summary/1 have true and false, and true also if a check was not evaluated.
 function feasibleWord(s: PartlySummary): string {
   const answer: unknown = s.feasibility?.verdict ?? s.ledger?.feasible;
   if (answer === false) return "no";
@@ -232,7 +232,7 @@ function feasibleWord(s: PartlySummary): string {
   return ledgerRows(s).some((row) => row.kind === "feasibility" && row.applies) ? "yes" : "not checked";
 }
 
-// As on the terminal, without the word that stands beside it.
+// As on the terminal, without the leading verdict word.
 function sentence(s: PartlySummary): string | null {
   const all = text(s.feasibility?.sentence, "").replace(/^feasible: (yes|NO|not checked)[,;:]? */, "");
   return all ? `${all.charAt(0).toUpperCase()}${all.slice(1)}.` : null;
@@ -242,7 +242,7 @@ function notChecked(s: PartlySummary, rows: LedgerRow[]): string {
   const said = sentence(s);
   if (said && list(s.feasibility?.not_checked).length > 0) return said;
   if (s.status === "failed") return "The run ended before clearance and joint limits could be checked.";
-  return rows.some((row) => row.applies) ? "Not all of it was checked." : "Nothing moves, or there are no shapes and limits to check.";
+  return rows.some((row) => row.applies) ? "Some checks were not evaluated." : "Nothing moves, or there are no shapes and limits to check.";
 }
 
 function feasibleCard(run: Run): HTMLElement {
@@ -260,7 +260,7 @@ function feasibleCard(run: Run): HTMLElement {
   );
 }
 
-// The worst of each phase, in the order of phases; null: the summary is of an earlier version.
+// The worst violation of each phase, in the order of phases; null: a summary of an earlier version.
 function worstOfPhases(s: PartlySummary): string[] | null {
   if (!s.feasibility) return null;
   return list(s.feasibility.by_phase).map(
@@ -305,7 +305,7 @@ function limitTroubles(run: Run): Trouble[] {
 
 // ---- Loads and control ----
 
-// What speaks against the run beside capture, conservation and limits, the worst first.
+// Findings other than capture, conservation and limits, the worst first.
 interface Finding {
   tone: Tone;
   word: string;
@@ -358,7 +358,7 @@ export function factText(fact: Fact): string {
   return number(fact.value, fact.percent ? 3 : 4);
 }
 
-// A force stands in the tile of the impulse that it belongs to: the peak if there is one.
+// A force is shown in the tile of its impulse: the peak if there is one.
 function tiles(facts: Fact[]): HTMLElement[] {
   const byKey = new Map(facts.map((fact) => [fact.key, fact]));
   return facts

@@ -1,4 +1,4 @@
-// When to capture: the times that were looked at, what limits them, and the one that was taken.
+// The capture window: evaluated times, their limits, and the selected time.
 import { element, svgElement } from "../dom";
 import { number } from "../format";
 import { padded, tickTexts, ticks } from "../plots/axes";
@@ -13,10 +13,10 @@ export function windowPart(plan: Partly<PlanReport>): HTMLElement[] {
   const points = list(window?.points).filter((point) => num(point.time) !== null);
   if (!window || points.length === 0) return [];
   return [
-    element("h3", {}, "When to capture"),
+    element("h3", {}, "Capture window"),
     element("p", {}, ...verdict(window, points)),
     chart(window, points, words(plan.objective)),
-    fold(`Times that were looked at (${points.length})`, pointTable(points)),
+    fold(`Evaluated times (${points.length})`, pointTable(points)),
   ];
 }
 
@@ -25,9 +25,9 @@ function verdict(window: Partly<WindowReport>, points: Partly<WindowPoint>[]): (
   const span = `${points.length} times between ${withUnit(num(points[0].time), "s")} and ${withUnit(num(points[points.length - 1].time), "s")}`;
   const parts =
     num(window.time) === null
-      ? [mark("bad", `none of ${span} can be reached`)]
-      : [mark("good", `capture at ${withUnit(num(window.time), "s", 6)}`), `, chosen of ${span}; ${reached} can be reached`];
-  if (num(window.not_before) !== null) parts.push(`; by distance none before ${withUnit(num(window.not_before), "s", 6)}`);
+      ? [mark("bad", `none of ${span} is reachable`)]
+      : [mark("good", `capture at ${withUnit(num(window.time), "s", 6)}`), `, selected from ${span}; ${reached} reachable`];
+  if (num(window.not_before) !== null) parts.push(`; by distance alone, none before ${withUnit(num(window.not_before), "s", 6)}`);
   return [...parts, "."];
 }
 
@@ -36,7 +36,7 @@ function verdict(window: Partly<WindowReport>, points: Partly<WindowPoint>[]): (
 interface Strip {
   name: string;
   values: (number | null)[];
-  limit?: number; // beyond which nothing can be reached
+  limit?: number; // limit beyond which no capture is reachable
 }
 
 const kWidth = 720;
@@ -53,7 +53,7 @@ function chart(window: Partly<WindowReport>, points: Partly<WindowPoint>[], obje
   const toX = (t: number) => kLeft + ((t - begin) / (end - begin)) * (kWidth - kLeft - kRight);
   const bottom = strips.length * (kStrip + kGap);
   const svg = svgElement("svg", { viewBox: `0 0 ${kWidth} ${bottom + 40}`, class: "window-chart", role: "img" });
-  svg.append(svgElement("title", {}, "What limits the capture over its time"));
+  svg.append(svgElement("title", {}, "Limits of the capture over its time"));
   strips.forEach((strip, i) => svg.append(...stripParts(strip, points, toX, kGap / 2 + i * (kStrip + kGap))));
   for (const t of ticks({ min: begin, max: end }, 8)) svg.append(svgElement("text", { x: toX(t), y: bottom + 14, "text-anchor": "middle" }, number(t)));
   svg.append(svgElement("text", { x: (kLeft + kWidth - kRight) / 2, y: bottom + 32, "text-anchor": "middle" }, "time of capture [s]"));
@@ -66,7 +66,7 @@ function chart(window: Partly<WindowReport>, points: Partly<WindowPoint>[], obje
     element(
       "figcaption",
       { class: "small" },
-      "Dots: a plan was found. Crosses: none, or none is possible. Dashed: the time that was chosen. A line across is where something begins to forbid a capture: a grasp point beyond the reach of arm and base (1), an approach direction that leads back to the servicer (90°).",
+      "Dots: a plan was found. Crosses: no plan was found or possible. Dashed: the selected time. A horizontal line is a limit of reachability: a grasp point beyond the reach of arm and base (1), an approach direction that points back to the servicer (90°).",
     ),
   );
 }
@@ -122,14 +122,14 @@ function pointTable(points: Partly<WindowPoint>[]): HTMLElement {
     text(point.reason, ""),
   ]);
   return table(
-    "Times that were looked at",
+    "Evaluated times",
     [
       { head: "Time", unit: "s", numeric: true },
-      { head: "Can be reached" },
+      { head: "Reachable" },
       { head: "Objective", numeric: true },
-      { head: "Speed", unit: "m/s", numeric: true, title: "of the fastest grasp point against the servicer's centre of mass" },
-      { head: "Direction off", unit: "deg", numeric: true, title: "approach direction against the way from the arm's first joint" },
-      { head: "Reach share", numeric: true, title: "distance over what base and arm can bridge" },
+      { head: "Speed", unit: "m/s", numeric: true, title: "of the fastest grasp point relative to the servicer's centre of mass" },
+      { head: "Direction off", unit: "deg", numeric: true, title: "between the approach direction and the line from the arm's first joint" },
+      { head: "Reach share", numeric: true, title: "distance over the reach of base and arm" },
       { head: "Why not" },
     ],
     rows,

@@ -56,7 +56,7 @@ export function decadeText(exponent: number): string {
   return `10${sign}${String(Math.abs(exponent)).replace(/\d/g, (d) => kSuperscripts[Number(d)])}`;
 }
 
-// Room above and below. What is flat but for rounding is not blown up to fill the plot.
+// Margin above and below. Values that are constant to within rounding error are not magnified to fill the plot.
 export function padded(low: number, high: number): Range {
   if (!(high >= low)) return { min: -1, max: 1 };
   const size = Math.max(Math.abs(low), Math.abs(high));
@@ -69,8 +69,8 @@ export function padded(low: number, high: number): Range {
   return { min: low - room, max: high + room };
 }
 
-// The range of the data with the limits that lie near it: what is far away would press the lines flat, and is named at the edge
-// instead.
+// The range of the data with the limits that lie near it: what is far away would press the lines flat, and is named at
+// the edge instead.
 export function withLimits(low: number, high: number, limits: readonly number[]): { low: number; high: number } {
   if (!(high >= low)) return limits.length > 0 ? { low: Math.min(...limits), high: Math.max(...limits) } : { low, high };
   const room = 1.5 * Math.max(high - low, 0.25 * Math.max(Math.abs(low), Math.abs(high)));
@@ -109,8 +109,8 @@ export function logValues(values: Float64Array, floor: number): Float64Array {
   return values.map((v) => (Number.isNaN(v) ? NaN : Math.log10(Math.max(v, floor))));
 }
 
-// The decade below the smallest positive value, but not below what rounding of numbers near 1 leaves (10^-18), unless all
-// values lie there.
+// The decade below the smallest positive value, but not below what rounding of numbers near 1 leaves (10^-18), unless
+// all values lie there.
 export function logFloor(lines: Float64Array[]): number {
   let least = Infinity;
   let most = 0;

@@ -156,7 +156,7 @@ function distancePlot(context: Context): PlotSpec[] {
   ];
 }
 
-// Loads on grasps while they hold; of an impact in time also what happens during it.
+// Loads on grasps while they hold; for a compliant impact also during the impact.
 export function contactPlots(context: Context): PlotSpec[] {
   const all = names(context.run, "grasps");
   const magnitudePlot = (quantity: "force" | "moment"): PlotSpec => {

@@ -23,7 +23,7 @@ export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
   return [...result, ...onlyB];
 }
 
-// What both have alike stands once.
+// Series that are equal in both runs are shown once.
 function joinedLimits(a: Limit[] = [], b: Limit[] = []): Limit[] {
   const alike = (x: Limit, y: Limit) => x.label === y.label && x.value === y.value && x.right === y.right;
   const both = a.filter((one) => b.some((other) => alike(one, other)));

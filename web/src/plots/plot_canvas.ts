@@ -207,7 +207,7 @@ function drawLimits(plot: uPlot, limits: Limit[]): void {
   ctx.restore();
 }
 
-// Texts do not stand on each other.
+// Texts do not overlap.
 function clear(wish: number, taken: number[], height: number): number {
   let at = wish;
   while (taken.some((other) => Math.abs(other - at) < height)) at += height;

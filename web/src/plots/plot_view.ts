@@ -306,7 +306,7 @@ function button(text: string, title: string, action: () => void): HTMLButtonElem
   return made;
 }
 
-// A piece of the line, dashed as it is.
+// A segment of the line with its dashes.
 function paint(swatch: HTMLElement, line: Line): void {
   const color = lineColor(line.color);
   const [on, off] = line.dash;

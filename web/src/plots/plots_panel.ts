@@ -215,14 +215,14 @@ function followClock(views: PlotView[], clock: Clock): void {
       due = 0;
       for (const view of views) {
         if (!view.built) continue;
-        view.moveCursor(); // also out of sight: it may come into view before its observer says so
+        view.moveCursor(); // also off screen: it may become visible before its observer reports it
         if (view.visible) view.readValues();
       }
     }, 60);
   });
 }
 
-// On paper every plot is a drawing of its own, in black on white, seen before or not.
+// For printing every plot is a separate drawing in black on white, including plots that were not visible.
 function forPrinting(views: PlotView[]): void {
   window.addEventListener("beforeprint", () => views.forEach((view) => view.preparePrint()));
   window.addEventListener("afterprint", () => views.forEach((view) => view.endPrint()));

@@ -14,7 +14,7 @@ export interface SvgLine {
 }
 
 export interface SvgPlot {
-  id: string; // of what it defines; several may stand in one page
+  id: string; // id of its definitions; a page may have several
   title: string;
   xTitle: string;
   yTitle: string;

@@ -1,5 +1,5 @@
-// The ways to look: inertial, following base or a target, from above without perspective. Following moves the world, not the camera, so that
-// every view keeps its own orbit.
+// The ways to look: inertial, following base or a target, from above without perspective. Following moves the world,
+// not the camera, so that every view keeps its own orbit.
 import { Box3, type Group, Matrix4, MOUSE, OrthographicCamera, PerspectiveCamera, Quaternion, TOUCH, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { BodyView } from "./bodies";
@@ -23,7 +23,7 @@ interface View extends ViewSpec {
   fitted: boolean;
 }
 
-// A way from what is looked at to the camera, turned about z and towards it, which it never reaches.
+// The direction from the view target to the camera, rotated about z and limited before z.
 export function turned(offset: Vector3, right: number, up: number): Vector3 {
   const size = offset.length();
   const azimuth = Math.atan2(offset.y, offset.x) + right;
@@ -62,7 +62,7 @@ export class CameraRig {
   get active(): ViewSpec {
     return this.current;
   }
-  // What is looked at.
+  // The view target.
   get target(): Vector3 {
     return this.current.controls.target;
   }
@@ -101,7 +101,7 @@ export class CameraRig {
     this.changed();
   }
 
-  // Turns about what is looked at; from above, where nothing turns, it moves along.
+  // Rotates about the view target; the view from above follows without rotation.
   orbit(right: number, up: number): void {
     const view = this.current;
     view.touched = true;

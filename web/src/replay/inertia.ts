@@ -16,7 +16,7 @@ export function inertiaBox(mass: number, inertia: readonly number[]): InertiaBox
     [xz, yz, zz],
   ]);
   const sum = values[0] + values[1] + values[2];
-  // I1 = m (b^2 + c^2) / 12, ..., hence a^2 = 6 (I2 + I3 - I1) / m; a rod keeps a little thickness.
+  // I1 = m (b^2 + c^2) / 12, ..., so a^2 = 6 (I2 + I3 - I1) / m; a rod keeps a little thickness.
   const longest = Math.sqrt((6 * sum) / mass);
   const edge = (moment: number) => Math.max(Math.sqrt(Math.max(0, (6 * (sum - 2 * moment)) / mass)), 0.02 * longest);
   const [x, y, z] = vectors.map((v) => new Vector3(...v));

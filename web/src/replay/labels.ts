@@ -1,4 +1,5 @@
-// Texts beside points of the scene: HTML over the canvas, placed anew with every picture. Names go in as text, never as HTML.
+// Texts beside points of the scene: HTML over the canvas, positioned in every frame. Names are inserted as text, never
+// as HTML.
 import { type Camera, type Object3D, Vector3 } from "three";
 import { element } from "../dom";
 

@@ -1,4 +1,4 @@
-// Small things that say where: attitude axes, grasp points, contact points, the centre of mass.
+// Small markers: attitude axes, grasp points, contact points, the centre of mass.
 import { CanvasTexture, CylinderGeometry, Group, Mesh, OctahedronGeometry, SphereGeometry, Sprite, SpriteMaterial, Vector3 } from "three";
 import type { Scene, SceneBody, SceneShape } from "../data";
 import type { Paints } from "./palette";
@@ -23,7 +23,8 @@ export function attitudeAxes(length: number, paints: Paints): Group {
   return group;
 }
 
-// A grasp point in its target's frame: a diamond, the handle that carries it if it stands off a box, and the way to come in.
+// A grasp point in its target's frame: a diamond, the handle that carries it if it stands off a box, and the way to
+// come in.
 export function graspPoint(point: Scene["grasp_points"][number], target: SceneBody, size: number, role: string, paints: Paints): Group {
   const group = new Group();
   const at = new Vector3(...point.position);

@@ -1,5 +1,5 @@
-// What everything in the replay is painted with. A role ("base", "arm 1", "ghost") has one colour per theme; materials are made once per
-// role and recoloured when the theme changes.
+// What everything in the replay is painted with. A role ("base", "arm 1", "ghost") has one colour per theme; materials
+// are made once per role and recoloured when the theme changes.
 import { Color, LineBasicMaterial, type Material, MeshBasicMaterial, MeshStandardMaterial, ShaderMaterial, Vector2 } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { roleColor, type Scheme } from "../colors";
@@ -42,7 +42,8 @@ void main() { gl_FragColor = vec4(color, opacity);
 #include <colorspace_fragment>
 }`;
 
-// Of materials: a role's own colour; large lit surfaces are paler on light pages, where it is dark for thin lines' sake.
+// Of materials: a role's own colour; large lit surfaces are paler on light pages, where it is dark for thin lines'
+// sake.
 function paintColor(role: string, theme: Theme): Color {
   const [, surface] = /^surface (.*)$/.exec(role) ?? [];
   const color = new Color(roleColor(surface ?? role, theme));
@@ -61,7 +62,8 @@ export class Paints {
   private readonly viewport = new Vector2(800, 500); // [device pixels], shared by all rims
   theme: Theme = "light";
 
-  // Lit surfaces of bodies. Translucent ones still hide what is behind them of their own kind, so that a ghost stays readable.
+  // Lit surfaces of bodies. Translucent surfaces hide other translucent surfaces behind them, so that a ghost remains
+  // readable.
   surface(role: string, opacity = 1): MeshStandardMaterial {
     return this.keep(`surface ${opacity} ${role}`, `surface ${role}`, () => {
       const material = new MeshStandardMaterial({ roughness: role === "panel" ? 0.35 : 0.62, metalness: 0.04, transparent: opacity < 1, opacity });
@@ -84,7 +86,7 @@ export class Paints {
       return new LineBasicMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
     });
   }
-  // Lines whose vertices say how much of them is seen.
+  // Lines with opacity per vertex.
   fading(role: string, opacity: number): LineBasicMaterial {
     return this.keep(`fading ${opacity} ${role}`, role, () => {
       return new LineBasicMaterial({ transparent: true, opacity, depthWrite: false, vertexColors: true });

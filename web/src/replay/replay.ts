@@ -15,7 +15,7 @@ import { messageInstead, type Pose, Viewport } from "./viewport";
 export interface Replay {
   bodyPose(name: string, run?: number): Pose | null; // as drawn, in W; null: not drawn
   cameraName(): string; // "inertial", "follow base", "follow NAME", "top"; "": no picture
-  cameraDirection(): [number, number, number]; // unit, from what is looked at to the camera
+  cameraDirection(): [number, number, number]; // unit vector from the view target to the camera
   renderCount(): number; // pictures drawn so far
   dispose(): void;
 }
@@ -91,12 +91,12 @@ function offerVideo(transport: Transport, viewport: Viewport, clock: Clock, run:
   transport.offerVideo(() => (recorder.recording ? recorder.stop() : recorder.start()), "");
 }
 
-// Undefined: there is nothing to draw, or nothing to draw with; a message says so in its place.
+// Undefined: no scene, or no WebGL; a message is shown instead.
 function makeViewport(picture: HTMLElement, runs: Run[], clock: Clock): Viewport | undefined {
   const drawn = runs.filter((run) => run.scene && run.scene.bodies.length > 0 && run.samples > 0);
   if (drawn.length === 0) {
     const still = runs.every((run) => run.samples === 0);
-    const what = still ? "timeseries.h5, which says how bodies move" : "scene.json, which says what bodies look like";
+    const what = still ? "timeseries.h5, which has the motion of the bodies" : "scene.json, which has the shapes of the bodies";
     messageInstead(picture, "No replay", `The result folder has no ${what}.`);
     return undefined;
   }

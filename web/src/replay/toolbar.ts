@@ -1,4 +1,4 @@
-// What is looked at and from where: the cameras, and what is shown.
+// The toolbar: cameras and display options.
 import { element } from "../dom";
 import { roving } from "../roving";
 import type { ViewSpec } from "./cameras";
@@ -68,7 +68,7 @@ function bendingSlider(bent: (times: number) => void): HTMLElement {
     range.setAttribute("aria-valuetext", `${number(times)} times`);
     bent(times);
   });
-  return element("label", { class: "replay-bending", title: "How many times larger than it is bending is drawn; trails, arrows and what is caught stay where they are" }, element("span", {}, "Bending"), range, said);
+  return element("label", { class: "replay-bending", title: "Magnification of the displayed bending; trails, arrows and captured targets are not magnified" }, element("span", {}, "Bending"), range, said);
 }
 
 function chip(label: string, title: string, on = false): HTMLButtonElement {

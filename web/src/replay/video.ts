@@ -1,4 +1,4 @@
-// The replay as a video file: recorded while it plays, as it is seen, with labels, legend and time. Takes as long as it plays.
+// The replay as a video file: recorded in real time as displayed, with labels, legend and time.
 import type { Clock } from "../clock";
 import { download } from "../dom";
 
@@ -15,7 +15,7 @@ export function videoType(scope: { MediaRecorder?: { isTypeSupported(type: strin
 // Who draws the picture, and what tells of it.
 export interface Filmed {
   size(): { width: number; height: number }; // [px] of the video
-  paint(context: CanvasRenderingContext2D): void; // the picture as it is now
+  paint(context: CanvasRenderingContext2D): void; // the current picture
   onPicture(listener: (() => void) | null): void; // called after each picture
   invalidate(): void;
 }

@@ -22,7 +22,7 @@ export interface Pose {
   quaternion_wxyz: Quat;
 }
 
-const kSamples = 80; // instants at which the extent of the motion is looked at
+const kSamples = 80; // instants at which the extent of the motion is evaluated
 
 export class Viewport {
   readonly views: RunView[];
@@ -176,7 +176,7 @@ export class Viewport {
     this.light();
     this.stage.render(this.rig.camera);
   }
-  // Shadows are sharp about what is looked at, and reach as far as bodies do.
+  // Shadows are sharp near the view target, and cover the extent of the bodies.
   private light(): void {
     const view = this.views[0];
     const body = this.rig.active.follow ?? view.bodies.find((one) => one.body.kind === "base") ?? null;
@@ -252,7 +252,8 @@ export class Viewport {
     return goodDirection({ apart, seen, bodies: bodies.map((b) => b.object), span: first.span }, this.planar);
   }
 
-  // What a view must show, relative to where the followed body is: of a target its surroundings, else all bodies at all times.
+  // What a view must show, relative to where the followed body is: of a target its surroundings, else all bodies at all
+  // times.
   private extent(follow: BodyView | null): Ball[] {
     const known = this.extents.get(follow);
     if (known) return known;
@@ -321,7 +322,7 @@ function shownPart(body: SceneBody): number {
   return body.geometry.length === 1 && body.geometry[0].shape === "sphere" ? 1 : 0.85;
 }
 
-// Where it stands behind what is seen at first, up and aside.
+// Its position behind the initial view, above and aside.
 function earthDirection(outlook: Vector3): Vector3 {
   const right = new Vector3(-outlook.y, outlook.x, 0).normalize();
   return outlook.clone().negate().addScaledVector(right, -0.3).addScaledVector(new Vector3().crossVectors(outlook, right).normalize(), 0.14);

@@ -1,4 +1,4 @@
-// Puts the parts of a study's page in their places: what the first screen needs at once, the rest when it comes into view.
+// Assembles a study's page: the first screen immediately, other parts when they scroll into view.
 import { element } from "../dom";
 import { rowName } from "./describe";
 import type { StudyState } from "./state";
@@ -8,12 +8,12 @@ import { button, whenSeen } from "./ui";
 export interface Parts {
   state: StudyState;
   head: HTMLElement;
-  first: (() => HTMLElement)[]; // built at once
+  first: (() => HTMLElement)[]; // built immediately
   filter: HTMLElement;
   later: [string, () => HTMLElement | null][]; // by id; null: nothing to show
   table: () => HTMLElement;
   card: HTMLElement;
-  empty: string; // said when there is nothing to draw
+  empty: string; // message if there is nothing to draw
 }
 
 export function assemble(host: HTMLElement, parts: Parts): void {
@@ -35,7 +35,7 @@ export function assemble(host: HTMLElement, parts: Parts): void {
   expose(parts.state);
 }
 
-// A part that fails says so in its place; the others stay.
+// A failed part shows its error; the others remain.
 function place(host: HTMLElement, build: () => HTMLElement | null): void {
   try {
     const made = build();
@@ -67,7 +67,7 @@ export interface StudyHandle {
   charts(): string[]; // ids of the parts that are built
 }
 
-// For tests, and for the curious.
+// For tests and for the browser's console.
 function expose(state: StudyState): void {
   const handle: StudyHandle = {
     get selected() {

@@ -1,4 +1,4 @@
-// Verdicts on rows: that a case has numbers does not make it a good one.
+// Verdicts on rows: a completed case is not necessarily a success.
 import type { StudyTable } from "./field";
 
 export interface Badge {
@@ -6,8 +6,8 @@ export interface Badge {
   kind: "ok" | "failed" | "unreachable" | "other";
 }
 
-// Columns that judge a row, what is said where they speak against it, and in the plural of rows.
-// A name that ends in "/" stands for all columns below it, of which the least counts.
+// Columns with a verdict on a row, the text of a negative verdict, and its plural. A name that ends in "/" represents
+// all columns below it, of which the minimum counts.
 const kVerdicts: { columns: string[]; against: (value: number) => boolean; words: string; many: string }[] = [
   { columns: ["ledger/pass"], against: isZero, words: "ledger fails", many: "fail the conservation checks" },
   { columns: ["captured"], against: isZero, words: "not captured", many: "do not capture" },
@@ -45,12 +45,12 @@ function wordsAgainst(table: StudyTable, row: number): string[] {
   return kVerdicts.filter(({ columns, against }) => against(columnOf(table, columns)?.[row] ?? NaN)).map(({ words }) => words);
 }
 
-// Whether any column judges the row.
+// Whether any column has a verdict on the row.
 function isJudged(table: StudyTable, row: number): boolean {
   return kVerdicts.some(({ columns }) => Number.isFinite(columnOf(table, columns)?.[row] ?? NaN));
 }
 
-// "3 exceed a rating", of the rows that came to their end; and in how many of these rows nothing speaks against them.
+// "3 exceed a rating", over completed rows; and the number of completed rows without a negative verdict.
 export function verdictsOf(table: StudyTable): { against: string[]; clean: number } {
   const completed = Array.from({ length: table.size }, (_, row) => row).filter((row) => table.status[row] === "ok");
   const against = kVerdicts.flatMap(({ columns, against, many }) => {
@@ -61,7 +61,7 @@ export function verdictsOf(table: StudyTable): { against: string[]; clean: numbe
   return { against, clean: completed.filter((row) => wordsAgainst(table, row).length === 0).length };
 }
 
-// Green only where nothing speaks against it: of a campaign's case its success, of a point its own verdicts.
+// Green only without a negative verdict: for a campaign's case its success, for a point its verdicts.
 export function badgeOf(table: StudyTable, row: number): Badge {
   const status = table.status[row] ?? "?";
   if (status !== "ok") return { text: status, kind: status === "failed" || status === "unreachable" ? status : "other" };
@@ -70,5 +70,5 @@ export function badgeOf(table: StudyTable, row: number): Badge {
   if (success === 0) return { text: against.length > 0 ? `no success: ${against.join(", ")}` : "no success", kind: "failed" };
   if (success === 1) return { text: against.length > 0 ? `success, but ${against.join(", ")}` : "success", kind: against.length > 0 ? "unreachable" : "ok" };
   if (against.length > 0) return { text: against.join(", "), kind: against[0] === "ledger fails" ? "failed" : "unreachable" };
-  return isJudged(table, row) ? { text: status, kind: "ok" } : { text: "completed, not judged", kind: "other" };
+  return isJudged(table, row) ? { text: status, kind: "ok" } : { text: "completed, not evaluated", kind: "other" };
 }

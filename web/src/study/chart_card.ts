@@ -1,4 +1,4 @@
-// The frame of every chart: title, what is chosen, the picture, its legend, and what can be downloaded.
+// The frame of every chart: title, controls, picture, legend, and downloads.
 import { download, element } from "../dom";
 import { roving } from "../roving";
 import { composeSvg, downloadPng, fileName, type LegendItem, svgText } from "./export";
@@ -18,7 +18,7 @@ export interface ChartCardSpec {
   id: string; // of the section, and in window.__grapnel
   title: string;
   study: string; // in file names
-  csv: () => string; // what the picture shows
+  csv: () => string; // description of the picture
 }
 
 export function chartCard(spec: ChartCardSpec): ChartCard {
@@ -61,7 +61,7 @@ export function chartCard(spec: ChartCardSpec): ChartCard {
   };
 }
 
-// A chart is one picture with one name; groups of marks inside it have none that anyone could hear.
+// For screen readers a chart is one picture with one name; groups of marks have none.
 function unnamedParts(body: HTMLElement): void {
   for (const part of body.querySelectorAll("svg g[aria-label]:not([role])")) part.removeAttribute("aria-label");
 }

@@ -1,4 +1,4 @@
-// Which columns tell most, before anyone has chosen. No DOM.
+// Default selection of the most informative columns. No DOM.
 import type { Field, StudyTable } from "./field";
 
 const kTelling = [
@@ -17,7 +17,7 @@ const kTelling = [
   /^ledger\/pass$/,
 ];
 
-// In order of how much they tell: columns that are the same everywhere, or empty, are left out.
+// In order of information; constant and empty columns are omitted.
 export function tellingColumns(table: StudyTable, most: number): Field[] {
   const found: Field[] = (table.first ?? []).filter(varies).slice(0, most);
   for (const pattern of kTelling) {
@@ -90,7 +90,7 @@ export function mapPlan(table: StudyTable): { x: Field; y: Field } | null {
   return order.length < 2 ? null : { x: order[0], y: order[1] };
 }
 
-// Positive values over several powers of ten tell more on a logarithmic axis, if what they depend on is on one.
+// Positive values over several powers of ten use a logarithmic axis if their argument does.
 export function isWide(field: Field): boolean {
   let [least, greatest] = [Infinity, 0];
   for (const value of field.values) {

@@ -1,4 +1,4 @@
-// Least and greatest value of every column, and where.
+// Minimum and maximum of every column, with their points.
 import { download, element } from "../dom";
 import { tellingColumns } from "./choice";
 import { rowsToText } from "./csv";

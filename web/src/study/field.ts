@@ -1,9 +1,9 @@
-// The table of a study as columns of numbers, whatever it was made by. No DOM.
+// The table of a study, campaign or optimization as columns of numbers. No DOM.
 import type { OptimizationData, SweepData, TableColumn } from "../data";
 
 export type Role = "axis" | "combined" | "column";
 
-// One column. Its numbers are made when first asked for: a study may have a hundred columns, and few are looked at.
+// One column. Its numbers are computed on first use: a study may have a hundred columns, of which few are displayed.
 export class Field {
   private made: Float64Array | null = null;
   private distinct: number[] | null = null;
@@ -19,7 +19,7 @@ export class Field {
     readonly colors: string[] | null = null, // of the labels, where they mean something
   ) {}
 
-  // Per point; NaN where there is nothing.
+  // Per point; NaN without a value.
   get values(): Float64Array {
     return (this.made ??= this.make());
   }
@@ -89,7 +89,7 @@ function numbers(values: (number | null)[] | undefined, size: number): () => Flo
   };
 }
 
-// ---- What several columns make together, in the words of optimizations: largest of …, least of …, norm of … ----
+// ---- Combined columns, named as in optimizations: largest of …, least of …, norm of … ----
 
 const kLargest = /^(impulse_magnitude|angular_impulse_magnitude|mean_force|peak_force|impulse_tangential|relative_speed)$/;
 const kLeast = /^(speed_factor|largest_speed)$/;
@@ -106,7 +106,7 @@ function combinedFields(columns: Field[], size: number): Field[] {
     if (kLeast.test(rest)) add(`least of grasps/*/${rest}`, parts, "the least over the grasps", least);
   }
   const margins = columns.filter((c) => c.name.startsWith("margins/"));
-  add("least of margins", margins, "the least margin of all ratings: 1 − load over rating", least);
+  add("least of margins", margins, "the minimum margin of all ratings: 1 − load over rating", least);
   for (const [vector, parts] of families(columns, /^(.*)\/[xyz]$/)) {
     const told = columns.some((c) => c.name === `${vector}_magnitude`) || vector.endsWith("/relative_velocity");
     if (parts.length === 3 && !told) add(`norm of ${vector}`, parts, "magnitude of the vector", (v) => Math.hypot(...v));

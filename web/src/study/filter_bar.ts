@@ -1,4 +1,4 @@
-// What is kept, in words, with ways to change it that need no pointer: text, status, a range of a column.
+// The filter as text, with controls that need no pointer: text, status, a range of a column.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import { counted, plural } from "./describe";

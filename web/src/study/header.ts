@@ -1,10 +1,10 @@
-// The first words of the page: what was asked, what came of it, and from which file. In the classes of the page of a run.
+// Header of the page: question, result, and source file. Uses the classes of the page of a run.
 import { element } from "../dom";
 import { unitText } from "../format";
 import { mark } from "../page/table";
 import { themeToggle } from "../page/theme";
 
-export type Tone = "good" | "bad" | "warn" | "none"; // none: numbers that nobody has judged
+export type Tone = "good" | "bad" | "warn" | "none"; // none: numbers without a verdict
 
 export interface Tile {
   name: string;

@@ -110,7 +110,7 @@ export class LineChart {
     });
   }
 
-  // An axis has one role: whoever had it gets what it is exchanged for.
+  // An axis has one role: its previous holder gets the replaced axis.
   private takeAxis(role: "x" | "lines" | "panels", axis: Field | null): void {
     const before = this[role];
     for (const other of ["x", "lines", "panels"] as const) if (axis && this[other] === axis) this[other] = before;
@@ -151,7 +151,7 @@ export class LineChart {
     if (panels.length === 0) said.push("No point has the held values.");
     else if (!this.drawn.some((k) => this.y.some((f) => Number.isFinite(f.values[k])))) said.push("No point shown has a value.");
     if (leftOut > 0) said.push(`${plural(leftOut, "line")} left out: at most ${kMostLines} per panel are drawn, evenly picked.`);
-    if (this.log && this.y.some((f) => this.drawn.some((k) => f.values[k] <= 0))) said.push("Values that are not positive have no place on the log scale.");
+    if (this.log && this.y.some((f) => this.drawn.some((k) => f.values[k] <= 0))) said.push("Values that are not positive are not shown on the log scale.");
     return said.join(" ");
   }
 

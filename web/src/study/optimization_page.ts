@@ -23,7 +23,7 @@ type Comparison = OptimizationData["comparison"];
 
 export function buildOptimizationPage(host: HTMLElement, data: ReportData): void {
   const found = data.optimization;
-  if (!found) throw new Error("the report holds no optimization");
+  if (!found) throw new Error("the report contains no optimization");
   const table = optimizationTable(found);
   const state = new StudyState(table);
   const search = searchOf(table, found.comparison);
@@ -79,10 +79,10 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
     tone,
     said: said(c, before, after, unit),
     tiles: [
-      { name: "objective before", value: number(before), unit, detail: c?.before_acceptable === false ? "beyond a limit" : "the scenario as it was" },
+      { name: "objective before", value: number(before), unit, detail: c?.before_acceptable === false ? "beyond a limit" : "the unchanged scenario" },
       { name: "objective after", value: number(after), unit, detail: before !== null && after !== null ? change({ before, after }) : undefined, tone: kept ? "good" : "bad" },
       ...limits.slice(0, 3).map((l) => ({ name: text(l?.name), value: number(l?.after), unit: text(l?.unit) === "1" ? "" : text(l?.unit), detail: `before ${number(l?.before)}` })),
-      { name: "evaluations", value: counted(count("evaluations") || table.size), detail: `${count("beyond_limits")} beyond limits, ${without} failed or unreachable` },
+      { name: "evaluations", value: counted(count("evaluations") || table.size), detail: `${count("beyond_limits")} violate limits, ${without} failed or unreachable` },
     ],
     facts: [
       text(c?.optimization?.simulate) === "impact" ? "impact only" : text(c?.optimization?.simulate) === "run" ? "whole captures" : "",
@@ -103,8 +103,8 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
 
 function verdictOf(c: Comparison, before: number | null, after: number | null, kept: boolean, limited: boolean): [string, Tone] {
   if (after === null) return ["No best point found", "bad"];
-  if (!kept) return ["No point keeps all limits", "bad"];
-  const limits = limited ? ", all limits kept" : "";
+  if (!kept) return ["No point meets all limits", "bad"];
+  const limits = limited ? ", all limits met" : "";
   if (before === null) return [`Best point found${limits}`, "good"];
   const better = text(c?.objective?.name).startsWith("maximize") ? after > before : after < before;
   if (!better) return c?.before_acceptable === false ? [`Best point found${limits}`, "good"] : [`No better point found${limits}`, "warn"];
@@ -118,5 +118,5 @@ function isBeyond(found: OptimizationData, table: StudyTable, best: number): boo
 function said(c: Comparison, before: number | null, after: number | null, unit: string): string {
   const name = text(c?.objective?.name);
   if (before === null || after === null) return name ? `Asked: ${name}.` : "";
-  return `Asked: ${name}. From ${number(before)} to ${number(after)} ${unitText(unit)}`.trim() + ". The best point found, not proven to be the best there is.";
+  return `Objective: ${name}. From ${number(before)} to ${number(after)} ${unitText(unit)}`.trim() + ". This is the best evaluated point, not a proven optimum.";
 }

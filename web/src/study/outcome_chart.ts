@@ -1,4 +1,4 @@
-// Objective over the search, and over each variable: filled dots keep all limits, hollow ones do not, crosses have no
+// Objective over the search, and over each variable: filled dots meet all limits, hollow ones do not, crosses have no
 // objective.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";

@@ -116,7 +116,7 @@ export class ParallelCoordinates {
       this.stroke(pen, k);
     }
     const thin = on.length > this.drawn.length ? `${plural(this.drawn.length, "line")} of ${plural(on.length, table.noun)} drawn, evenly picked. ` : "";
-    const hint = "Drag along an axis to keep what passes there, click it to release.";
+    const hint = "Drag along an axis to keep the lines that pass there, click it to release.";
     this.card.note.textContent = `${thin}${this.state.filtered ? `${plural(on.length, table.noun)} kept. ` : ""}${hint}`;
   }
 

@@ -114,7 +114,7 @@ function grouped(fields: Field[]): Map<string, Field[]> {
   return found;
 }
 
-// The point to begin with: where the main column is greatest, else the first.
+// The initial point: the maximum of the main column, else the first.
 export function firstPoint(state: StudyState, greatest = true): number | null {
   const main = mainColumn(state.table);
   if (!main || state.table.size === 0) return state.table.size > 0 ? 0 : null;

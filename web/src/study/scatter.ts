@@ -74,7 +74,7 @@ export class Scatter {
     const points = this.shown();
     const without = this.state.table.size - points.length;
     this.card.setTitle(`${this.y.name} against ${this.x.name}`);
-    this.card.note.textContent = points.length === 0 ? "No point has both values." : without > 0 ? `${plural(without, "point")} without a place here.` : "";
+    this.card.note.textContent = points.length === 0 ? "No point has both values." : without > 0 ? `${plural(without, "point")} not shown here.` : "";
     this.card.setLegend(points.length > 0 ? this.legend() : []);
     if (points.length === 0) return this.card.body.replaceChildren();
     const domain = (f: Field, log: boolean): [number, number] => {

@@ -1,4 +1,4 @@
-// What an optimization's evaluations tell about its search. No DOM.
+// Progress of an optimization's search from its evaluations. No DOM.
 import type { OptimizationData } from "../data";
 import type { StudyTable } from "./field";
 

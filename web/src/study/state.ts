@@ -1,4 +1,4 @@
-// What is chosen on the page: one point, and a filter; shared by all its charts. No DOM.
+// The selection on the page: one point, and a filter; shared by all its charts. No DOM.
 import type { StudyTable } from "./field";
 import { type Filter, type Range, count, isActive, keptPoints, kNoFilter } from "./filter";
 

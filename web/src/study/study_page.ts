@@ -1,4 +1,4 @@
-// Where the page of a study begins.
+// Entry point of the page of a study.
 import "./study.css";
 import type { ReportData } from "../data";
 import { buildOptimizationPage } from "./optimization_page";

@@ -22,7 +22,7 @@ import { StudyState } from "./state";
 
 export function buildSweepPage(host: HTMLElement, data: ReportData): void {
   const sweep = data.sweep;
-  if (!sweep) throw new Error("the report holds no sweep");
+  if (!sweep) throw new Error("the report contains no sweep");
   const table = sweepTable(sweep);
   const state = new StudyState(table);
   const name = text(sweep.settings?.study?.name) || data.title;
@@ -55,13 +55,13 @@ function remark(table: StudyTable, point: number): string {
   const main = mainColumn(table);
   if (!main || table.size < 2) return "";
   const s = span(main.values);
-  if (s.greatestAt === point) return `Greatest of all points: ${breakable(main.name)}.`;
-  return s.leastAt === point ? `Least of all points: ${breakable(main.name)}.` : "";
+  if (s.greatestAt === point) return `Maximum of all points: ${breakable(main.name)}.`;
+  return s.leastAt === point ? `Minimum of all points: ${breakable(main.name)}.` : "";
 }
 
 const kSimulated: Record<string, string> = {
-  impact: "Planning and the impact at the planned final configuration; nothing is integrated afterwards.",
-  run: "Whole captures, as the scenario says.",
+  impact: "Planning and the impact at the planned final configuration, without integration after the impact.",
+  run: "Whole captures, as in the scenario.",
 };
 
 function sweepHeader(data: ReportData, sweep: SweepData, table: StudyTable): HTMLElement {
@@ -82,7 +82,7 @@ function sweepHeader(data: ReportData, sweep: SweepData, table: StudyTable): HTM
     tiles: [
       { name: "points", value: counted(table.size), detail: [table.axes.map((a) => a.levels.length).join(" × "), failed + unreachable === 0 ? "none failed or unreachable" : ""].filter(Boolean).join(", ") },
       ...(failed > 0 ? [{ name: "failed", value: counted(failed), tone: "bad" as const }] : []),
-      ...(unreachable > 0 ? [{ name: "unreachable", value: counted(unreachable), tone: "warn" as const, detail: "no configuration found that gets there" }] : []),
+      ...(unreachable > 0 ? [{ name: "unreachable", value: counted(unreachable), tone: "warn" as const, detail: "no configuration found that reaches the goals" }] : []),
       ...(main ? extremeTiles(table, main) : []),
     ],
     facts: [

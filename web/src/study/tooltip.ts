@@ -1,4 +1,4 @@
-// One box beside the pointer for all charts of the page. Its texts are never read as HTML.
+// One box beside the pointer for all charts of the page. Its texts are never interpreted as HTML.
 import { element } from "../dom";
 
 let box: HTMLElement | null = null;

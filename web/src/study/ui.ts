@@ -46,7 +46,7 @@ export function fieldOptions(fields: Field[]): Option[] {
   });
 }
 
-// A button that copies a text, and says so.
+// A button that copies a text and confirms it.
 export function copyButton(text: () => string, title: string): HTMLButtonElement {
   const made = button("Copy", () => void copy(), { "aria-label": title, title });
   const tell = (said: string): void => {
@@ -75,7 +75,7 @@ function copyBySelection(text: string): boolean {
   return done;
 }
 
-// A line to be typed into a shell.
+// A command line for a shell.
 export function commandLine(command: string): HTMLElement {
   return element("div", { class: "st-command" }, element("code", { tabindex: "0" }, command), copyButton(() => command, "Copy the command"));
 }
@@ -97,7 +97,7 @@ export function whenSeen(host: HTMLElement, build: () => void): void {
   });
 }
 
-// Does at once what is seen, and the rest when it comes into view: 100 000 points are not drawn where nobody looks.
+// Draws visible parts immediately, and other parts when they scroll into view: 100 000 points are not drawn off screen.
 export function whileSeen(host: HTMLElement, draw: () => void): () => void {
   let [seen, due] = [true, false];
   const catchUp = (): void => {

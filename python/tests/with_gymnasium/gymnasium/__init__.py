@@ -1,4 +1,4 @@
-"""What of gymnasium grapnel.env touches, with its signatures (1.0), for tests: Debian has no package of it."""
+"""The part of gymnasium that grapnel.env uses, with the signatures of version 1.0, for tests: Debian has no package of it."""
 
 from __future__ import annotations
 

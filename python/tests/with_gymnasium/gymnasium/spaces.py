@@ -1,4 +1,4 @@
-"""Spaces, as far as they are touched."""
+"""Spaces, as far as grapnel.env uses them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Box(Space):
         return np.where(bounded, uniform, self._np_random.normal(size=self.shape)).astype(self.dtype)
 
     def contains(self, x):
-        # As the real one: an array of another kind is not in it.
+        # As in gymnasium: an array of another type is not contained.
         return bool(isinstance(x, np.ndarray) and np.can_cast(x.dtype, self.dtype) and x.shape == self.shape
                     and np.all(x >= self.low) and np.all(x <= self.high))
 

@@ -1,3 +1,3 @@
-"""As if gymnasium were not installed."""
+"""Behaves as if gymnasium were not installed."""
 
 raise ImportError("gymnasium is hidden from this test")

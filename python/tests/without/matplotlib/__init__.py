@@ -1,3 +1,3 @@
-"""As if matplotlib were not installed."""
+"""Behaves as if matplotlib were not installed."""
 
 raise ImportError("matplotlib is hidden from this test")
