@@ -114,10 +114,8 @@ class Site:
                 text = home(text) + contents(text)
             elif page == GALLERY:
                 text = gallery.with_cards(text)
-            elif pathlib.PurePosixPath(place).name == "index.md":
-                text += children(text, r"")
-            elif (ROOT / page.removesuffix(".md")).is_dir():
-                text += children(text, re.escape(pathlib.PurePosixPath(page).stem) + "/")
+            elif page.startswith("docs/"):
+                text += children(text, place, self.pages.values())
             self.write(place, text)
         return typesetting
 
@@ -224,13 +222,13 @@ def home(text):
     return re.sub(r"^\|[^\n]*\|\n\|[-|: ]+\|\n(?:\| \*\*[^\n]*\|\n)+(?!\|)", cards, text, flags=re.MULTILINE)
 
 
-def children(text, folder):
-    """A hidden table of contents: the pages of a folder to which a page links."""
-    links = {}
-    for words, link in re.findall(rf"\[([^\]]+)\]\(({folder}[^)#:/]+)\.md\)", text):
-        links.setdefault(link, words.replace("`", ""))
-    entries = "\n".join(f"{words} <{link}>" for link, words in links.items())
-    return "\n```{toctree}\n:hidden:\n\n" + entries + "\n```\n" if links else ""
+def children(text, place, places):
+    """A hidden table of contents: the pages in the folder of a page, in the order in which the page links to them."""
+    here = pathlib.PurePosixPath(place)
+    folder = here.parent if here.name == "index.md" else here.with_suffix("")
+    inner = [os.path.relpath(p, here.parent) for p in sorted(places) if pathlib.PurePosixPath(p).parent == folder and p != place]
+    inner.sort(key=lambda name: text.find(f"({name}") if f"({name}" in text else len(text))
+    return "\n```{toctree}\n:hidden:\n\n" + "\n".join(inner) + "\n```\n" if inner else ""
 
 
 def contents(text):
@@ -404,7 +402,7 @@ def cpp_reference():
     modules = {}
     for header in sorted((ROOT / "grapnel").rglob("*.hpp")):
         text = header.read_text()
-        if "Public, kept stable" in text[:2000]:
+        if re.search(r"Public( \w+)?, kept stable", re.sub(r"\s*\n\s*(/// ?)?", " ", text[:2000])):
             modules.setdefault(header.parent.name, []).append(header)
     order = re.findall(r"[a-z_]+", re.search(r"set\(GRAPNEL_MODULES ([^)]*)\)", (ROOT / "cmake" / "GrapnelModule.cmake").read_text())[1])
     pages = {}

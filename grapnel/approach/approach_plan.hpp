@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The reference trajectory of the joints during the approach: segments between waypoints, with final joint
+/// @file
+/// The reference trajectory of the joints during the approach: segments between waypoints, with final joint
 /// values that are given or planned, and a final straight approach along the approach direction.
 
 #include <optional>

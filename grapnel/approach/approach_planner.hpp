@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Plans one approach, segment by segment. Shared by approach_plan.cpp (waypoints, the final segment, stated
+/// @file
+/// Plans one approach, segment by segment. Shared by approach_plan.cpp (waypoints, the final segment, stated
 /// motion), flown_plan.cpp (corrections by forward simulation) and straight_in_plan.cpp (the final straight approach).
 
 #include <functional>

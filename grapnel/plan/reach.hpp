@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Free-floating inverse kinematics. Computes the final joint values and rates of a segment such that the
+/// @file
+/// Free-floating inverse kinematics. Computes the final joint values and rates of a segment such that the
 /// momentum-conserving motion brings every end-effector to its goal.
 ///
 /// The final end-effector poses depend on the base pose, and the base pose depends on the whole joint trajectory
