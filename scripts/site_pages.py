@@ -124,8 +124,10 @@ class Typesetting:
     """Equations of pages, typeset by KaTeX. Without KaTeX they remain plain text."""
 
     BLOCK = re.compile(r"^```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-    # A letter with a subscript, in prose: X_WB, J_b, h_Cᵀ.
-    SYMBOL = re.compile(r"(?<![\w/.\\^#(-])((?:[A-Za-zΑ-Ωα-ωÀ-ÿĀ-ſ]|[ẋẏẍÿż])[\u0300-\u036f]?[⁰-⁹⁺⁻ᵀ]*_[A-Za-zα-ω0-9]{1,6}(?:,[a-z])?[⁰¹²³⁴-⁹⁺⁻ᵀ]*)(?![\w_(.]\w|\w)")
+    # A letter with a subscript or superscript, in prose: X_WB, J_b, h_Cᵀ, M⁻¹; no units such as m².
+    SCRIPTS = "[⁰¹²³⁴-⁹⁺⁻ᵀ]"
+    SYMBOL = re.compile(rf"(?<![\w/.\\^#(-])((?![ms](?:[²³]|⁻[¹²])(?!_))[A-Za-zΑ-Ωα-ωÀ-ÿĀ-ſẋẏẍż][\u0300-\u036f]?"
+                        rf"(?:{SCRIPTS}*_[A-Za-zα-ω0-9]{{1,12}}(?:,[a-z])?{SCRIPTS}*|{SCRIPTS}+))(?![\w_(.]\w|\w|[²³⁺⁻ᵀ])")
     NUMBER = re.compile(r"(?<![\w\]`])\((\d+\.\d+[a-z]?)\)")
 
     def __init__(self, texts, pages, katex):
@@ -322,7 +324,7 @@ class Gallery:
     COMMAND = re.compile(r"^\| `grapnel run scenarios/([\w/-]+)\.yaml` \| (.*?) \|$")
 
     def __init__(self, program, out, stills):
-        self.out, self.faults = out, []
+        self.out, self.faults, self.report = out, [], None
         state = hashlib.sha256(program.read_bytes())
         for folder in ("scenarios", "robots", "targets", "meshes"):
             for file in sorted((ROOT / folder).rglob("*.*")):
@@ -348,6 +350,8 @@ class Gallery:
                 if scenario.file(ending).exists():
                     shutil.copyfile(scenario.file(ending), out / "source" / "gallery" / scenario.file(ending).name)
         self.link_reports()
+        if stills:
+            self.draw_report(kept / "report.jpg", stills)
 
     @staticmethod
     def draw_stills(list_file, scenarios, packages):
@@ -356,6 +360,14 @@ class Gallery:
             list_file.write_text(json.dumps([{"report": str(s.file(".html")), "out": str(s.file(".jpg"))} for s in scenarios]))
             subprocess.run(["node", str(ROOT / "docs" / "site" / "stills.mjs"), list_file], env={**os.environ, "GRAPNEL_WEB_MODULES": packages},
                            timeout=600, check=False)
+
+    def draw_report(self, picture, packages):
+        """Draws the picture of a report that pages show, from the present report. docs/images/ has one for those without a browser."""
+        report = self.scenarios.get("dual-arm-satellite-handles")
+        if report and report.file(".html").exists() and not picture.exists():
+            subprocess.run(["node", str(ROOT / "web" / "picture.mjs"), report.file(".html"), picture, "45"],
+                           env={**os.environ, "GRAPNEL_WEB_MODULES": packages}, timeout=300, check=False)
+        self.report = picture if picture.exists() else None
 
     def link_reports(self):
         """OUT/reports has the reports under the names of their links. scripts/docs adds it to the site."""
@@ -390,6 +402,9 @@ class Gallery:
             shown = grid(cards) if cards else ""
             return shown + ("\n" if cards and rows else "") + (match[1] + "".join(rows) if rows else "")
 
+        beginning, heading, rest = text.partition("\n## ")
+        beginning = re.sub(r"\n!\[[^\n]*\n\n\*[^\n]*\*\n", "", beginning)  # cards come first
+        text = beginning + heading + rest
         return re.sub(r"^(\|[^\n]*\|\n\|[-|: ]+\|\n)((?:\|[^\n]*\|\n)+)", table, text, flags=re.MULTILINE)
 
 
@@ -415,10 +430,10 @@ def cpp_reference():
         pages[f"cpp/{module}.md"] = text
     links = "\n".join(names)
     pages["cpp/index.md"] = (
-        "# C++ reference\n\nThe headers that are [kept stable](../stability.md), module by module, those that programs begin with first.\n"
+        "# C++ reference\n\nThe headers that are [kept stable](../stability.md), module by module, those in the order in which programs use them.\n"
         "`find_package(Grapnel)` and `Grapnel::grapnel` or `Grapnel::<module>` bring them; "
-        "[Assumptions and limits](../modules.md) says what each module takes for granted.\n\n"
-        "<p>All other headers, which may change with any commit, with graphs of what uses what: "
+        "[Assumptions and limits](../modules.md) lists the assumptions of each module.\n\n"
+        "<p>All other headers, which may change with any commit, with graphs of dependencies: "
         '<a href="../doxygen/index.html">the whole library</a>.</p>\n\n```{toctree}\n' + links + "\n```\n")
     return pages
 
@@ -441,13 +456,15 @@ def main():
     if manual.returncode:
         faults.append(manual.stderr)
     site.write("commands.md", manual.stdout)
-    reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` anew.\n"
+    reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` again.\n"
     if module:
         modules = ["grapnel"] + [f"grapnel.{name}" for name in ("env",) if (pathlib.Path(module) / "grapnel" / f"{name}.py").exists()]
         reference = "\n".join("```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n   :imported-members:\n```\n" if name == "grapnel" else
                               "## " + name + "\n\n```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n```\n" for name in modules)
     site.write("python-reference.md", "# Python reference\n\n" + reference)
     typesetting = site.take_pages(made, gallery, options["--katex"])
+    if gallery.report:
+        shutil.copyfile(gallery.report, out / "source" / "images" / "report.jpg")
     print(f"{len(gallery.scenarios)} scenarios, {sum(s.file('.jpg').exists() for s in gallery.scenarios.values())} pictures, "
           f"{len(typesetting.places)} equations typeset, {typesetting.plain} numbered blocks in plain text")
     for fault in faults + site.faults:
