@@ -148,7 +148,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
   if (!options.quiet) say_how_long(campaign, store, shard, threads_of(options.threads), stop);
   const CaseProgress done = compute(campaign, store, shard, options, stop);
   if (done.stopped) {
-    say_stopped(folder, done.done, done.total, options.resume);
+    print_stopped(folder, done.done, done.total, options.resume);
     return kInterrupted;
   }
   if (shard.is_part()) {
@@ -158,7 +158,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
   }
   const int code = write_campaign_results(
       campaign, folder, {options.quiet, options.no_report, options.no_csv, threads_of(options.threads)}, stop);
-  if (code == kInterrupted) say_stopped(folder, done.done, done.total, options.resume);
+  if (code == kInterrupted) print_stopped(folder, done.done, done.total, options.resume);
   return code;
 }
 
@@ -177,7 +177,7 @@ int campaign(const CampaignRunOptions& options) {
   }
   const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::campaign);
   if (!folder) return kBadInput;
-  say_campaign(*loaded, options);
+  print_campaign(*loaded, options);
   if (shard.by_slurm && !options.quiet)
     to_stdout("part {} from SLURM_ARRAY_TASK_ID={}\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
   StopSignal stop(options.stop);

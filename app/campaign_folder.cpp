@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void say_lines(const std::string& text) { to_stderr("grapnel: error: {}\n", text); }
+void print_lines(const std::string& text) { to_stderr("grapnel: error: {}\n", text); }
 
 }  // namespace
 
@@ -37,7 +37,7 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
   try {
     std::vector<Fault> warnings;
     Campaign campaign = load_campaign(options.study, &warnings);
-    if (say) say_faults(warnings);
+    if (say) print_errors(warnings);
     if (!options.map || !campaign.design.empty()) return campaign;
     if (say)
       to_stderr(
@@ -47,12 +47,12 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
           options.study.string());
   } catch (const InputError& error) {
     if (!say) return std::nullopt;
-    say_faults(error.faults());
+    print_errors(error.faults());
   }
   return std::nullopt;
 }
 
-void say_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
+void print_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
   if (options.quiet) return;
   to_stdout("grapnel {}, campaign {} (sha256 {})\n", GRAPNEL_VERSION, options.study.string(),
             campaign.sha256.substr(0, 12));
@@ -70,7 +70,7 @@ void print_start(const ShardStore& store, const std::string& part) {
   flush_stdout();
 }
 
-void say_stopped(const fs::path& folder, std::uint64_t done, std::uint64_t total, const std::string& command) {
+void print_stopped(const fs::path& folder, std::uint64_t done, std::uint64_t total, const std::string& command) {
   to_stderr("grapnel: stopped: {} of {} cases are kept in {}; to resume: {}\n", done, total, folder.string(), command);
 }
 
@@ -82,16 +82,16 @@ int with_store_errors(const fs::path& folder, const std::string& command, const 
   try {
     return work();
   } catch (const ForeignFolder& error) {
-    say_lines(error_text(error));
+    print_lines(error_text(error));
     return kBadInput;
   } catch (const DamagedManifest& error) {
-    say_lines(error_text(error));
+    print_lines(error_text(error));
     return kBadInput;
   } catch (const FolderInUse& error) {
-    say_lines(error_text(error));
+    print_lines(error_text(error));
     return kSimulationFailed;
   } catch (const std::exception& error) {
-    say_lines(error_text(error));
+    print_lines(error_text(error));
     to_stderr("grapnel: the files in {} remain valid; to resume: {}\n", folder.string(), command);
     return kSimulationFailed;
   }
@@ -162,12 +162,12 @@ void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases)
   if (cases.empty()) fs::remove(series, none);  // if it is empty
 }
 
-enum class KeptRun { there, impossible, not_written };
+enum class StoredRun { there, impossible, not_written };
 
 // Writes the complete run of a case. Failed cases are kept too: their runs give the reason, unless no capture could be
 // simulated.
-KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
-                 const StopSignal& stop) {
+StoredRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
+                   const StopSignal& stop) {
   const fs::path summary = place / "summary.json";
   try {
     fs::create_directories(place);
@@ -176,24 +176,24 @@ KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& plac
                                          {.quiet = true, .no_report = no_report, .mute = true, .stop = stop.token()});
     std::error_code none;
     if (stop.poll()) fs::remove(summary, none);  // the same command writes it again
-    if (fs::is_regular_file(summary, none)) return KeptRun::there;
-    if (code == kBadInput) return KeptRun::impossible;
+    if (fs::is_regular_file(summary, none)) return StoredRun::there;
+    if (code == kBadInput) return StoredRun::impossible;
   } catch (const std::exception& error) {
     to_stderr("grapnel: warning: case {}: {}\n", k, error_text(error));
   }
-  return KeptRun::not_written;
+  return StoredRun::not_written;
 }
 
-struct KeptSeries {
+struct StoredSeries {
   std::size_t kept = 0;
   bool complete = true;  // all expected runs exist
   bool stopped = false;
 };
 
 // Writes the complete runs of the cases, each into series/case-K.
-KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
-                       const CampaignResults& what, StopSignal& stop) {
-  KeptSeries result;
+StoredSeries keep_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
+                         const CampaignResults& what, StopSignal& stop) {
+  StoredSeries result;
   const std::set<std::uint64_t> cases = cases_to_keep(campaign, table);
   const fs::path series = folder / "series";
   refuse_link(series);
@@ -210,14 +210,14 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
     }
     const fs::path place = series / folder_of(k);
     switch (keep_run(campaign, k, place, what.no_report, stop)) {
-      case KeptRun::there:
+      case StoredRun::there:
         ++result.kept;
         break;
-      case KeptRun::not_written:
+      case StoredRun::not_written:
         to_stderr("grapnel: error: the complete run of case {} is not in {}\n", k, place.string());
         result.complete = false;
         break;
-      case KeptRun::impossible:
+      case StoredRun::impossible:
         break;
     }
   }
@@ -239,7 +239,7 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
     write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, numbers.success_map));
-  const KeptSeries series = keep_series(campaign, table, folder, what, stop);
+  const StoredSeries series = keep_series(campaign, table, folder, what, stop);
   if (series.stopped || stop.poll()) return kInterrupted;
   const FolderReport report = write_folder_report(folder, ResultKind::campaign, what.no_report);
   if (!what.quiet) {
@@ -309,7 +309,7 @@ int unexpected_error(const std::exception& error) {
   return kSimulationFailed;
 }
 
-bool say_plugin_faults() {
+bool print_plugin_errors() {
   const std::vector<std::string> faults = take_plugin_faults();
   for (const std::string& fault : faults) to_stderr("grapnel: error: {}\n", fault);
   return !faults.empty();

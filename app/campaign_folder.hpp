@@ -22,14 +22,14 @@ namespace grapnel::app {
 std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say = true);
 
 /// Prints the program version, the file and its digest on stdout unless quiet.
-void say_campaign(const Campaign& campaign, const CampaignRunOptions& options);
+void print_campaign(const Campaign& campaign, const CampaignRunOptions& options);
 
 /// Prints how many cases are complete. `part`: the part of the campaign; empty: all.
 void print_start(const ShardStore& store, const std::string& part);
 
 /// Prints on stderr that the campaign was stopped, and the command that resumes it.
-void say_stopped(const std::filesystem::path& folder, std::uint64_t done, std::uint64_t total,
-                 const std::string& command);
+void print_stopped(const std::filesystem::path& folder, std::uint64_t done, std::uint64_t total,
+                   const std::string& command);
 
 /// Sets the number of cases of the campaign to that of the store.
 void take_total(Campaign& campaign, const ShardStore& store);
@@ -66,7 +66,7 @@ void require_finite_numbers(CLI::App& app);
 int unexpected_error(const std::exception& error);
 
 /// Prints the errors that occurred while controllers were destroyed. Returns whether there were any.
-bool say_plugin_faults();
+bool print_plugin_errors();
 
 /// Adds the options shared by all commands that run campaigns.
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options);

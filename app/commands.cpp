@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 
 // Prints all errors of the input file on stderr, one per line.
 int bad_input(const InputError& error) {
-  say_faults(error.faults());
+  print_errors(error.faults());
   return kBadInput;
 }
 
@@ -73,7 +73,7 @@ int run(const RunOptions& options) {
   }
   const std::optional<fs::path> made = results_folder(options.output, options.scenario, Outputs::run);
   if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256))) return kBadInput;
-  say_faults(warnings);
+  print_errors(warnings);
   const StopSignal stop;
   return run_problem(problem, options.scenario, *made,
                      {.quiet = options.quiet,
@@ -86,7 +86,7 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   try {
     std::vector<Fault> warnings;
     const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides), &warnings);
-    say_faults(warnings);
+    print_errors(warnings);
     to_stdout("{}: no errors{} ({}, sha256 {})\n", scenario.string(),
               warnings.empty() ? "" : fmt::format(", {} warning{}", warnings.size(), warnings.size() == 1 ? "" : "s"),
               problem.name, problem.sha256.substr(0, 12));
@@ -304,7 +304,7 @@ int info(const std::filesystem::path& file) {
     CaptureProblem problem;
     std::vector<Fault> warnings;
     problem.robot = load_robot(file, &warnings);
-    say_faults(warnings);
+    print_errors(warnings);
     const CaptureSystem system = make_servicer(problem);
     const Model& model = system.model;
     const Kinematics k = forward_kinematics(model, zero_state(model));
@@ -340,7 +340,7 @@ int info(const std::filesystem::path& file) {
     if (is_flexible(problem.robot)) print_elastic(problem);
     return kDone;
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
   }
   return kBadInput;
 }

@@ -154,7 +154,7 @@ int export_fmu(const ExportFmuOptions& options) {
     const fs::path output =
         options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
     if (!may_write({output})) return kBadInput;
-    say_faults(warnings);
+    print_errors(warnings);
     if (!gathered.assumed.empty())
       to_stdout("The scenario has no control.period: {} is used; change it with --set.\n", gathered.assumed);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
@@ -179,7 +179,7 @@ int export_fmu(const ExportFmuOptions& options) {
 #endif
     return kDone;
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   } catch (const PlantError& error) {
     to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));

@@ -122,7 +122,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
     if (!may_write({options.output})) return kBadInput;
     say(imported->decisions);
-    say_faults(warnings);
+    print_errors(warnings);
     std::string comment = fmt::format("Made by grapnel import from {}. Decisions of the import are in comments.",
                                       printable_line(options.model.filename().string()));
     if (!imported->comment.empty()) comment += "\n" + imported->comment;
@@ -131,7 +131,7 @@ int import_robot_file(const ImportCommandOptions& options) {
               counted(robot.end_effectors.size(), "end-effector"), counted(imported->decisions.size(), "decision"));
     return kDone;
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
     to_stderr("grapnel: error: {}\n", error_text(error));

@@ -323,7 +323,7 @@ int program(int argc, char** argv) {
   } catch (const std::exception& error) {
     return unexpected_error(error);
   }
-  if (say_plugin_faults() && code == kDone) code = kSimulationFailed;
+  if (print_plugin_errors() && code == kDone) code = kSimulationFailed;
   // A full disk or a closed pipe behind stdout is an error.
   if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == kDone) {
     to_stderr("grapnel: error: cannot write to standard output\n");

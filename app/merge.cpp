@@ -154,7 +154,7 @@ int merge_into(const std::vector<Source>& sources, Campaign campaign, const Merg
   StoreCounts all;
   store.missing(0, 1, &all);
   if (stop.poll()) {
-    say_stopped(store.folder(), all.rows, store.total(), command);
+    print_stopped(store.folder(), all.rows, store.total(), command);
     return kInterrupted;
   }
   if (all.complete < all.blocks) {

@@ -192,7 +192,7 @@ int modes_of_matrices(const ModesOptions& options) {
     to_stdout("{}: mass, com, inertia and {}\n", options.output.string(), counted(result->modes.size(), "mode"));
     return kDone;
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
     to_stderr("grapnel: error: {}\n", error_text(error));

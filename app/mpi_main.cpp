@@ -271,7 +271,7 @@ int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& o
     const CaseProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
                                                 : compute_by_ranks(store, options, world, stop, opened);
     if (done.stopped) {
-      say_stopped(folder, done.done, done.total, options.resume);
+      print_stopped(folder, done.done, done.total, options.resume);
       return kInterrupted;
     }
     return write_campaign_results(campaign, folder, {options.quiet, options.no_report, options.no_csv}, stop);
@@ -297,7 +297,7 @@ void work(Campaign& campaign, const fs::path& folder, const World& world, StopSi
     if (told.kind != MessageKind::work) return;
     const Block block = block_at(told.numbers[0], store.block_size(), store.total());
     const ShardStore::Missing missing{block, store.rows(block).size()};
-    BlockOnItsWay on_its_way(store, missing);
+    BlockInProgress on_its_way(store, missing);
     CaseProgress fresh;
     run_block(
         compute, missing, part_size,
@@ -341,7 +341,7 @@ int mpi_campaign(const CampaignRunOptions& options, const World& world) {
     send_home(world);
     return kBadInput;
   }
-  say_campaign(*campaign, options);
+  print_campaign(*campaign, options);
   std::string command = options.command;  // resumes the campaign
   return with_store_errors(folder, command, [&] { return lead(*campaign, folder, options, world, stop, command); });
 }
@@ -388,6 +388,6 @@ int main(int argc, char** argv) {
     // The other ranks may be waiting for this one.
     world.abort(unexpected_error(error));
   }
-  if (say_plugin_faults() && code == kDone) code = kSimulationFailed;
+  if (print_plugin_errors() && code == kDone) code = kSimulationFailed;
   return code;
 }

@@ -113,9 +113,9 @@ int optimize(const StudyOptions& options) {
   try {
     std::vector<Fault> warnings;
     optimization = load_optimization(options.study, &warnings);
-    say_faults(warnings);
+    print_errors(warnings);
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   }
   const std::optional<fs::path> made = results_folder(options.output, options.study, Outputs::optimization);

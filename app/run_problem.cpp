@@ -274,7 +274,7 @@ int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::pat
     write_file_atomically(file, campaign.scenario_text(k, {}, comment_of(campaign, k)));
     problem = load_scenario(file);
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   } catch (const std::exception& error) {
     to_stderr("{}: error: {} {}: {}\n", campaign.file, word_of(campaign), k, error_text(error));

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Writes rows as they are computed, in case the program is killed before the table is complete.
+// Writes rows during the computation, in case the program is killed before the table is complete.
 class PartialTable {
  public:
   PartialTable(fs::path path, const Campaign& study) : path_(std::move(path)), study_(study) {
@@ -105,9 +105,9 @@ int sweep(const StudyOptions& options) {
   try {
     std::vector<Fault> warnings;
     study = load_study(options.study, &warnings);
-    say_faults(warnings);
+    print_errors(warnings);
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   }
   if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});

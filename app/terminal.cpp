@@ -31,7 +31,7 @@ namespace {
 
 std::mutex mutex;
 bool progress_shown = false;      // the terminal shows a line without an end; guarded by mutex
-std::optional<std::string> kept;  // KeptMessages; guarded by mutex
+std::optional<std::string> kept;  // BufferedMessages; guarded by mutex
 
 // Longer lines of stderr are truncated: a list in a message may have any length.
 constexpr std::size_t kLongestLine = 16384;  // [bytes]
@@ -102,22 +102,22 @@ void erase_progress() {
   std::fflush(stderr);
 }
 
-KeptMessages::KeptMessages() {
+BufferedMessages::BufferedMessages() {
   const std::lock_guard lock(mutex);
   kept.emplace();
 }
 
-KeptMessages::~KeptMessages() {
+BufferedMessages::~BufferedMessages() {
   const std::lock_guard lock(mutex);
   kept.reset();
 }
 
-std::string KeptMessages::lines() const {
+std::string BufferedMessages::lines() const {
   const std::lock_guard lock(mutex);
   return *kept;
 }
 
-void say_faults(const std::vector<Fault>& faults) {
+void print_errors(const std::vector<Fault>& faults) {
   std::string lines;
   for (const Fault& fault : faults) lines += fault.text() + "\n";
   write_stderr(lines);

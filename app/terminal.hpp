@@ -36,16 +36,16 @@ void erase_progress();
 bool stderr_is_terminal();
 
 /// Prints errors of input files on stderr, one per line.
-void say_faults(const std::vector<Fault>& faults);
+void print_errors(const std::vector<Fault>& faults);
 
 /// While an object exists, output for stderr is collected in it and output for stdout is dropped, for callers without a
 /// terminal. At most one object at a time.
-class KeptMessages {
+class BufferedMessages {
  public:
-  KeptMessages();
-  ~KeptMessages();
-  KeptMessages(const KeptMessages&) = delete;
-  KeptMessages& operator=(const KeptMessages&) = delete;
+  BufferedMessages();
+  ~BufferedMessages();
+  BufferedMessages(const BufferedMessages&) = delete;
+  BufferedMessages& operator=(const BufferedMessages&) = delete;
   /// The whole lines collected so far.
   std::string lines() const;
 };

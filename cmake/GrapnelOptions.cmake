@@ -33,8 +33,8 @@ if(GRAPNEL_SANITIZE)
   if(GRAPNEL_SANITIZE MATCHES "undefined")
     # Checks of every pointer before every use and of every sum of a pointer and a number took half of the compile time.
     # What is read or written out of bounds or by a null pointer ends a test under the address sanitizer as well, and
-    # Eigen asserts the alignment of its own; a reference to null that nobody reads, a pointer past its array that
-    # nobody reads, and misaligned numbers elsewhere are not found.
+    # Eigen asserts its own alignment; an unread reference to null, an unread pointer past its array, and
+    # misaligned numbers elsewhere are not found.
     target_compile_options(grapnel_options INTERFACE -fno-sanitize=null,alignment,pointer-overflow,object-size)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
       # Clang 14 cannot write this check's data for the parts of a coroutine.

@@ -1,6 +1,6 @@
 // Mass properties of a captured target from noisy rates while the arm moves it; the momentum is unknown except for the
-// impulse of the attitude control. Fails if an estimate deviates by more than three standard deviations, or by more than
-// a millionth without noise.
+// impulse of the attitude control. Fails if an estimate deviates by more than three standard deviations, or by more
+// than a millionth without noise.
 #include <cmath>
 #include <cstdio>
 #include <iostream>

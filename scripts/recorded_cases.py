@@ -107,7 +107,7 @@ SLIPS = (
     (DESIGN, "keep:", "keeps:"), (DESIGN, "\ndesign:", "\ndesing:"),
 )
 
-GOOD = "tests/damaged/good/catch.yaml"
+GOOD = "tests/damaged/good/capture.yaml"
 # Invalid command lines.
 MISTAKES = {
     "nothing": "",

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
-#include "grapnel/plan/way_look.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 
@@ -26,8 +26,8 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
       begin_(begin),
       servicer_(make_servicer(problem)),
       flown_(make_moving_servicer(problem)),
-      flown_start_(initial_servicer_state(problem, flown_)),
-      start_state_(without_inner_motion(flown_, flown_start_, servicer_)),
+      simulated_start_(initial_servicer_state(problem, flown_)),
+      start_state_(without_inner_motion(flown_, simulated_start_, servicer_)),
       base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
       motion_(free_motion(servicer_.model, start_state_, begin, problem.gravity)),
       watch_(most_evaluations(), look_of(progress, most_evaluations())),
@@ -86,7 +86,7 @@ void ApproachPlanner::keep_attitude() {
   const Symmetric3d inertia = links.composite[0].rotational_about_com();
   if (!keeps_attitude(*approach_.base_control, inertia, shortest_motion())) return;
   base_.keep_attitude();
-  X_WB_.R = attitude_control(*approach_.base_control, flown_, flown_start_).R_WD;
+  X_WB_.R = attitude_control(*approach_.base_control, flown_, simulated_start_).R_WD;
   X_WB_.p = motion_.p_WCom - X_WB_.R * links.com;
 }
 
@@ -147,7 +147,7 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
   reach.starts = plan.starts, reach.seed = plan.seed;
   if (!plan.guess.empty()) reach.guess = plan.guess;
   reach.objective = Objective(objective_terms(plan), reach.start, reach.guess, lower_, upper_);
-  WaySetup& way = reach.way;
+  PathConstraints& way = reach.way;
   way.limits = plan.limits == PlanSetup::Limits::on_the_way;
   way.effort_limit = effort_limit_;
   way.base_turn = plan.base_turn.value_or(way.base_turn);
@@ -157,7 +157,8 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
   if (plan.wheel_momentum || weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0) set_wheels(way);
   if (attitude_kept()) refuse_turning(plan);
   if (plan.clearance || weight_in(plan, PlanSetup::Objective::clearance) > 0) {
-    way.bodies = way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
+    way.bodies =
+        constraint_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
     if (way.bodies->model.pairs().empty()) {
       throw Unplannable(
           "planning the approach: approach.plan requires clearance, but there is no pair of bodies to check: shapes "
@@ -175,19 +176,20 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   constexpr std::size_t kNamed = 3;   // pairs
   PlacedLinks links;
   base_.place(position_, links);
-  PathSegment::WayPoint start;
+  PathSegment::SegmentPoint start;
   start.time = time_, start.position = position_, start.rate = rate_, start.X_WB = X_WB_, start.placed = &links;
   start.acceleration.assign(position_.size(), 0.0);
-  WayLook look(base_, reach);
-  std::vector<WayLook::Found> found = look.scan(
+  PathConstraintCheck look(base_, reach);
+  std::vector<PathConstraintCheck::Found> found = look.scan(
       1, [&](int) { return start; }, 0, -std::numeric_limits<double>::infinity(), nullptr);
-  std::erase_if(found,
-                [](const WayLook::Found& f) { return f.at.kept != WayLook::Kept::clearance || f.value <= kRounding; });
+  std::erase_if(found, [](const PathConstraintCheck::Found& f) {
+    return f.at.kept != PathConstraintCheck::Kept::clearance || f.value <= kRounding;
+  });
   if (found.empty()) return;
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
-  const WayBodies& bodies = *reach.way.bodies;
+  const ConstraintBodies& bodies = *reach.way.bodies;
   std::set<std::pair<int, int>> seen;  // bodies may have several shapes
-  std::erase_if(found, [&](const WayLook::Found& f) {
+  std::erase_if(found, [&](const PathConstraintCheck::Found& f) {
     const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
     return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
   });
@@ -218,7 +220,7 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
       time_ == 0 ? "change initial.joints or initial.base" : "change the waypoint at which the segment begins"));
 }
 
-void ApproachPlanner::set_wheels(WaySetup& way) {
+void ApproachPlanner::set_wheels(PathConstraints& way) {
   if (!attitude_kept()) {
     throw Unplannable(
         "planning the approach: the wheel momentum settings of approach.plan require an attitude-controlled base, but "
@@ -304,9 +306,9 @@ void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& sol
   if (!solution.found) position_ = solution.position, rate_ = solution.rate;
 }
 
-PlannedWay ApproachPlanner::planned_way(const ReachProblem& reach, const ReachSolution& solution) const {
-  const WayFigures& f = *solution.way;
-  PlannedWay way;
+PlannedPath ApproachPlanner::planned_way(const ReachProblem& reach, const ReachSolution& solution) const {
+  const PathFigures& f = *solution.way;
+  PlannedPath way;
   way.knots = solution.knots;
   if (std::isfinite(f.position_margin)) way.position_margin = f.position_margin;
   way.rate_share = f.rate_share > 0 ? std::optional(f.rate_share) : std::nullopt;
@@ -384,7 +386,7 @@ std::vector<double> ApproachPlanner::settled_rates(const ReachProblem& reach, co
   if (reach.demand == RateDemand::given)
     return reach.given_rates.empty() ? std::vector<double>(n, 0.0) : reach.given_rates;
   Shooting shooting(base_, reach);
-  const Shot shot = shooting.shoot(position, std::vector<double>(n, 0.0));
+  const ShootingIterate shot = shooting.shoot(position, std::vector<double>(n, 0.0));
   plan_.report.rhs_evaluations += shooting.rhs_evaluations();
   if (!shot.valid) {
     throw Unplannable(

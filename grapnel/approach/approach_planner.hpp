@@ -2,7 +2,8 @@
 
 /// @file
 /// Plans one approach, segment by segment. Shared by approach_plan.cpp (waypoints, the final segment, stated
-/// motion), flown_plan.cpp (corrections by forward simulation) and straight_in_plan.cpp (the final straight approach).
+/// motion), simulated_plan.cpp (corrections by forward simulation) and straight_in_plan.cpp (the final straight
+/// approach).
 
 #include <functional>
 #include <optional>
@@ -11,12 +12,12 @@
 #include <vector>
 
 #include "grapnel/approach/approach_plan.hpp"
-#include "grapnel/approach/flown_solution.hpp"
 #include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/approach/planned_base.hpp"
-#include "grapnel/approach/way_setup.hpp"
+#include "grapnel/approach/planning_setup.hpp"
+#include "grapnel/approach/simulated_solution.hpp"
+#include "grapnel/plan/constrained_straight_in.hpp"
 #include "grapnel/plan/reach.hpp"
-#include "grapnel/plan/straight_way.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -77,7 +78,7 @@ class ApproachPlanner {
 
   // Applies the settings of approach.plan.
   void set_search(ReachProblem& reach);
-  void set_wheels(WaySetup& way);
+  void set_wheels(PathConstraints& way);
 
   // Checks the clearance at the segment's begin. Bodies closer than approach.plan.clearance that no motion can separate
   // are an error. A replanned approach continues with the clearance that exists at its begin.
@@ -103,7 +104,7 @@ class ApproachPlanner {
   std::optional<Drift> drift(const ReachProblem& reach);
   std::string explain_base(const ReachProblem& reach);
   void report(const ReachProblem& reach, const ReachSolution& solution);
-  PlannedWay planned_way(const ReachProblem& reach, const ReachSolution& solution) const;
+  PlannedPath planned_way(const ReachProblem& reach, const ReachSolution& solution) const;
 
   // --- Waypoints
 
@@ -164,8 +165,8 @@ class ApproachPlanner {
                            const std::vector<double>& rate, const Spline& spline);
 
   // Errors at the end of a disturbed motion, relative to the goals and the demand.
-  FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
-                         const std::vector<double>& rate, const Spline& spline);
+  SimulatedEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
+                             const std::vector<double>& rate, const Spline& spline);
 
   // Corrects the undisturbed solution for disturbances. The spline coefficients are unchanged; path constraints hold
   // except for the effect of the changed final values.
@@ -194,14 +195,14 @@ class ApproachPlanner {
   // A stand-off configuration and the final straight approach from it.
   struct StandOff {
     ReachSolution solution;
-    StraightWay piece;
+    ConstrainedStraightIn piece;
   };
   StandOff try_stand_off(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
 
   // Finds a final straight approach that satisfies the path constraints of `reach`, starting from the stand-off of the
   // search. Otherwise tries other stand-offs: first those that satisfy the constraints to first order, then further
   // ones.
-  StandOff keep_on_the_way(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
+  StandOff enforce_path_constraints(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
   std::optional<StandOff> begin_where_it_keeps(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
   std::optional<StandOff> stand_off_near(StraightInProblem in, const ReachProblem& reach,
                                          const std::vector<double>& guess, int starts);
@@ -227,7 +228,7 @@ class ApproachPlanner {
   // Plans, simulates and corrects the plan by the simulated errors, at most `most` times, until the plan is accurate or
   // corrections no longer improve it. Starts from the present plan and keeps the best one. `plan` returns the errors of
   // the plan itself, which no correction removes; `correct` receives the additional errors of the simulation.
-  struct ByFlights {
+  struct BySimulations {
     std::function<Gaps()> plan, fly;
     std::function<void(const Gaps&)> correct;
   };
@@ -235,7 +236,7 @@ class ApproachPlanner {
     Gaps gaps;
     double beside = 0;  // largest error beyond that of the plan [m, rad, m/s, rad/s]
   };
-  Flown correct_by_flights(const ByFlights& steps, int most);
+  Flown correct_by_simulations(const BySimulations& steps, int most);
 
   // Plans the stand-off with corrections by simulation. The final straight approach uses the momentum, the centre of
   // mass and the target motion of a simulation of the plan. Repeats until the simulated errors are within tolerance.
@@ -247,7 +248,7 @@ class ApproachPlanner {
   // Simulates the plan: records the motion of servicer and targets during the approach and returns the final errors.
   Gaps fly_over(const StraightInProblem& in, StraightInSurroundings& around);
   std::function<std::vector<FreeBody>(double time)> targets_over(const StraightInProblem& in) const;
-  void warn_of_flown_miss(const Flown& flown);
+  void warn_of_simulated_miss(const Flown& flown);
 
   // Rejects a singularity at the end of the approach. One before the end is acceptable if the error decays.
   void require_arrival(const StraightInPath& path);
@@ -266,7 +267,7 @@ class ApproachPlanner {
   const double begin_;
   CaptureSystem servicer_;  // for planning by momentum: wheels are fixed to the base
   CaptureSystem flown_;     // with rotating wheels
-  State flown_start_;
+  State simulated_start_;
   State start_state_;  // of servicer_
   FloatingBase base_;
   FreeMotion motion_;

@@ -15,8 +15,8 @@ namespace grapnel {
 namespace {
 
 // Combines the figures of two parts of a path.
-WayFigures both(const WayFigures& a, const WayFigures& b) {
-  WayFigures f = a;
+PathFigures both(const PathFigures& a, const PathFigures& b) {
+  PathFigures f = a;
   f.position_margin = std::min(a.position_margin, b.position_margin);
   f.rate_share = std::max(a.rate_share, b.rate_share);
   if (b.effort_share) f.effort_share = std::max(a.effort_share.value_or(0), *b.effort_share);
@@ -67,8 +67,8 @@ ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProbl
   if (!guess.empty()) reach.guess = guess, reach.starts = 1;
   ReachSolution s = solve(reach, ", stand-off");
   in.self_motion = {};
-  if (reach.way.keeps_something()) {
-    StandOff kept = keep_on_the_way(in, reach, std::move(s));
+  if (reach.way.has_constraints()) {
+    StandOff kept = enforce_path_constraints(in, reach, std::move(s));
     s = std::move(kept.solution);
     in.self_motion = kept.piece.self_motion;
   }
@@ -90,13 +90,13 @@ ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, c
                                                          ReachSolution solution) {
   in.position = solution.position, in.X_WB = solution.X_WB;
   in.rate_begin = solution.rate;
-  StandOff result{std::move(solution), keep_straight_in(base_, in, reach)};
+  StandOff result{std::move(solution), constrain_straight_in(base_, in, reach)};
   plan_.report.rhs_evaluations += result.piece.rhs_evaluations;
   return result;
 }
 
-ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in, const ReachProblem& reach,
-                                                           ReachSolution solution) {
+ApproachPlanner::StandOff ApproachPlanner::enforce_path_constraints(StraightInProblem in, const ReachProblem& reach,
+                                                                    ReachSolution solution) {
   constexpr int kElsewhere = 6, kEnough = 2, kEnoughFar = 1;
   int tried = 1, elsewhere = 0;
   const std::vector<double> chosen = solution.position;
@@ -144,7 +144,7 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
   // A segment within its limits that passes a singularity is accepted, with a warning.
   if (!best.piece.kept && !best.piece.trouble.empty()) refuse_straight_in(in, reach, best, tried);
   if (tried > 1) take_objective(reach, best.solution);
-  best.solution.way = both(best.solution.way.value_or(WayFigures{}), best.piece.figures);
+  best.solution.way = both(best.solution.way.value_or(PathFigures{}), best.piece.figures);
   return best;
 }
 
@@ -154,7 +154,7 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::begin_where_it_keeps(S
   in.position = from.solution.position, in.X_WB = from.solution.X_WB;
   const StartFreedom freedom = start_freedom(base_, reach, from.solution);
   if (freedom.position.cols() == 0) return std::nullopt;
-  const StraightWay way = keep_straight_in(base_, in, reach, &freedom);
+  const ConstrainedStraightIn way = constrain_straight_in(base_, in, reach, &freedom);
   plan_.report.rhs_evaluations += way.rhs_evaluations;
   if (way.start.empty()) return std::nullopt;
   std::vector<double> guess = way.start;
@@ -189,8 +189,9 @@ void ApproachPlanner::take_objective(const ReachProblem& reach, ReachSolution& s
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;
   Shooting shooting(base_, with_knots);
-  const Shot shot = shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
-  const WayEnd end = keep_way(base_, reach, shot, solution.knots, kAsItIs);
+  const ShootingIterate shot =
+      shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
+  const ConstrainedSolution end = solve_with_path_constraints(base_, reach, shot, solution.knots, kAsItIs);
   plan_.report.rhs_evaluations += end.rhs_evaluations + shooting.rhs_evaluations();
   solution.objective = end.objective, solution.terms = end.terms;
 }

@@ -145,7 +145,7 @@ template <class Work>
 void for_each_of(std::size_t n, int threads, const Work& work) {
   constexpr int kMostThreads = 8;
   run_jobs(n, {std::min(threads, kMostThreads), {}, {}}, {},
-           [&](std::size_t i, const HandIn&, const std::stop_token&) { work(i); });
+           [&](std::size_t i, const RowSink&, const std::stop_token&) { work(i); });
 }
 
 void describe_columns(const Rows& rows, int threads, CampaignReport& report) {
@@ -208,7 +208,7 @@ CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& t
   measure_influences(rows, inputs, threads, report);
   count_reasons(rows, report);
   count_grasps(rows, report);
-  say_what_is_not_said(campaign, report);
+  name_missing(campaign, report);
   return report;
 }
 

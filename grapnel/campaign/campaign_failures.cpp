@@ -290,7 +290,7 @@ void count_reasons(const Rows& rows, CampaignReport& report) {
   put_in_order(report.failures, report.failures_left_out);
 }
 
-void say_what_is_not_said(const Campaign& campaign, CampaignReport& report) {
+void name_missing(const Campaign& campaign, CampaignReport& report) {
   const std::uint64_t ok = report.status[static_cast<std::size_t>(CaseStatus::ok)];
   const auto say = [&](std::string text) { report.warnings.push_back(std::move(text)); };
   if (ok == 0) return;

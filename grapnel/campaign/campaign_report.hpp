@@ -209,7 +209,7 @@ void count_reasons(const Rows& rows, CampaignReport& report);
 /// Writes `grasps`.
 void count_grasps(const Rows& rows, CampaignReport& report);
 /// Writes `warnings`, from all counts.
-void say_what_is_not_said(const Campaign& campaign, CampaignReport& report);
+void name_missing(const Campaign& campaign, CampaignReport& report);
 /// Writes `groups`, `measures` and `rounding`. `inputs`: their rankings; reads `columns`.
 void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, int threads, CampaignReport& report);
 

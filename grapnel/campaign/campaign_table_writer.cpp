@@ -20,7 +20,7 @@ using hdf5::GrowingDataset;
 using hdf5::Handle;
 using hdf5::write_attribute;
 
-constexpr std::size_t kCsvBlock = 1 << 20;          // [bytes] handed to the file at once
+constexpr std::size_t kCsvBlock = 1 << 20;          // [bytes] written to the file per call
 constexpr std::size_t kRememberedReasons = 100000;  // beyond, equal texts may come twice
 
 bool is_sweep(const Campaign& campaign) { return campaign.kind == CampaignKind::sweep; }

@@ -35,18 +35,18 @@ std::uint64_t cases_of(const ShardStore& store, std::uint64_t shard, std::uint64
 
 }  // namespace
 
-BlockOnItsWay::BlockOnItsWay(ShardStore& store, const ShardStore::Missing& missing, double keep_after)
+BlockInProgress::BlockInProgress(ShardStore& store, const ShardStore::Missing& missing, double keep_after)
     : store_(store), block_(missing.block), keep_after_(keep_after), kept_(Clock::now()) {
   if (missing.rows > 0) rows_ = store.rows(block_);
 }
 
-void BlockOnItsWay::add(std::vector<CaseRow> fresh) {
+void BlockInProgress::add(std::vector<CaseRow> fresh) {
   std::move(fresh.begin(), fresh.end(), std::back_inserter(rows_));
   unkept_ = unkept_ || !fresh.empty();
   if (is_complete() || seconds_since(kept_) >= keep_after_) keep();
 }
 
-void BlockOnItsWay::keep() {
+void BlockInProgress::keep() {
   if (!unkept_) return;
   store_.write(block_, rows_);
   kept_ = Clock::now();
@@ -89,7 +89,7 @@ CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const Campai
   const CaseProgress begun = progress_of(store, missing, options.shard, options.shards);
   // Threads share the estimate of cases per second.
   std::atomic<std::uint64_t> part_size = 1;
-  const auto compute = [&](std::size_t job, const HandIn& hand_in, const std::stop_token& stop) {
+  const auto compute = [&](std::size_t job, const RowSink& hand_in, const std::stop_token& stop) {
     std::uint64_t own = part_size;
     run_block(
         work, missing[job], own,
@@ -99,7 +99,7 @@ CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const Campai
         },
         stop);
   };
-  std::map<std::size_t, BlockOnItsWay> under_way;  // per job
+  std::map<std::size_t, BlockInProgress> under_way;  // per job
   const auto write = [&](std::size_t job, std::vector<CaseRow> fresh) {
     const auto at = under_way.try_emplace(job, store, missing[job], options.hand_in).first;
     at->second.add(std::move(fresh));
@@ -128,7 +128,7 @@ std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options
   CaseProgress progress;
   progress.total = sweep.total();
   rows.reserve(progress.total);
-  const auto compute = [&](std::size_t k, const HandIn& hand_in, const std::stop_token& stop) {
+  const auto compute = [&](std::size_t k, const RowSink& hand_in, const std::stop_token& stop) {
     if (std::optional<CaseRow> row = run_campaign_case(sweep, k, stop)) hand_in({std::move(*row)});
   };
   const auto put_in_order = [&](std::size_t k, std::vector<CaseRow> fresh) {
@@ -156,7 +156,7 @@ struct Setting {
   std::string_view reason, setting;
 };
 constexpr auto kSettings = std::to_array<Setting>({
-    {"loads are looked for", "the columns margins/…, which keep.columns can leave out"},
+    {"loads are monitored", "the columns margins/…, which keep.columns can leave out"},
     {"loops are cut", "integration.loops"},
     {"loops are not closed by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},

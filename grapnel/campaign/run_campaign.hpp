@@ -46,10 +46,10 @@ void run_block(const BlockWork& work, const ShardStore::Missing& missing, std::u
                const std::function<void(std::vector<CaseRow>)>& hand_in, const std::stop_token& stop);
 
 /// Collects the rows of a block and writes them when they are complete; rows of a long block also in intervals before.
-class BlockOnItsWay {
+class BlockInProgress {
  public:
   /// `keep_after`: [s] between writes.
-  BlockOnItsWay(ShardStore& store, const ShardStore::Missing& missing, double keep_after = CampaignOptions{}.hand_in);
+  BlockInProgress(ShardStore& store, const ShardStore::Missing& missing, double keep_after = CampaignOptions{}.hand_in);
   /// The block's next rows. @throws as ShardStore::write()
   void add(std::vector<CaseRow> fresh);
   /// Writes rows that are not on disk yet. @throws as ShardStore::write()

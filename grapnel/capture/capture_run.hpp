@@ -10,7 +10,7 @@
 #include <string>
 
 #include "grapnel/approach/phase_setups.hpp"
-#include "grapnel/capture/law_run.hpp"
+#include "grapnel/capture/coordinated_control.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/impact_report/contact.hpp"
@@ -193,7 +193,7 @@ struct CaptureRun {
   RunBodies bodies;
   RunJoints joints;
   GraspSchedule schedule;
-  LawRun law;
+  CoordinatedControl law;
   IdentificationRun identification;
   const std::shared_ptr<SensorRun> sensors;  // null: no sensors
   RunMonitor monitor;

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/capture/coordinated_law.hpp"
 #include "grapnel/control/detumbling.hpp"
 
 namespace grapnel {
@@ -10,7 +10,7 @@ namespace {
 // A target is at rest if its angular momentum is below this fraction of its initial value.
 constexpr double kTumblesNoMore = 1e-6;
 
-class DetumblingOfRun : public LawOfRun {
+class DetumblingOfRun : public CoordinatedLaw {
  public:
   explicit DetumblingOfRun(const CaptureProblem& problem)
       : problem_(problem), target_(held_target(problem, problem.post_impact->detumble->target)) {}
@@ -163,7 +163,7 @@ class DetumblingOfRun : public LawOfRun {
 
 }  // namespace
 
-std::unique_ptr<LawOfRun> detumbling_of_run(const CaptureProblem& problem) {
+std::unique_ptr<CoordinatedLaw> detumbling_of_run(const CaptureProblem& problem) {
   if (!problem.post_impact->detumble) return {};
   return std::make_unique<DetumblingOfRun>(problem);
 }

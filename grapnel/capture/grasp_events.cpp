@@ -1,6 +1,6 @@
 #include "grapnel/capture/grasp_events.hpp"
 
-#include "grapnel/capture/law_drive.hpp"
+#include "grapnel/capture/coordinated_drive.hpp"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -318,7 +318,7 @@ std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> hel
 // Records the targets' speeds along the contacts' normals after the impact, relative to the end-effectors' motion
 // before.
 void note_target_speeds(const Model& model, const State& before, const State& after,
-                        std::span<const MeetingContact> contacts, std::span<EffectiveMass> masses) {
+                        std::span<const ClosingContact> contacts, std::span<EffectiveMass> masses) {
   const Kinematics then = forward_kinematics(model, before), now = forward_kinematics(model, after);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const CompliantContact& c = contacts[i].contact;
@@ -343,16 +343,16 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
     each_step = [&](double t) {
       run.progress("contact", bodies.time + t, bodies.time + with_closing.impact->compliant.longest);
     };
-  std::vector<MeetingContact> meeting_contacts;
+  std::vector<ClosingContact> closing_contacts;
   for (const YieldingContact& c : yielding_contacts(with_closing, bodies.free, contact, bodies.system)) {
     const GraspSetup& grasp = with_closing.grasps[c.grasp];
-    meeting_contacts.push_back({grasp.end_effector, grasp.target, c.contact});
+    closing_contacts.push_back({grasp.end_effector, grasp.target, c.contact});
   }
-  std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, meeting_contacts);
-  std::optional<LawDrive> drive;
+  std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, closing_contacts);
+  std::optional<CoordinatedDrive> drive;
   const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
-                               run.joints.known_posture(bodies), bodies.time, meeting_contacts, masses))
+                               run.joints.known_posture(bodies), bodies.time, closing_contacts, masses))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool looked = false;
   const auto look = [&](const CompliantSample& sample) {
@@ -361,13 +361,13 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
                                        run.schedule.opened());
     }
     looked = true;
-    run.monitor.look_in_impact(sample);
+    run.monitor.check_in_impact(sample);
   };
   CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, met, bodies.time, held,
                                         stopping, each_step, drive ? &*drive : nullptr, look},
                                        bodies.state);
   if (!outcome.failure.empty()) throw RunFailure(outcome.failure);
-  note_target_speeds(bodies.system.model, met, outcome.after, meeting_contacts, masses);
+  note_target_speeds(bodies.system.model, met, outcome.after, closing_contacts, masses);
   outcome.report.effective_masses = std::move(masses);
   for (const std::string& warning : outcome.warnings) run.result.warnings.push_back(warning);
   run.monitor.end_impact_in_time(outcome);
@@ -379,11 +379,12 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
 // Rigid grasps may not permit the rates that springs permitted; corrects the held joints.
 void correct_held_joints(const Model& model, const std::vector<HeldRate>& held, const ImpactSolution& rest,
                          ImpactReport& report) {
-  const std::vector<bool> gave_way = which_gave_way(model, held, rest.velocity);
+  const std::vector<bool> was_overpowered = which_was_overpowered(model, held, rest.velocity);
   for (std::size_t i = 0; i < held.size(); ++i) {
     const std::string& name = held_joint(model, held[i]).name;
     for (HeldJoint& joint : report.held_joints) {
-      if (joint.joint == name) joint.rate_after = rest.velocity[held[i].velocity], joint.gave_way = gave_way[i];
+      if (joint.joint == name)
+        joint.rate_after = rest.velocity[held[i].velocity], joint.was_overpowered = was_overpowered[i];
     }
   }
 }

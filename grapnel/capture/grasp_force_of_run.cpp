@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/capture/coordinated_law.hpp"
 #include "grapnel/control/grasp_force.hpp"
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-class GraspForceOfRun : public LawOfRun {
+class GraspForceOfRun : public CoordinatedLaw {
  public:
   explicit GraspForceOfRun(const CaptureProblem& problem)
       : problem_(problem), setup_(*problem.post_impact->grasp_force), target_(held_target(problem, setup_.target)) {}
@@ -143,7 +143,7 @@ class GraspForceOfRun : public LawOfRun {
 
 }  // namespace
 
-std::unique_ptr<LawOfRun> grasp_force_of_run(const CaptureProblem& problem) {
+std::unique_ptr<CoordinatedLaw> grasp_force_of_run(const CaptureProblem& problem) {
   if (!problem.post_impact->grasp_force) return {};
   return std::make_unique<GraspForceOfRun>(problem);
 }

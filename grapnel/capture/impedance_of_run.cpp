@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/capture/coordinated_law.hpp"
 #include "grapnel/control/impedance.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
@@ -81,7 +81,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
     if (grasp->orientation == GraspSetup::Orientation::pose) R_end = point.X_TG.R;
     if (grasp->orientation == GraspSetup::Orientation::axis && effector.approach_axis && point.approach_direction)
       R_end = rotation_between(X_TE.R * *effector.approach_axis, *point.approach_direction) * X_TE.R;
-    HandReference& reference = hand.reference;
+    EndEffectorReference& reference = hand.reference;
     reference.body = target, reference.X_D = {R_end, point.X_TG.p}, reference.begin = time;
     reference.offset = X_TE.p - point.X_TG.p;
     reference.turn = rotation_vector(transpose(R_end) * X_TE.R);
@@ -98,7 +98,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
 }
 
 // Impedance control of end-effectors in a phase: the approach, or the motion after the impact.
-class ImpedanceOfRun : public LawOfRun {
+class ImpedanceOfRun : public CoordinatedLaw {
  public:
   ImpedanceOfRun(const CaptureProblem& problem, bool approach) : problem_(problem), approach_(approach) {}
 
@@ -144,29 +144,29 @@ class ImpedanceOfRun : public LawOfRun {
  private:
   const CaptureProblem& problem_;
   const bool approach_;
-  std::vector<HandReference> references_;
+  std::vector<EndEffectorReference> references_;
   std::shared_ptr<Impedance> law_;         // of the current piece
   std::optional<ImpedanceReport> report_;  // of all pieces
 };
 
 }  // namespace
 
-std::unique_ptr<LawOfRun> impedance_of_run(const CaptureProblem& problem) {
+std::unique_ptr<CoordinatedLaw> impedance_of_run(const CaptureProblem& problem) {
   if (!problem.impedance) return {};
   return std::make_unique<ImpedanceOfRun>(problem, false);
 }
 
-std::unique_ptr<LawOfRun> law_of_approach(const CaptureProblem& problem) {
+std::unique_ptr<CoordinatedLaw> coordinated_law_of_approach(const CaptureProblem& problem) {
   if (!problem.approach || !problem.impedance || problem.approach->tracking.mode != JointControl::impedance) return {};
   return std::make_unique<ImpedanceOfRun>(problem, true);
 }
 
 std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
-                                            const State& state, std::span<const MeetingContact> contacts) {
+                                            const State& state, std::span<const ClosingContact> contacts) {
   std::vector<EffectiveMass> masses;
   const Model& model = system.model;
   const Kinematics k = forward_kinematics(model, state);
-  for (const MeetingContact& meeting : contacts) {
+  for (const ClosingContact& meeting : contacts) {
     const CompliantContact& c = meeting.contact;
     EffectiveMass m;
     m.end_effector = meeting.end_effector, m.target = meeting.target;
@@ -194,7 +194,7 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
 
 std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system,
                                         const Model& law_model, const State& state, double time,
-                                        std::span<const MeetingContact> contacts,
+                                        std::span<const ClosingContact> contacts,
                                         std::span<const EffectiveMass> masses) {
   if (!problem.impedance || problem.impact->joints != ImpactSetup::Joints::impedance) return {};
   Prepared p = prepare(problem, system);

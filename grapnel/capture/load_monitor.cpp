@@ -369,7 +369,7 @@ void LoadMonitor::begin_held(const std::string& phase, double begin, std::span<c
   }
 }
 
-void LoadMonitor::look_held(const CompliantSample& sample) {
+void LoadMonitor::check_held_bodies(const CompliantSample& sample) {
   const auto raise = [&](PeakLoad& load, double value) {
     if (!(value <= load.peak)) load.peak = value, load.time = held_begin_ + sample.time;
   };

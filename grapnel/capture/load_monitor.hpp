@@ -107,7 +107,7 @@ class LoadMonitor {
   /// Adds the loads of grasps that already hold, at the samples of a compliant impact: `end_effectors` in the order of
   /// CompliantSample::held_wrenches.
   void begin_held(const std::string& phase, double begin, std::span<const std::string> end_effectors);
-  void look_held(const CompliantSample& sample);
+  void check_held_bodies(const CompliantSample& sample);
   void end_held();
   /// Drives at their limits and beyond, in the phase that ended last.
   std::vector<LimitEvent> take_events() { return std::exchange(events_, {}); }

@@ -14,7 +14,7 @@ namespace grapnel {
 namespace {
 
 // Minimum number of conservation samples per phase, independent of recorded samples: scales are maxima over time.
-constexpr double kLeastLooks = 32;
+constexpr double kMinimumChecks = 32;
 // Minimum number of samples for a SafetyMonitor that evaluates ends of steps without dense output.
 constexpr double kLeastWatched = 64;
 
@@ -125,8 +125,8 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 // Why a segment must be integrated here; empty: it may be integrated elsewhere.
 std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.records()) return "it is recorded";
-  if (run.monitor.seeks_loads()) return "loads are looked for";
-  if (run.monitor.looks_into_steps()) return "plumes, or gyros, are watched in every step";
+  if (run.monitor.seeks_loads()) return "loads are monitored";
+  if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
@@ -276,7 +276,7 @@ bool PhaseSegment::await_resume() {
 PhaseOutcome PhaseSegment::integrate() {
   if (watched_elsewhere_ && !resumed_) run_.monitor.restart_watch();
   PhaseOutcome outcome =
-      observed_ && run_.monitor.needs_samples() ? integrate_with_samples() : integrate_between_looks();
+      observed_ && run_.monitor.needs_samples() ? integrate_with_samples() : integrate_between_checks();
   if (resumed_) add_part(*elsewhere_, outcome);
   return outcome;
 }
@@ -297,9 +297,9 @@ StepProbe PhaseSegment::probe() const {
   };
 }
 
-PhaseOutcome PhaseSegment::integrate_between_looks() {
+PhaseOutcome PhaseSegment::integrate_between_checks() {
   StepWatch watch;
-  watch.looks = static_cast<int>(kLeastLooks);
+  watch.looks = static_cast<int>(kMinimumChecks);
   watch.each_step = each_step();
   if (observed_) {
     watch.look = [&](double t, const State& state, const PhaseIntegrals& integrals) {
@@ -317,7 +317,7 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const bool any_interval = run_.problem.output_interval > 0;
   const double interval = any_interval ? run_.problem.output_interval : duration;
   // A power of two, so that instants of the finer grid are bit-identical to instants of the grid of the time series.
-  const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
+  const double wanted = std::log2(std::clamp(kMinimumChecks * interval / duration, 1.0, 0x1p40));
   const long looks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
   // The time series has the phase's begin and end, and between them the multiples of the interval since t = 0.
   const double origin = any_interval ? 0 : task_.begin;

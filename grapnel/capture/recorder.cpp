@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "grapnel/approach/phase_setups.hpp"
-#include "grapnel/approach/way_setup.hpp"
+#include "grapnel/approach/planning_setup.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"

@@ -64,7 +64,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   wheels_.look(*system_, sample.state, sample.motor);
   gyros_.look(*system_, sample.state, sample.motor);
   if (!keep) return;
-  last_look_ = sample.time;
+  last_check_ = sample.time;
   if (recorder_)
     recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
                       thrusters_.impulses(sample.time));
@@ -82,7 +82,7 @@ void RunMonitor::look(double time, const State& state, const PhaseIntegrals& int
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
   wheels_.look(*system_, state, {});
   gyros_.look(*system_, state, {});
-  last_look_ = time;
+  last_check_ = time;
 }
 
 void RunMonitor::watch(double time, const State& state, std::span<const double> motor) {
@@ -96,23 +96,23 @@ void RunMonitor::restart_watch() {
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!looks_into_steps() && !watches_.watching() && !saturation_.looks()) return {};
+  if (!inspects_steps() && !watches_.watching() && !saturation_.looks()) return {};
   return [this](const PhaseStep& step) {
     if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
     if (thrusters_.looks()) thrusters_.step(step);
     if (gyros_.looks()) gyros_.step(step);
-    look_at_end(step);
+    check_at_end(step);
   };
 }
 
-void RunMonitor::look_at_end(const PhaseStep& step) {
+void RunMonitor::check_at_end(const PhaseStep& step) {
   const bool stability = seeks_stability() && stability_.looks();
-  if (!saturation_.looks() && !stability && !stability_.looks_for_rest()) return;
+  if (!saturation_.looks() && !stability && !stability_.monitors_rest()) return;
   const PhaseSample reached = step.at(step.end);
   if (saturation_.looks()) saturation_.step(step.begin, reached);
   if (stability) stability_.step(step.begin, reached, saturation_.base_is_saturated());
-  if (stability_.looks_for_rest()) stability_.step_to_rest(step.begin, reached);
+  if (stability_.monitors_rest()) stability_.step_to_rest(step.begin, reached);
 }
 
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
@@ -155,7 +155,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
   conservation_.instant(quantities);
   wheels_.look(system, state, {});
   gyros_.look(system, state, {});
-  last_look_ = time;
+  last_check_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
@@ -182,11 +182,11 @@ void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSys
   loads_.begin_held(phase, begin, end_effectors);
 }
 
-void RunMonitor::look_in_impact(const CompliantSample& sample) {
+void RunMonitor::check_in_impact(const CompliantSample& sample) {
   conservation_.enter(sample.from_ground);
   if (impact_.watched) watches_.sample(impact_.begin + sample.time, sample.state, {});
   sample_yielding(sample);
-  loads_.look_held(sample);
+  loads_.check_held_bodies(sample);
 }
 
 void RunMonitor::end_impact_in_time(const CompliantRun& run) {

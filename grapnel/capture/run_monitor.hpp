@@ -52,8 +52,8 @@ class RunMonitor {
   bool seeks_stability() const { return seeks_loads(); }
   /// Whether every step of the phase is needed: for loads, plumes, gyro steering, or the time of rest. Saturation does
   /// not need it: lanes stop when a wheel reaches its maximum rate, and have neither gyros nor thrusters.
-  bool looks_into_steps() const {
-    return seeks_loads() || thrusters_.looks() || gyros_.looks() || stability_.looks_for_rest();
+  bool inspects_steps() const {
+    return seeks_loads() || thrusters_.looks() || gyros_.looks() || stability_.monitors_rest();
   }
   /// Whether the phase needs samples; otherwise ends of steps suffice.
   bool needs_samples() const;
@@ -75,7 +75,7 @@ class RunMonitor {
   }
   /// Whether joints' effort limits are checked.
   bool watches_efforts() const { return watches_.watches_efforts(); }
-  void note_last_look(double time) { last_look_ = time; }
+  void note_last_look(double time) { last_check_ = time; }
   void end_phase(const PhaseOutcome& outcome);
 
   // --- Between phases ---
@@ -92,7 +92,7 @@ class RunMonitor {
   /// problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
   void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
                             const std::vector<std::size_t>& closing, std::vector<bool> opened);
-  void look_in_impact(const CompliantSample& sample);
+  void check_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const CompliantRun& run);
   /// Adds the effects of grasps that become rigid at its end: momentum from the ground, loads.
   void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
@@ -104,13 +104,13 @@ class RunMonitor {
   // --- The end ---
 
   /// Time of the last sample or evaluation [s].
-  double last_look() const { return last_look_; }
+  double last_look() const { return last_check_; }
   /// Ends a phase that a failure interrupted. Writes ledger, loads, clearance, limits, loops, and advice for failed
   /// checks.
   void write();
 
  private:
-  void look_at_end(const PhaseStep& step);
+  void check_at_end(const PhaseStep& step);
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
   /// `grasps`: per grasp of the problem; empty: none holds.
   void instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
@@ -141,7 +141,7 @@ class RunMonitor {
   ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;
-  double last_look_ = 0, end_ = 0;
+  double last_check_ = 0, end_ = 0;
   // The current phase:
   std::string name_;
   double begin_ = 0;

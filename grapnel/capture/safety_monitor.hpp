@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "grapnel/approach/way_setup.hpp"
+#include "grapnel/approach/planning_setup.hpp"
 #include "grapnel/clearance/motion_watch.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/capture_system.hpp"

@@ -68,7 +68,7 @@ class CaptureSteps {
   /// The part of the sequence: all of it, or only the impact as in simulate_impact_only().
   enum class Part { whole, impact_only };
 
-  /// The problem must outlive the object, as must `sink`, which receives the samples as they are computed (null: they
+  /// The problem must outlive the object, as must `sink`, which receives the samples during the computation (null: they
   /// are kept in CaptureResult::series). @throws CaptureProblemError or ModelError if the problem contradicts itself.
   explicit CaptureSteps(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
                         CaptureProgress progress = {}, Part part = Part::whole, SeriesSink* sink = nullptr);

@@ -35,8 +35,8 @@ constexpr double kSustained = 0.8, kSaturated = 0.2;
 constexpr double kSettled = 0.02;
 // A phase has decayed if the maximum of its last third is below this fraction of that of its first.
 constexpr double kDecayed = 0.5;
-// Divergence without oscillation: number of parts of equal duration, and minimum growth from each to the next. Powers of
-// time up to the third, as of a rate under a constant or ramped torque, grow less in the last part.
+// Divergence without oscillation: number of parts of equal duration, and minimum growth from each to the next. Powers
+// of time up to the third, as of a rate under a constant or ramped torque, grow less in the last part.
 constexpr int kParts = 8;
 constexpr double kDiverges = 1.5;
 // Rates at rounding level [rad/s or m/s], and the multiple of a sensor's deviation that counts as noise.

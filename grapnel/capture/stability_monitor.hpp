@@ -81,7 +81,7 @@ class StabilityMonitor {
   /// Whether the phase has signals to observe.
   bool looks() const { return !signals_.empty(); }
   /// Whether rest is observed: with any level of detail.
-  bool looks_for_rest() const { return seeks_rest_; }
+  bool monitors_rest() const { return seeks_rest_; }
   /// `reached`: the system at the end of the step.
   void step(double begin, const PhaseSample& reached, bool base_is_saturated);
   void step_to_rest(double begin, const PhaseSample& reached);

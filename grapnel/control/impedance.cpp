@@ -82,9 +82,9 @@ double reach_of(const Model& model, const ImpedanceHand& hand) {
 
 // Reference, kinematics, accelerations => pose, twist and acceleration of D in W: uniform translation, or the body's
 // motion composed with the path on it.
-HandMotion hand_motion(const HandReference& reference, const Kinematics& kinematics,
-                       std::span<const BodyAcceleration> accelerations, double time) {
-  HandMotion motion;
+EndEffectorState hand_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
+                             std::span<const BodyAcceleration> accelerations, double time) {
+  EndEffectorState motion;
   if (reference.body < 0) {
     motion.X_WD = {reference.X_D.R, reference.X_D.p + (time - reference.begin) * reference.velocity};
     motion.V.linear = reference.velocity;
@@ -173,7 +173,7 @@ Impedance::Rows Impedance::rows_of(double time) {
     const Posed X_WE = k.X_WB[hand.body] * hand.X_BE;
     const Vector3d arm = X_WE.p - k.X_WB[hand.body].p, w = k.V_WB[hand.body].angular;
     const Twistd V = shift(k.V_WB[hand.body], arm);
-    const HandMotion D = hand_motion(hand.reference, k, free, time);
+    const EndEffectorState D = hand_motion(hand.reference, k, free, time);
     Wrenchd F = Wrenchd::zero();  // contact wrench at the end-effector
     for (const ExternalWrench& e : sensed_) {
       if (e.body != hand.body) continue;

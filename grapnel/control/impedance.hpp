@@ -16,7 +16,7 @@ namespace grapnel {
 
 /// Reference of an end-effector: a frame D in uniform translation in W, or a frame that moves to a pose on a body along
 /// a straight line in the body's frame.
-struct HandReference {
+struct EndEffectorReference {
   int body = -1;                         // that carries it; -1: none, uniform translation
   Posed X_D = Posed::identity();         // in W at the time `begin`; on a body: final pose in its frame
   double begin = 0;                      // [s]
@@ -35,14 +35,14 @@ struct HandReference {
 };
 
 /// Pose and motion of D, in W.
-struct HandMotion {
+struct EndEffectorState {
   Posed X_WD = Posed::identity();
   Twistd V = Twistd::zero();
   BodyAcceleration A = {Vector3d::zero(), Vector3d::zero()};
 };
 /// `accelerations`: of all bodies; that of a body that carries D must not depend on the efforts.
-HandMotion hand_motion(const HandReference& reference, const Kinematics& kinematics,
-                       std::span<const BodyAcceleration> accelerations, double time);
+EndEffectorState hand_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
+                             std::span<const BodyAcceleration> accelerations, double time);
 
 /// The rate of the rotation vector `phi` that corresponds to this angular velocity.
 Vector3d rotation_vector_rate(const Vector3d& phi, const Vector3d& angular_velocity);
@@ -51,7 +51,7 @@ Vector3d rotation_vector_rate(const Vector3d& phi, const Vector3d& angular_veloc
 struct ImpedanceHand {
   int body = -1;
   Posed X_BE = Posed::identity();  // the end-effector's frame on it
-  HandReference reference;
+  EndEffectorReference reference;
   /// Direction in W with a separate apparent mass, matched to a target.
   std::optional<Vector3d> normal = {};
   double matched_mass = 0;  // [kg]

@@ -125,7 +125,7 @@ Fmu::Fmu(const fs::path& file, const std::string& shown) : named_(fmt::format("t
     turn_ = turn_of(model_);
     const fs::path binary = binary_of(folder_.path(), model_);
     const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
-    const KeepsFloatingPoint kept;
+    const FloatingPointGuard kept;
     library_ = ::dlopen(binary.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library_) {
       const char* const reason = ::dlerror();

@@ -107,7 +107,7 @@ double StiffIntegrator::value_at(std::size_t index, double t) {
 bool StiffIntegrator::land(double t, std::size_t index) {
   for (int i = 0; i < kMostLandings; ++i) {
     if (!radau_.end_at(t)) return false;
-    if (!(time() > radau_.begin())) look_at_begin();
+    if (!(time() > radau_.begin())) check_at_begin();
     system_.event_values(loads_at_end(), now_);
     const double length = time() - radau_.begin(), back = 1e-3 * length;
     if (!(length > 0)) break;
@@ -136,7 +136,7 @@ std::span<const InterfaceLoad> StiffIntegrator::loads_at_stage(int stage) const 
 }
 
 // A step of zero length has its stages at its beginning.
-void StiffIntegrator::look_at_begin() {
+void StiffIntegrator::check_at_begin() {
   system_.load(time(), y());
   for (int i = 0; i < stages(); ++i) {
     const auto at = static_cast<std::ptrdiff_t>(i) * system_.interfaces();

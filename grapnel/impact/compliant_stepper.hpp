@@ -52,7 +52,7 @@ class StiffIntegrator {
   void values(double t, std::span<const double> y, std::vector<double>& g);
   double value_at(std::size_t index, double t);
   bool land(double t, std::size_t index);
-  void look_at_begin();
+  void check_at_begin();
 
   StiffSystem stiff_system();
 

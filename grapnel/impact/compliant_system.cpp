@@ -224,8 +224,8 @@ std::span<const ExternalWrench> CompliantSystem::wrenches(std::span<const Interf
 
 // --- Many points ---
 
-void CompliantSystem::say_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads,
-                                  double* effort) {
+void CompliantSystem::print_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads,
+                                    double* effort) {
   std::copy_n(q, asked_.q.size(), asked_.q.begin());
   std::copy_n(v, asked_.v.size(), asked_.v.begin());
   std::fill(effort_.begin(), effort_.end(), 0.0);
@@ -240,7 +240,7 @@ void CompliantSystem::evaluate(CompliantPoints points) {
   if (asks) {
     const std::size_t count = points.count;
     points.efforts = [](void* self, double t, const double* q, const double* v, const InterfaceLoad* loads,
-                        double* effort) { static_cast<CompliantSystem*>(self)->say_efforts(t, q, v, loads, effort); };
+                        double* effort) { static_cast<CompliantSystem*>(self)->print_efforts(t, q, v, loads, effort); };
     points.drive = this;
     const auto want = [&](auto& buffer, auto*& wanted, std::size_t each) {
       if (wanted != nullptr) return;

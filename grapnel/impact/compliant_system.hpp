@@ -100,7 +100,7 @@ class CompliantSystem {
   std::span<const ExternalWrench> wrenches(std::span<const InterfaceLoad> loads);
   void evaluate(CompliantPoints points);
   void evaluate_here(const CompliantPoints& points);
-  void say_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads, double* effort);
+  void print_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads, double* effort);
 
   const Model& model_;
   ImpactDrive* drive_;

@@ -313,10 +313,10 @@ void Follower::begin_step() {
   const bool is_over = !motion_.any_touching() || motion_.rebounds_negligible(negligible);
   const PathMotion::Wedge wedge = is_over ? PathMotion::Wedge::none : motion_.wedged(negligible);
   // Reports the friction residual, however the path ends.
-  if (motion_.law_missed() > kLawMissed) {
+  if (motion_.violates_law() > kLawMissed) {
     result_.failure =
         fmt::format("friction of contacts at rest violates Coulomb's law by {:.1e}, relative to the driving rates",
-                    motion_.law_missed());
+                    motion_.violates_law());
     return;
   }
   if (is_over || wedge == PathMotion::Wedge::at_rest) return;

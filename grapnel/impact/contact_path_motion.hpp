@@ -98,7 +98,7 @@ class PathMotion {
   /// The friction problem of the contacts `rest`, with all other touching contacts sliding.
   RestProblem at_rest(const std::vector<int>& rest);
   /// Statistics of friction at rest: the maximum of FrictionForces::missed; the number of slow solutions.
-  double law_missed() const { return law_missed_; }
+  double violates_law() const { return law_missed_; }
   int crawled() const { return crawled_; }
   void count(const FrictionForces& forces) {
     law_missed_ = std::max(law_missed_, forces.missed);

@@ -260,7 +260,7 @@ CentralForces central_forces(const FreePoints& p) {
 
 // Residual of Coulomb's law, over b: the rate of a force inside its cone, and the part of it that a force on the edge
 // does not oppose.
-double law_missed(const FreePoints& p, const Eigen::VectorXd& l) {
+double violates_law(const FreePoints& p, const Eigen::VectorXd& l) {
   const Eigen::VectorXd rate = p.A * l + p.b;
   double most = 0;
   for (Eigen::Index i = 0; i < p.count(); ++i) {
@@ -358,7 +358,7 @@ Eigen::VectorXd solve_inside(const FreePoints& p) {
     center(p, on, found.l);
     return found.l;
   }
-  if (law_missed(p, middle) <= kLawLeft) center(p, on, middle);
+  if (violates_law(p, middle) <= kLawLeft) center(p, on, middle);
   return middle;
 }
 
@@ -416,7 +416,7 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
     const FreePoints free(A, b, radius);
     Eigen::VectorXd l = Eigen::VectorXd::Zero(2 * free.count());
     if (free.push > 0) l = solve_inside(free);
-    const double missed = law_missed(free, l);
+    const double missed = violates_law(free, l);
     if (missed <= kLawLeft || !swept) {
       result.force.setZero();
       for (Eigen::Index k = 0; k < free.count(); ++k)

@@ -61,8 +61,8 @@ class SolvedImpact {
     }
     for (double P : solution.held_impulses) impulse_[row++] = P;
     decompose(solution.rank);
-    const std::vector<bool> gave_way = which_gave_way(model, held, solution.velocity);
-    contradiction_ = std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end();
+    const std::vector<bool> was_overpowered = which_was_overpowered(model, held, solution.velocity);
+    contradiction_ = std::find(was_overpowered.begin(), was_overpowered.end(), true) != was_overpowered.end();
   }
 
   // Derivatives of v+ and of the impulses in all rows; empty where they do not exist.

@@ -55,7 +55,8 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
   return after.tail(held) - x.cwiseQuotient(root);
 }
 
-std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> held, std::span<const double> velocity) {
+std::vector<bool> which_was_overpowered(const Model& model, std::span<const HeldRate> held,
+                                        std::span<const double> velocity) {
   std::vector<double> told, missed;
   double largest = 0;
   for (const HeldRate& h : held) {
@@ -67,9 +68,9 @@ std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> h
     told.push_back(root * std::abs(h.after)), missed.push_back(root * std::abs(velocity[h.velocity] - h.after));
     largest = std::max({largest, told.back(), missed.back()});
   }
-  std::vector<bool> gave_way;
-  for (double miss : missed) gave_way.push_back(miss > kNoticed * largest);
-  return gave_way;
+  std::vector<bool> was_overpowered;
+  for (double miss : missed) was_overpowered.push_back(miss > kNoticed * largest);
+  return was_overpowered;
 }
 
 }  // namespace grapnel

@@ -34,6 +34,7 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
 
 /// Per held rate, whether its drive is overpowered: whether it deviates from the prescribed value by more than
 /// rounding. `velocity`: of the whole model, after the impact.
-std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> held, std::span<const double> velocity);
+std::vector<bool> which_was_overpowered(const Model& model, std::span<const HeldRate> held,
+                                        std::span<const double> velocity);
 
 }  // namespace grapnel

@@ -188,7 +188,7 @@ void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, I
     joint.joint = held_joint(task.system.model, held).name;
     joint.impulse = task.stopping[i] + kept;
     joint.work = 0.5 * task.stopping[i] * (before + held.after) + kept * held.after;
-    joint.told_rate = joint.rate_after = held.after;
+    joint.commanded_rate = joint.rate_after = held.after;
     report.held_joints.push_back(std::move(joint));
   }
 }

@@ -97,7 +97,7 @@ ElasticReport elastic_report(const CaptureSystem& system, const State& state, st
   return report;
 }
 
-std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
+std::vector<RetainedModes> impulses_by_modes(const ImpactTask& task) {
   const Model& model = task.system.model;
   const State& state = task.contact.state;
   if (model.springs().empty() || task.contact.grasps.empty()) return {};
@@ -114,7 +114,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
   for (const HeldRate& h : held) change[h.velocity] = h.after - state.v[h.velocity];
   const BilateralRows rows = bilateral_rows(model, k, M, task.contact.grasps, {});
   const Cholesky metric(rows.D);
-  std::vector<ModesKept> list;
+  std::vector<RetainedModes> list;
   for (const std::size_t count : counts_up_to(modes.size())) {
     const MatrixXd T = reachable(model, held, modes, count);
     const MatrixXd J_T = J * T, M_T = T.transpose() * M * T;
@@ -127,7 +127,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
     const MatrixXd W = half * cholesky_solution(factor, MatrixXd(half.transpose()));
     const VectorXd Q = least_norm_solution(W, -lower_solution(metric, u), kRankThreshold);
     const VectorXd P = upper_solution(metric, Q);
-    ModesKept kept;
+    RetainedModes kept;
     kept.modes = static_cast<int>(count);
     kept.frequency = count == 0 ? 0 : modes[count - 1].frequency;
     Index row = 0;
@@ -161,8 +161,8 @@ std::vector<HeldRate> rates_of_fast_modes(const Model& model, const State& state
 
 std::string describe_dependence_on_modes(const ImpactReport& report) {
   if (report.by_modes.size() < 2) return {};
-  const ModesKept& all = report.by_modes.back();
-  const ModesKept& none = report.by_modes.front();
+  const RetainedModes& all = report.by_modes.back();
+  const RetainedModes& none = report.by_modes.front();
   const double largest = std::max(*std::max_element(all.impulses.begin(), all.impulses.end()),
                                   *std::max_element(none.impulses.begin(), none.impulses.end()));
   std::size_t worst = 0;

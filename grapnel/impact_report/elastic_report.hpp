@@ -20,7 +20,7 @@ double fastest_vibration(const CaptureSystem& system, const State& state);
 /// with base and joints as in the impact. With n modes D: velocities v+ = v- + T z, with T of the velocities without
 /// springs and D, and (7.5) with T^T M T and J T, (22.8). Components that closed loops leave undetermined are
 /// minimum-norm in the metric (7.8). Empty without flexible modes.
-std::vector<ModesKept> impulses_by_modes(const ImpactTask& task);
+std::vector<RetainedModes> impulses_by_modes(const ImpactTask& task);
 
 /// Rates of the modes of vibration at `frequency` [Hz] and above, which keep their values in an impact once the rates
 /// in `held` have theirs, in which these modes do not participate: x^T M v of (22.8), first in the list of held rates.

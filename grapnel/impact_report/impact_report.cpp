@@ -241,7 +241,7 @@ ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, 
 // Brakes and drives: P theta-dot over the impact is (before + after) / 2 times the impulse.
 void describe_held(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
   report.joints_during = name_of(task.problem.impact->joints);
-  const std::vector<bool> gave_way = which_gave_way(task.system.model, task.held, solution.velocity);
+  const std::vector<bool> was_overpowered = which_was_overpowered(task.system.model, task.held, solution.velocity);
   for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
     if (task.held[i].is_mode()) continue;
     const double before = task.contact.state.v[task.held[i].velocity], after = solution.velocity[task.held[i].velocity];
@@ -250,8 +250,8 @@ void describe_held(const ImpactTask& task, const ImpactSolution& solution, Impac
     joint.joint = held_joint(task.system.model, task.held[i]).name;
     joint.impulse = solution.held_impulses[i];
     joint.work = 0.5 * joint.impulse * (before + after);
-    joint.told_rate = task.held[i].after, joint.rate_after = after;
-    joint.gave_way = gave_way[i];
+    joint.commanded_rate = task.held[i].after, joint.rate_after = after;
+    joint.was_overpowered = was_overpowered[i];
     report.held_joints.push_back(std::move(joint));
   }
 }
@@ -273,15 +273,15 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report) 
   };
   std::vector<Drive> drives;
   for (const HeldJoint& held : report.held_joints) {
-    if (!held.gave_way) continue;
+    if (!held.was_overpowered) continue;
     const char* unit = "rad/s";
     for (int body : model.joints()) {
       const JointDescription& joint = model.bodies()[body].description.joint;
       if (joint.name == held.joint) unit = axis_units(joint.type).rate;
     }
-    const double by = held.rate_after - held.told_rate;
+    const double by = held.rate_after - held.commanded_rate;
     drives.push_back({std::abs(by), fmt::format("{} by {:.4g} {} (commanded {:.4g}, now {:.4g})", held.joint, by, unit,
-                                                held.told_rate, held.rate_after)});
+                                                held.commanded_rate, held.rate_after)});
   }
   if (drives.empty()) return {};
   std::stable_sort(drives.begin(), drives.end(), [](const Drive& a, const Drive& b) { return a.by > b.by; });

@@ -92,8 +92,8 @@ std::vector<std::string> names_of(const std::vector<Named>& list) {
 
 // ---- Inertias ----
 //
-// A body's principal moments are sums of two of three second moments of its mass, none of which is negative. Hence no
-// moment is above the sum of the others.
+// A body's principal moments are sums of two of three second moments of its mass, none of which is negative. Therefore
+// no moment is above the sum of the others.
 
 /// I = axes diag(values) axes^T, values in ascending order.
 struct PrincipalMoments {

@@ -69,7 +69,7 @@ void MjcfCompiler::read(const MjcfElement& element, FaultList& faults) {
   }
   for (const MjcfElement& child : element.children) {
     if (child.tag() != "lengthrange")
-      faults.add(child.mark(), fmt::format("<{}> cannot stand in <compiler>", child.tag()));
+      faults.add(child.mark(), fmt::format("<{}> is not allowed in <compiler>", child.tag()));
   }
 }
 

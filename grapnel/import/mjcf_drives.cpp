@@ -77,7 +77,7 @@ class DriveReader {
 
   void read_actuator(const MjcfElement& element) {
     if (mjcf_kind(element.tag()) != "actuator") {
-      context_.fault(element.mark(), fmt::format("<{}> cannot stand in <actuator>{}", element.tag(),
+      context_.fault(element.mark(), fmt::format("<{}> is not allowed in <actuator>{}", element.tag(),
                                                  suggestion(element.tag(), {"motor", "general", "position", "velocity",
                                                                             "intvelocity", "damper"})));
       return;
@@ -115,7 +115,7 @@ class DriveReader {
                                        "flex",    "flexvert", "flexstrain", "distance"};
     const std::string tag = element.tag();
     if (std::ranges::find(kKinds, tag) == kKinds.end()) {
-      context_.fault(element.mark(), fmt::format("<{}> cannot stand in <equality>{}", tag,
+      context_.fault(element.mark(), fmt::format("<{}> is not allowed in <equality>{}", tag,
                                                  suggestion(tag, {kKinds.begin(), kKinds.end()})));
       return;
     }
@@ -140,7 +140,7 @@ class DriveReader {
     const std::string tag = element.tag();
     if (tag != "fixed" && tag != "spatial") {
       context_.fault(element.mark(),
-                     fmt::format("<{}> cannot stand in <tendon>{}", tag, suggestion(tag, {"fixed", "spatial"})));
+                     fmt::format("<{}> is not allowed in <tendon>{}", tag, suggestion(tag, {"fixed", "spatial"})));
       return;
     }
     const MjcfAttributes given = context_.defaults.attributes(element, "tendon", "", context_.faults);

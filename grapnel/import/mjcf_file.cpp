@@ -207,7 +207,7 @@ void MjcfDefaults::read_class(const MjcfElement& section, Layers& layers, FaultL
     if (kind == "actuator" || std::ranges::find(kInheriting, kind) != kInheriting.end()) {
       layers[kind].push_back(&child);
     } else {
-      faults.add(child.mark(), fmt::format("<{}> cannot stand in <default>{}", child.tag(),
+      faults.add(child.mark(), fmt::format("<{}> is not allowed in <default>{}", child.tag(),
                                            suggestion(child.tag(), {kInheriting.begin(), kInheriting.end()})));
     }
   }

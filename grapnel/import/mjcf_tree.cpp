@@ -58,7 +58,7 @@ class TreeReader {
     } else if (tag == "camera" || tag == "light") {
       context_.passed_over.element(child, "only visual, not read");
     } else if (std::ranges::find(kParts, tag) == kParts.end()) {
-      context_.fault(child.mark(), fmt::format("<{}> cannot stand in a body{}", tag,
+      context_.fault(child.mark(), fmt::format("<{}> is not allowed in a body{}", tag,
                                                suggestion(tag, {kParts.begin(), kParts.end()})));
     } else if (place.body < 0) {
       read_part_of_world(child);

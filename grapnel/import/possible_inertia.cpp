@@ -65,7 +65,7 @@ bool is_possible_inertia(const Symmetric3d& inertia) {
 
 Symmetric3d nearest_possible_inertia(const Symmetric3d& inertia, double flattest) {
   // The set of possible tensors does not depend on the axes, so the nearest one has those of the tensor (the nearest
-  // matrix in a set that rotations leave as it is: A. S. Lewis, Math. Oper. Res. 21 (1996) 576-588).
+  // matrix in a set that rotations leave unchanged: A. S. Lewis, Math. Oper. Res. 21 (1996) 576-588).
   PrincipalMoments p = principal_moments(inertia);
   const double least = flattest * largest_moment(p.values);
   const Vector3d offset = 2 * least * Vector3d{1, 1, 1};  // moments of three second moments of `least`

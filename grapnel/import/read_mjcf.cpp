@@ -61,7 +61,7 @@ void read_assets(const MjcfElement& assets, MjcfContext& context) {
     } else if (std::ranges::find(kKnown, child.tag()) != kKnown.end()) {
       context.passed_over.element(child, "an asset for looks, or for surroundings, is not read");
     } else {
-      context.fault(child.mark(), fmt::format("<{}> cannot stand in <asset>{}", child.tag(),
+      context.fault(child.mark(), fmt::format("<{}> is not allowed in <asset>{}", child.tag(),
                                               suggestion(child.tag(), {kKnown.begin(), kKnown.end()})));
     }
   }
@@ -115,7 +115,7 @@ void read_sections(const MjcfElement& root, MjcfContext& context) {
                tag == "statistic" || tag == "extension") {
       context.passed_over.element(section, "without influence on the motion, not read");
     } else if (std::ranges::find(kSections, tag) == kSections.end()) {
-      context.fault(section.mark(), fmt::format("<{}> cannot stand in <mujoco>{}", tag,
+      context.fault(section.mark(), fmt::format("<{}> is not allowed in <mujoco>{}", tag,
                                                 suggestion(tag, {kSections.begin(), kSections.end()})));
     }
   }

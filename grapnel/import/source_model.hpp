@@ -116,8 +116,8 @@ using MeshReader =
 /// with a free joint; without one, what is jointed to the world. Joint coordinates are MuJoCo's; the frame of a link
 /// has its body's axes and its origin at the joint. Mass matrix and bias are those that MuJoCo computes; what would
 /// change the motion and cannot be read is a fault, all else that is passed over is a decision.
-/// docs/formats/import-mjcf.md says what is taken and how. Without a reader no inertia comes from meshes. After faults
-/// the model is what could be read.
+/// docs/formats/import-mjcf.md lists the supported elements. Without a reader no inertia comes from meshes. After
+/// faults the model is what could be read.
 SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults,
                       const MeshReader& read_mesh = {});
 

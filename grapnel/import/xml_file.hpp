@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// XML text whose elements and attributes have their line and column. Faults say what was found and what was expected,
+/// XML text whose elements and attributes have their line and column. Faults state the value and the expectation,
 /// as those of YAML files do.
 
 #include <memory>
@@ -17,7 +17,7 @@
 namespace grapnel {
 
 /// The text of an XML file in UTF-8, without a byte order mark, its declaration saying so. It may be in UTF-16 (with a
-/// byte order mark or without), ISO-8859-1, ISO-8859-15, Windows-1252 or US-ASCII if the declaration says so. What is
+/// byte order mark or without), ISO-8859-1, ISO-8859-15, Windows-1252 or US-ASCII if the declaration states it. What is
 /// no UTF-8 and declares nothing else is taken as Windows-1252, with a sentence in `note`. Empty, with a fault, for
 /// other encodings.
 std::optional<std::string> xml_in_utf8(const std::string& path, std::string bytes, std::string& note,

@@ -270,7 +270,7 @@ class LaneDynamics {
   }
   void add_ground(S* rates);
   // Otherwise the held command of sampled control is applied.
-  bool laws_speak() const { return !tables_.control.is_sampled || is_sampling_; }
+  bool laws_command() const { return !tables_.control.is_sampled || is_sampling_; }
 
   const PhaseTables& tables_;
   Tree<S> tree_;
@@ -409,7 +409,7 @@ template <class S>
 void LaneDynamics<S>::refer(const S& t) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.output == ControlOutput::none || (link.output != ControlOutput::motion && !laws_speak())) continue;
+    if (link.output == ControlOutput::none || (link.output != ControlOutput::motion && !laws_command())) continue;
     if (link.reads_acceleration) {
       refer_joint<true>(link, t, references_[i]);
     } else {
@@ -534,7 +534,7 @@ void LaneDynamics<S>::actuate(const S* y) {
       continue;
     }
     if (!works_by_effort(link.output)) continue;
-    if (!laws_speak()) {
+    if (!laws_command()) {
       if (link.channel >= 0) motor_[i] = control_law::within_limit(commands_.held(link.channel), drive.effort);
       continue;
     }
@@ -597,7 +597,7 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
     impose(y);
   }
   if (tables_.outside.attitude_link >= 0) {
-    if (laws_speak()) {
+    if (laws_command()) {
       outside_.steer(coordinates(y), velocities(y));
     } else {
       for (int k = 0; k < 3; ++k) outside_.attitude_torque()[k] = commands_.held(tables_.control.channels + k);
@@ -606,7 +606,7 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
   if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), thrust(), coordinates(y), velocities(y));
   actuate(y);
   if (wheels_.any() && !tables_.control.by_case) wheels_.give(outside_.attitude_torque(), motor_.data());
-  if (any_computed_ && laws_speak()) command(y);
+  if (any_computed_ && laws_command()) command(y);
 }
 
 // Ground reaction at fixed roots and the held root for the accelerations just computed. A root's articulated equation

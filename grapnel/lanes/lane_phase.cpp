@@ -76,7 +76,7 @@ class Exchange {
     sink_(cases_[lane], o);
   }
 
-  void look(int lane, const CaseLook& l) {
+  void look(int lane, const CaseView& l) {
     see(view_, lane, l.time, l.q, l.v);
     view_.motor.assign(l.motor, l.motor + structure_.links.size());
     watch_(view_);
@@ -291,7 +291,7 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
     static_cast<Exchange*>(context)->done(lane, result);
   };
   if (watch) {
-    calls.look = [](void* context, int lane, const CaseLook& look) {
+    calls.look = [](void* context, int lane, const CaseView& look) {
       static_cast<Exchange*>(context)->look(lane, look);
     };
   }

@@ -250,7 +250,7 @@ struct LaneLoopRecord {
 };
 
 /// A case at its start, or after an accepted step.
-struct CaseLook {
+struct CaseView {
   double time;
   const double* q;
   const double* v;
@@ -293,7 +293,7 @@ struct CaseExchange {
   bool (*next)(void* context, int lane, CaseRecord& record);
   void (*done)(void* context, int lane, const CaseResult& result);
   /// Receives a lane's case at its start and after every accepted step; may be null.
-  void (*look)(void* context, int lane, const CaseLook& look);
+  void (*look)(void* context, int lane, const CaseView& look);
   /// ControlTable::by_case: writes the active command of a lane's case. Returns the end of its validity: the interval's
   /// end or an earlier edge; NaN: the case is broken off.
   double (*turn)(void* context, int lane, const CaseTurn& turn, double* command);

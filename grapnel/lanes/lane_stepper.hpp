@@ -447,7 +447,7 @@ void LaneStepper<S>::show(unsigned lanes, const S* y) {
     if (((lanes >> l) & 1U) == 0) continue;
     take_out(l, y);
     for (int i = 0; i < tables_.link_count; ++i) result_motor_[i] = dynamics_.motor_effort(i).get(l);
-    const CaseLook look{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
+    const CaseView look{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
     exchange_.look(exchange_.context, l, look);
   }
 }

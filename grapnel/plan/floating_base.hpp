@@ -64,20 +64,20 @@ class WorkWatch {
 
   void count(long evaluations = 1) {
     done_ += evaluations;
-    if (done_ >= next_look_) look_up();
+    if (done_ >= next_check_) look_up();
   }
   long done() const { return done_; }
 
  private:
-  static constexpr long kBetweenLooks = 256;
+  static constexpr long kBetweenChecks = 256;
 
   void look_up() {
     if (done_ >= most_) throw WorkLimit();
     if (look_) look_(done_);
-    next_look_ = done_ + kBetweenLooks;
+    next_check_ = done_ + kBetweenChecks;
   }
 
-  long most_ = kNoLimit, done_ = 0, next_look_ = 1;
+  long most_ = kNoLimit, done_ = 0, next_check_ = 1;
   Look look_;
 };
 

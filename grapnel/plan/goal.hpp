@@ -128,7 +128,8 @@ class Objective {
   /// Terms that contribute; empty: the first solution is accepted.
   const std::vector<Term>& terms() const { return terms_; }
   bool is_empty() const { return terms_.empty(); }
-  /// Whether the objective depends on final values and rates alone; otherwise keep_way() (way.hpp) evaluates it.
+  /// Whether the objective depends on final values and rates alone; otherwise solve_with_path_constraints()
+  /// (path_constraints.hpp) evaluates it.
   bool depends_on_end_alone() const;
   static bool depends_on_end_alone(Kind kind);
   /// The same objective for a segment with this number of knots.

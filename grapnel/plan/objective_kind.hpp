@@ -2,7 +2,8 @@
 
 /// @file
 /// Objectives that a plan may minimize, shared by files, problems and planning. Formulas: Objective (goal.hpp) and
-/// SegmentWay::objective(). Weights, units and descriptions for users: kPlanObjectives (problem/plan_objectives.hpp).
+/// ConstrainedSegment::objective(). Weights, units and descriptions for users: kPlanObjectives
+/// (problem/plan_objectives.hpp).
 
 namespace grapnel {
 

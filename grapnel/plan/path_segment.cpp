@@ -159,7 +159,7 @@ void PathSegment::lay_panels(int panels) {
     put(node.a), put(node.b), put(node.c);
     for (const JointPoint& point : N) put(point);
   }
-  lanes_->reserve(keeps_way_ ? nodes() : kStages);
+  lanes_->reserve(has_path_constraints_ ? nodes() : kStages);
   laid_ = panels;
 }
 
@@ -186,7 +186,7 @@ double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities,
   }
   double worst = 0;
   for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
-    panel.kept = keeps_way_ ? panel.first : 0;
+    panel.kept = has_path_constraints_ ? panel.first : 0;
     const Vector4 begin{q.w, q.x, q.y, q.z};
     for (int k = 0; k < 4; ++k) panel.q[k] = begin[static_cast<std::size_t>(k)];
     lanes_->place(panel);
@@ -203,7 +203,7 @@ double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities,
     worst = std::max(worst, panel.h * std::max(norm(last), norm(last_but_one)));
     sensitivities = sensitivities && worst <= tolerance;  // otherwise panels are refined
     if (!sensitivities) continue;
-    if (keeps_way_) turned_.push_back(summed());
+    if (has_path_constraints_) turned_.push_back(summed());
     std::copy_n(phi_.data(), 9, panel.Phi);
     lanes_->sensitivities(panel);
     if (!panel.driven) continue;
@@ -243,7 +243,7 @@ void PathSegment::add_sensitivities(const Quaterniond& q, SegmentEnd& end) {
 void PathSegment::forget_nodes() {
   placed_.resize(nodes_.size()), turning_.resize(nodes_.size());
   is_placed_.assign(nodes_.size(), false), has_turning_.assign(nodes_.size(), false);
-  way_points_ = nodes();
+  path_points_ = nodes();
 }
 
 // Node => its link poses, computed on first use.
@@ -268,8 +268,8 @@ const PlacedLinks& PathSegment::links_at(int node) const {
   return links;
 }
 
-void PathSegment::keep_way(int least_panels) {
-  keeps_way_ = true;
+void PathSegment::solve_with_path_constraints(int least_panels) {
+  has_path_constraints_ = true;
   laid_ = 0;  // storage for all nodes
   const int parts = spline_.knots() + 1;
   least_panels_ = (std::max(least_panels, 1) + parts - 1) / parts * parts;
@@ -277,12 +277,12 @@ void PathSegment::keep_way(int least_panels) {
 }
 
 // Node => state of joints and base there.
-PathSegment::WayPoint PathSegment::way_point(int index) const {
-  if (index < 0 || index >= way_points_) throw std::out_of_range("PathSegment::way_point: no such node");
+PathSegment::SegmentPoint PathSegment::path_point(int index) const {
+  if (index < 0 || index >= path_points_) throw std::out_of_range("PathSegment::path_point: no such node");
   const auto i = static_cast<std::size_t>(index), n = start_.position.size();
   const Node& node = nodes_[i];
   const std::size_t knots = static_cast<std::size_t>(spline_.knots());
-  WayPoint at;
+  SegmentPoint at;
   at.time = node.time, at.weight = weights_[i];
   at.a = node.a, at.b = node.b, at.N = std::span(N_).subspan(i * knots, knots);
   at.of = this, at.node = index;
@@ -367,8 +367,8 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
                             SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();
   SegmentEnd end;
-  way_points_ = 0;
-  if (keeps_way_) {
+  path_points_ = 0;
+  if (has_path_constraints_) {
     position_.assign(position.begin(), position.end()), rate_.assign(rate.begin(), rate.end());
     coefficients_.assign(coefficients.begin(), coefficients.end());
   }
@@ -377,7 +377,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     end.X_WB = start_.X_WB;
     end.per_position = end.per_rate = Matrix6Xd::Zero(6, n);
     end.per_coefficient = Matrix6Xd::Zero(6, spline_.knots() * n);
-    if (keeps_way_) {
+    if (has_path_constraints_) {
       lay_panels(least_panels_);
       NodePanel panel = panel_of(position, rate, coefficients);
       for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
@@ -392,7 +392,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
   // If nodes are stored, both accuracies use the same number of panels, which never decreases.
-  int& panels = panels_[keeps_way_ ? 0 : static_cast<int>(accuracy)];
+  int& panels = panels_[has_path_constraints_ ? 0 : static_cast<int>(accuracy)];
   Quaterniond q;
   for (;; panels *= 2) {
     lay_panels(panels);
@@ -401,7 +401,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     const double unresolved = turn(panel, tolerance, sensitivities, q);
     if (unresolved <= tolerance) {
       // Whether panels of twice the length, with a resolution lower by 2^stages, would have been sufficient.
-      for (double longer = unresolved; !keeps_way_ && panels > least_panels_; panels /= 2) {
+      for (double longer = unresolved; !has_path_constraints_ && panels > least_panels_; panels /= 2) {
         longer = std::ldexp(longer, kStages + 1);
         if (longer > tolerance) break;
       }
@@ -414,7 +414,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
       return end;
     }
   }
-  if (keeps_way_) forget_nodes();
+  if (has_path_constraints_) forget_nodes();
   base_.place(position);
   ++evaluations_;
   end.finished = true;

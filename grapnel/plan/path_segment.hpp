@@ -91,9 +91,9 @@ class PathSegment {
 
   /// Each following integration stores the motion at its nodes, including sensitivities if computed. Sets the minimum
   /// number of panels.
-  void keep_way(int least_panels);
+  void solve_with_path_constraints(int least_panels);
   /// State of the servicer at a node of the last integration.
-  struct WayPoint {
+  struct SegmentPoint {
     double time = 0, weight = 0;                       // [s]; weights add up to the segment's duration
     std::vector<double> position, rate, acceleration;  // of the joints
     Posed X_WB = Posed::identity();
@@ -108,8 +108,8 @@ class PathSegment {
     const PlacedLinks& links() const { return placed ? *placed : of->links_at(node); }
   };
   /// Number of nodes of the last integration, 0 if it failed. It may differ from one integration to the next.
-  int way_points() const { return way_points_; }
-  WayPoint way_point(int node) const;
+  int path_points() const { return path_points_; }
+  SegmentPoint path_point(int node) const;
   /// The links there, valid until the next integration.
   const PlacedLinks& links_at(int node) const;
   /// eta of (3) at a node, 3 x [final values, final rates, coefficients].
@@ -167,13 +167,13 @@ class PathSegment {
   JointSpline spline_;
   NodeLayout layout_;
   std::unique_ptr<SegmentNodes> lanes_;
-  bool keeps_way_ = false;
+  bool has_path_constraints_ = false;
   int least_panels_;  // a multiple of the spline's pieces, as are all numbers of panels
   std::vector<double> position_, rate_, coefficients_;  // of the last integration
   std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
   int panels_[2];                                       // initial number, per SegmentAccuracy
   int laid_ = 0;                                        // panels of nodes_
-  int way_points_ = 0;
+  int path_points_ = 0;
   std::vector<Node> nodes_;
   std::vector<JointPoint> N_;            // of the spline, per node
   std::vector<double> basis_, weights_;  // layout as in NodePanel

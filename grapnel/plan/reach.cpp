@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "grapnel/plan/arm_starts.hpp"
+#include "grapnel/plan/path_restoration.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
-#include "grapnel/plan/way_restoration.hpp"
 
 namespace grapnel {
 namespace {
@@ -101,15 +101,15 @@ class Search {
   void attempt(const std::vector<double>& from) {
     ++result_.starts;
     const std::vector<double> rest(from.size(), 0.0);
-    Shot first = shooting_.shoot(from, rest, SegmentAccuracy::search);
+    ShootingIterate first = shooting_.shoot(from, rest, SegmentAccuracy::search);
     if (result_.starts == 1 && first.valid) first_error_ = first.size();
-    std::optional<Shot> end = newton(std::move(first));
+    std::optional<ShootingIterate> end = newton(std::move(first));
     if (end) solutions_.push_back(std::move(*end));
   }
 
   // Newton's method with minimum-norm steps, shortened until the error decreases. The base motion has search accuracy
   // while the error is large, and full accuracy at the end. Empty if it does not converge to a solution.
-  std::optional<Shot> newton(Shot shot) {
+  std::optional<ShootingIterate> newton(ShootingIterate shot) {
     constexpr int kMost = 60, kPatience = 8;
     double before = std::numeric_limits<double>::infinity();
     for (int i = 0; shot.valid && i < kMost; ++i) {
@@ -128,7 +128,7 @@ class Search {
       ++result_.iterations;
       const double longest = step.d.lpNorm<Eigen::Infinity>();
       double fraction = longest > kLongestStep ? kLongestStep / longest : 1.0;
-      Shot next;
+      ShootingIterate next;
       // The error after the next step is of the order of the square of the present error.
       const SegmentAccuracy accuracy = shot.largest_error() < kNear ? SegmentAccuracy::full : SegmentAccuracy::search;
       for (int halvings = 0; halvings < 9; ++halvings, fraction *= 0.5) {
@@ -138,31 +138,31 @@ class Search {
         next.valid = false;
       }
       if (!next.valid) {
-        return shot.largest_error() <= kArrived ? std::optional<Shot>(shot) : std::nullopt;
+        return shot.largest_error() <= kArrived ? std::optional<ShootingIterate>(shot) : std::nullopt;
       }
       shot = std::move(next);
     }
     return std::nullopt;
   }
 
-  double objective(const Shot& shot) {
+  double objective(const ShootingIterate& shot) {
     return guided_.objective.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
   }
 
-  bool within_rate_limits(const Shot& shot) const {
+  bool within_rate_limits(const ShootingIterate& shot) const {
     for (std::size_t j = 0; j < problem_.rate_limit.size(); ++j) {
       if (std::abs(shot.rate[j]) > problem_.rate_limit[j]) return false;
     }
     return true;
   }
 
-  bool is_better(const Shot& a, const Shot& b) {
+  bool is_better(const ShootingIterate& a, const ShootingIterate& b) {
     const bool good = within_rate_limits(a);
     return good != within_rate_limits(b) ? good : objective(a) < objective(b);
   }
 
   // Whether the errors of an attempt are within the bounds that each goal accepts.
-  bool is_acceptable(const Shot& shot) const {
+  bool is_acceptable(const ShootingIterate& shot) const {
     if (!shot.valid) return false;
     const std::vector<GoalMiss> miss = misses(problem_.goals, shot.error);
     for (std::size_t i = 0; i < miss.size(); ++i) {
@@ -192,23 +192,23 @@ class Search {
       return;
     }
     std::stable_sort(solutions_.begin(), solutions_.end(),
-                     [&](const Shot& a, const Shot& b) { return is_better(a, b); });
-    Shot best = solutions_.front();
+                     [&](const ShootingIterate& a, const ShootingIterate& b) { return is_better(a, b); });
+    ShootingIterate best = solutions_.front();
     std::size_t origin = 0;  // index of the best solution
     if (!problem_.objective.is_empty() && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
-        const std::optional<Shot> better = newton(best_near(base_, guided_, shooting_, solutions_[i]));
+        const std::optional<ShootingIterate> better = newton(best_near(base_, guided_, shooting_, solutions_[i]));
         if (better && is_better(*better, best)) best = *better, origin = i;
       }
     }
-    if (asks_of_way(problem_) && result_.approximate) {
+    if (depends_on_path(problem_) && result_.approximate) {
       result_.found = false;
       take(best);
       result_.failure =
           "the end-effectors reach their goals only to within half their envelopes; path constraints and objectives of "
           "the path are not supported for such a goal: remove the path constraints from approach.plan";
-    } else if (asks_of_way(problem_)) {
+    } else if (depends_on_path(problem_)) {
       keep(std::move(best), origin);
     } else {
       take(best);
@@ -220,7 +220,7 @@ class Search {
     constexpr double kSame = 1e-3;  // [rad or m]
     int count = 0;
     for (std::size_t i = 0; i < solutions_.size(); ++i) {
-      const auto is_like = [&](const Shot& other) {
+      const auto is_like = [&](const ShootingIterate& other) {
         double largest = 0;
         for (std::size_t j = 0; j < other.position.size(); ++j) {
           largest = std::max(largest, std::abs(other.position[j] - solutions_[i].position[j]));
@@ -236,19 +236,19 @@ class Search {
 
   // Enforces the path constraints, starting from the best solution, then from others, and with a spline that was not
   // requested if nothing else succeeds. Selects the feasible trajectory with the minimum objective.
-  void keep(Shot best, std::size_t origin) {
+  void keep(ShootingIterate best, std::size_t origin) {
     constexpr std::size_t kFrom = 4;  // number of solutions to start from
     constexpr int kRandom = 3;        // further starts with random splines
-    std::vector<Shot> from = {best};
+    std::vector<ShootingIterate> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
       if (i != origin) from.push_back(solutions_[i]);
     }
-    std::optional<WayEnd> kept, nearest;
-    const bool keeps = problem_.way.keeps_something();
-    const int most = problem_.way.knots.value_or(keeps ? WaySetup::kKnots : 0);
-    std::optional<WayEnd> possible;  // a feasible motion, for any objective
+    std::optional<ConstrainedSolution> kept, nearest;
+    const bool keeps = problem_.way.has_constraints();
+    const int most = problem_.way.knots.value_or(keeps ? PathConstraints::kKnots : 0);
+    std::optional<ConstrainedSolution> possible;  // a feasible motion, for any objective
     if (keeps) {
-      WayEnd found = find_possible(from, most, kRandom);
+      ConstrainedSolution found = find_possible(from, most, kRandom);
       if (found.violation <= kTolerated)
         possible = std::move(found);
       else if (!found.obstructed)
@@ -257,21 +257,22 @@ class Search {
         nearest = std::move(found);
     }
     const bool is_possible = !keeps || possible.has_value();
-    const auto attempt = [&](const Shot& solution, int knots, int number) {
-      WayEnd end;
+    const auto attempt = [&](const ShootingIterate& solution, int knots, int number) {
+      ConstrainedSolution end;
       // The search for the optimal trajectory is expensive: with fewer knots than allowed only if a feasible trajectory
       // is close.
       const bool is_known = !keeps || (possible && knots == most);
       bool is_worth_it = is_known || is_worth_another_try(knots);
       if (!is_known && possible) {
-        end = look_for_way(solution, knots, number);
+        end = search_path(solution, knots, number);
         is_worth_it = end.violation <= kTolerated || (end.obstructed && is_worth_it);
       }
       if (is_worth_it) {
         constexpr int kFurtherSteps = 40;  // if a feasible trajectory is known
         // A feasible result is kept if the evaluation limit is reached.
         try {
-          end = keep_way(base_, problem_, solution, knots, number, kept && number >= 0 ? kFurtherSteps : kMostSteps);
+          end = solve_with_path_constraints(base_, problem_, solution, knots, number,
+                                            kept && number >= 0 ? kFurtherSteps : kMostSteps);
         } catch (const WorkLimit&) {
           if (!kept) throw;
           return;
@@ -284,7 +285,7 @@ class Search {
     // A requested spline may also start from the solution without a spline.
     if (problem_.way.knots.value_or(0) > 0) {
       attempt(best, 0, 0);
-      const std::optional<WayEnd>& simple = kept ? kept : nearest;
+      const std::optional<ConstrainedSolution>& simple = kept ? kept : nearest;
       if (simple) from.push_back(*simple->shot);
     }
     std::vector<int> counts = {problem_.way.knots.value_or(0)};
@@ -297,12 +298,13 @@ class Search {
       if (kept && !costs_much(*kept, best)) break;
     }
     // A search that needed many steps to become feasible may have ended early.
-    if (kept && (kept->may_improve || costs_much(*kept, best))) attempt(Shot(*kept->shot), kept->knots, kOnwards);
+    if (kept && (kept->may_improve || costs_much(*kept, best)))
+      attempt(ShootingIterate(*kept->shot), kept->knots, kOnwards);
     if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
     if (!kept && possible) attempt(*possible->shot, most, kAsItIs);
     if (!kept) return refuse(best, nearest, most);
     // The minimum distance between nodes is below that at the nodes.
-    if (wants_clearance(problem_)) attempt(Shot(*kept->shot), kept->knots, kAtAllNodes);
+    if (wants_clearance(problem_)) attempt(ShootingIterate(*kept->shot), kept->knots, kAtAllNodes);
     take(*kept->shot);
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
     result_.way = kept->figures;
@@ -320,27 +322,27 @@ class Search {
   }
 
   // Whether the path constraints increase the objective so much that additional knots are worth trying.
-  bool costs_much(const WayEnd& kept, const Shot& best) {
+  bool costs_much(const ConstrainedSolution& kept, const ShootingIterate& best) {
     constexpr double kMuch = 0.25;
     if (!problem_.objective.depends_on_end_alone()) return false;
     const double least = problem_.objective.value(base_, problem_.goals, best.position, best.rate, nullptr);
     return kept.objective - least > kMuch * std::abs(least);
   }
 
-  WayEnd look_for_way(const Shot& solution, int knots, int number) {
-    WayEnd end = nearest_way(base_, problem_, solution, knots, number, kTolerated);
+  ConstrainedSolution search_path(const ShootingIterate& solution, int knots, int number) {
+    ConstrainedSolution end = nearest_feasible_path(base_, problem_, solution, knots, number, kTolerated);
     result_.rhs_evaluations += end.rhs_evaluations;
     return end;
   }
 
   // Tests feasibility: the first trajectory from these solutions that satisfies the constraints at the nodes, or the
   // closest one. Random splines help only in nearly feasible cases.
-  WayEnd find_possible(const std::vector<Shot>& from, int knots, int random) {
+  ConstrainedSolution find_possible(const std::vector<ShootingIterate>& from, int knots, int random) {
     constexpr double kWorthMore = 0.1;
-    WayEnd best;
+    ConstrainedSolution best;
     best.violation = std::numeric_limits<double>::infinity();
-    const auto attempt = [&](const Shot& solution, int number) {
-      WayEnd end = look_for_way(solution, knots, number);
+    const auto attempt = [&](const ShootingIterate& solution, int number) {
+      ConstrainedSolution end = search_path(solution, knots, number);
       if (end.violation < best.violation) best = std::move(end);
     };
     for (std::size_t i = 0; i < std::min(kFew, from.size()) && best.violation > kTolerated; ++i) attempt(from[i], 0);
@@ -350,7 +352,7 @@ class Search {
   }
 
   // Records the failure of the path constraints with the closest attempt.
-  void refuse(const Shot& best, const std::optional<WayEnd>& nearest, int knots) {
+  void refuse(const ShootingIterate& best, const std::optional<ConstrainedSolution>& nearest, int knots) {
     const bool known = nearest && nearest->shot;
     result_.found = false;
     take(known ? *nearest->shot : best);
@@ -368,11 +370,11 @@ class Search {
 
   // If the objective prevents feasibility: finds a feasible trajectory without the objective, then continues with it.
   template <class Attempt>
-  void keep_first(const Shot& best, int knots, Attempt&& attempt) {
+  void keep_first(const ShootingIterate& best, int knots, Attempt&& attempt) {
     if (problem_.objective.is_empty()) return;
     ReachProblem simpler = problem_;
     simpler.objective = problem_.objective.depends_on_end_alone() ? Objective() : guided_.objective;
-    const WayEnd first = keep_way(base_, simpler, best, knots, 0);
+    const ConstrainedSolution first = solve_with_path_constraints(base_, simpler, best, knots, 0);
     result_.rhs_evaluations += first.rhs_evaluations;
     if (!first.kept) return;
     attempt(*first.shot, knots, kAsItIs);
@@ -380,7 +382,7 @@ class Search {
   }
 
   // Copies a shot to the result, with its errors, objective and singular value.
-  void take(const Shot& shot) {
+  void take(const ShootingIterate& shot) {
     result_.position = shot.position.empty() ? problem_.guess : shot.position;
     result_.rate = shot.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : shot.rate;
     result_.X_WB = shot.X_WB;
@@ -403,8 +405,8 @@ class Search {
   const ReachProblem& problem_;
   ReachProblem guided_;  // the problem with the objective that the search itself minimizes
   Shooting shooting_;
-  std::vector<Shot> solutions_;
-  Shot closest_;
+  std::vector<ShootingIterate> solutions_;
+  ShootingIterate closest_;
   double first_error_ = 0;
   ReachSolution result_;
 };

@@ -23,8 +23,8 @@
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/path_constraints.hpp"
 #include "grapnel/plan/path_segment.hpp"
-#include "grapnel/plan/way.hpp"
 
 namespace grapnel {
 
@@ -37,7 +37,7 @@ struct ReachProblem {
   std::vector<double> lower, upper;  // bounds of the final joint values; infinite: no bound
   std::vector<double> rate_limit;    // bounds of |final rate|; infinite: no bound; empty: no bounds
   Objective objective;
-  WaySetup way;
+  PathConstraints way;
   std::vector<double> guess;  // first initial guess of the search
   int starts = 16;            // maximum number of initial guesses, including `guess`
   std::uint64_t seed = 0;
@@ -55,7 +55,7 @@ struct ReachSolution {
   std::vector<double> position, rate;  // final, per joint; of the closest attempt if not found
   int knots = 0;                       // inner knots and coefficients of the joint splines, as in PathSegment::fly
   std::vector<double> coefficients;
-  std::optional<WayFigures> way;   // set if the problem has path constraints or an objective of the path
+  std::optional<PathFigures> way;  // set if the problem has path constraints or an objective of the path
   Posed X_WB = Posed::identity();  // final base pose
   std::vector<GoalMiss> miss;      // per goal
   bool within_rate_limits = true;  // whether the final rates are within their limits

@@ -443,7 +443,7 @@ std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd&
 }
 
 // Closest attempt => message with the cause of the failure, and the smallest errors per goal.
-Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried) {
+Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const ShootingIterate& closest, int tried) {
   const std::vector<double>& from = closest.valid ? closest.position : problem.guess;
   const SettledArms settled = settle_arms(base, problem, from);
   Failure failure;

@@ -80,6 +80,6 @@ struct Failure {
 /// distance and the cause: arm length, other end-effectors on the same joints, joint limits or a singularity. Each arm
 /// is evaluated at its least-squares solution, at the base pose that results from a motion to rest there (settle_arms);
 /// rates are not considered. `closest`: the best attempt of the search, after `tried` initial guesses.
-Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried);
+Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const ShootingIterate& closest, int tried);
 
 }  // namespace grapnel

@@ -2,17 +2,17 @@
 
 /// @file
 /// Fast integration of the final straight approach with a self-motion and its derivatives, for the search of
-/// straight_way.hpp.
+/// constrained_straight_in.hpp.
 ///
-/// Integrates (1) to (3) of straight_way.hpp with fixed steps of order 4: the classical Runge-Kutta method for the
-/// first three steps, then the Adams-Bashforth-Moulton method with one evaluation per step, at the predicted states.
-/// The difference of predictor and corrector estimates the error: 19/270 of it per step by Milne's device (Hairer,
-/// Norsett, Wanner 1993, III.1).
+/// Integrates (1) to (3) of constrained_straight_in.hpp with fixed steps of order 4: the classical Runge-Kutta method
+/// for the first three steps, then the Adams-Bashforth-Moulton method with one evaluation per step, at the predicted
+/// states. The difference of predictor and corrector estimates the error: 19/270 of it per step by Milne's device
+/// (Hairer, Norsett, Wanner 1993, III.1).
 
 #include <initializer_list>
 #include <utility>
 
-#include "grapnel/plan/straight_way.hpp"
+#include "grapnel/plan/constrained_straight_in.hpp"
 
 namespace grapnel {
 

@@ -189,14 +189,14 @@ class Minimization {
   void weigh(const Step& step, double added, double taken_off) {
     constexpr double kOfIt = 0.5, kRounding = 1e-10;
     double needed = taken_off > kRounding ? std::max(0.0, added) / (kOfIt * taken_off) : 0;
-    if (says_something(step)) needed = std::max(needed, weight_of(step));
+    if (states_anything(step)) needed = std::max(needed, weight_of(step));
     mu_ = std::max(needed, 0.5 * (mu_ + needed));
   }
 
   static double weight_of(const Step& step) { return step.of_rows.sum() + step.of_goals.lpNorm<1>(); }
 
   // Whether the multipliers are meaningful: not for infeasible or nearly dependent rows.
-  bool says_something(const Step& step) const {
+  bool states_anything(const Step& step) const {
     constexpr double kGivenWay = 1e-6, kMost = 1e6;
     return step.left <= kGivenWay &&
            weight_of(step) <= kMost * (std::abs(value_) + at_.slope.lpNorm<Eigen::Infinity>());
@@ -331,7 +331,7 @@ class Minimization {
   // BFGS update for a step s and the change of the Lagrangian's gradient, damped to remain positive definite.
   void learn(const Eigen::VectorXd& s, const Linearized& next, const Step& step) {
     constexpr double kDamped = 0.2;
-    if (!says_something(step)) return;
+    if (!states_anything(step)) return;
     Eigen::VectorXd q = (next.slope - at_.slope).head(size());
     q += (next.J - at_.J).leftCols(size()).transpose() * step.of_goals;
     std::map<long, Eigen::Index> places;

@@ -34,7 +34,7 @@ Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
 // Other unknowns => final rates predicted by K; the present rates if the predicted change is large.
-std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<const double> others) const {
+std::vector<double> ShootingIterate::rate_at(const std::vector<double>& other, std::span<const double> others) const {
   std::vector<double> result = rate;
   if (K.size() == 0) return result;
   const auto n = static_cast<Eigen::Index>(position.size());
@@ -52,10 +52,10 @@ std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<co
 
 // Final joint values => consistent final rates by Newton's method in the base coordinates, base pose, errors and total
 // derivatives (2) of reach.hpp.
-Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy,
-                     std::span<const double> coefficients) {
+ShootingIterate Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate,
+                                SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints(), unknowns = n * (1 + problem_.start.knots);
-  Shot shot;
+  ShootingIterate shot;
   shot.coefficients.assign(coefficients.begin(), coefficients.end());
   shot.coefficients.resize(static_cast<std::size_t>(unknowns - n));
   shot.accuracy = accuracy;
@@ -122,10 +122,10 @@ struct Problem {
   const ReachProblem& reach;
   Shooting& shooting;
   Eigen::MatrixXd rows;  // independent combinations of the error's components, orthonormal
-  Shot shot;             // at the last point
+  ShootingIterate shot;  // at the last point
 
   // Evaluates, unless x is the last point.
-  const Shot& at(const std::vector<double>& x) {
+  const ShootingIterate& at(const std::vector<double>& x) {
     if (x != shot.position) shot = shooting.shoot(x, shot.rate_at(x), SegmentAccuracy::search);
     return shot;
   }
@@ -133,7 +133,7 @@ struct Problem {
 
 double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const Shot& shot = p.at(x);
+  const ShootingIterate& shot = p.at(x);
   if (!shot.valid) throw nlopt::forced_stop();
   Objective::Gradient g;
   const double value = p.reach.objective.value(p.base, p.reach.goals, x, shot.rate, gradient.empty() ? nullptr : &g);
@@ -149,7 +149,7 @@ double objective(const std::vector<double>& x, std::vector<double>& gradient, vo
 // Rate limits: rate - limit <= 0 and -rate - limit <= 0, divided by the limit, for each joint with a limit.
 void rate_limits(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const Shot& shot = p.at(std::vector<double>(x, x + n));
+  const ShootingIterate& shot = p.at(std::vector<double>(x, x + n));
   if (!shot.valid) throw nlopt::forced_stop();
   unsigned row = 0;
   for (unsigned j = 0; j < n && row < m; ++j) {
@@ -165,7 +165,7 @@ void rate_limits(unsigned m, double* result, unsigned n, const double* x, double
 
 void constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const Shot& shot = p.at(std::vector<double>(x, x + n));
+  const ShootingIterate& shot = p.at(std::vector<double>(x, x + n));
   if (!shot.valid) throw nlopt::forced_stop();
   Eigen::Map<Eigen::VectorXd>(result, m) = p.rows * shot.error;
   if (gradient) {
@@ -202,7 +202,8 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
 }  // namespace
 
 // Solution => locally optimal shot: rounds of SLSQP with independent combinations of the goal errors as constraints.
-Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
+ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting,
+                          const ShootingIterate& solution) {
   if (solution.J.size() == 0) return solution;  // no joints: no freedom, and no SVD
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Index rank = 0;
@@ -227,7 +228,7 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
     }
     if (!at_edge) break;
   }
-  Shot end =
+  ShootingIterate end =
       data.shot.valid && data.shot.position == x
           ? data.shot
           : shooting.shoot(x, data.shot.valid ? data.shot.rate_at(x) : solution.rate_at(x), SegmentAccuracy::search);

@@ -13,7 +13,7 @@
 namespace grapnel {
 
 /// An iterate.
-struct Shot {
+struct ShootingIterate {
   bool valid = false;  // the rates converged and all results are finite
   SegmentAccuracy accuracy = SegmentAccuracy::search;
   std::vector<double> position, rate;
@@ -39,8 +39,8 @@ class Shooting {
   /// Evaluates at `position`; `rate` is the first guess of the final rates. The last iteration for the rates uses the
   /// linear prediction (2), which leaves an error of second order: about 1e-6 for a search, rounding error for full
   /// accuracy.
-  Shot shoot(const std::vector<double>& position, const std::vector<double>& rate,
-             SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
+  ShootingIterate shoot(const std::vector<double>& position, const std::vector<double>& rate,
+                        SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
   /// Segment of the last shot; it stores its path if requested.
   PathSegment& segment() { return segment_; }
   long rhs_evaluations() const { return segment_.rhs_evaluations(); }
@@ -59,7 +59,8 @@ class Shooting {
 /// Sequential quadratic programming (SLSQP) from `solution` with the goals' error as equality constraint, without
 /// dependent rows, and the joint limits as bounds. The result is close to a solution; refine it with Newton's method.
 /// Returns `solution` if no better one is found.
-Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution);
+ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting,
+                          const ShootingIterate& solution);
 
 // Minimum-norm step towards e + J d = 0 within bounds.
 

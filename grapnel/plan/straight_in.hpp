@@ -7,8 +7,9 @@
 ///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
 /// with V_d the grasp point's twist and e the remaining error (without the roll, which has no reference value). It is
 /// solved by singular value decomposition with damped small singular values. The result are the minimum-norm rates, or
-/// the rates closest to a self-motion z(t), which enforces joint limits during the approach (straight_way.hpp). The
-/// joint trajectory is stored as Chebyshev series, which a simulation can follow exactly.
+/// the rates closest to a self-motion z(t), which enforces joint limits during the approach
+/// (constrained_straight_in.hpp). The joint trajectory is stored as Chebyshev series, which a simulation can follow
+/// exactly.
 
 #include <cstdint>
 #include <functional>

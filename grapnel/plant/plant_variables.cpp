@@ -109,7 +109,7 @@ void list_end(const CaptureProblem& plant, Lister& list) {
   list.out("end.impact_energy_lost", "J", "By the first impact");
   for (std::size_t i = 0; i < plant.grasps.size(); ++i)
     list.out_flag("end.captured[" + std::to_string(i + 1) + "]",
-                  "Whether " + plant.grasps[i].end_effector + " caught " + plant.grasps[i].target);
+                  "Whether " + plant.grasps[i].end_effector + " captured " + plant.grasps[i].target);
 }
 
 }  // namespace

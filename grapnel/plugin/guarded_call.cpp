@@ -32,12 +32,12 @@ thread_local OpenDirectory t_directory;
 
 }  // namespace
 
-KeepsDirectory::KeepsDirectory() {
+DirectoryGuard::DirectoryGuard() {
   struct stat now {};
   if (::stat(".", &now) == 0 && !t_directory.is(now)) t_directory.open(now);
 }
 
-KeepsDirectory::~KeepsDirectory() {
+DirectoryGuard::~DirectoryGuard() {
   struct stat now {};
   if (t_directory.descriptor < 0 || (::stat(".", &now) == 0 && t_directory.is(now))) return;
   [[maybe_unused]] const int changed = ::fchdir(t_directory.descriptor);

@@ -15,21 +15,21 @@ namespace grapnel {
 
 /// Restores the floating-point environment (rounding mode and flags). A library may change it when it is loaded or
 /// called, which would change later results of this thread.
-struct KeepsFloatingPoint {
+struct FloatingPointGuard {
   std::fenv_t environment;
-  KeepsFloatingPoint() { std::fegetenv(&environment); }
-  KeepsFloatingPoint(const KeepsFloatingPoint&) = delete;
-  KeepsFloatingPoint& operator=(const KeepsFloatingPoint&) = delete;
-  ~KeepsFloatingPoint() { std::fesetenv(&environment); }
+  FloatingPointGuard() { std::fegetenv(&environment); }
+  FloatingPointGuard(const FloatingPointGuard&) = delete;
+  FloatingPointGuard& operator=(const FloatingPointGuard&) = delete;
+  ~FloatingPointGuard() { std::fesetenv(&environment); }
 };
 
 /// Restores the working directory: result paths are relative to it. Costs two calls of stat().
-class KeepsDirectory {
+class DirectoryGuard {
  public:
-  KeepsDirectory();
-  ~KeepsDirectory();
-  KeepsDirectory(const KeepsDirectory&) = delete;
-  KeepsDirectory& operator=(const KeepsDirectory&) = delete;
+  DirectoryGuard();
+  ~DirectoryGuard();
+  DirectoryGuard(const DirectoryGuard&) = delete;
+  DirectoryGuard& operator=(const DirectoryGuard&) = delete;
 };
 
 /// Calls a function of a controller, named e.g. "the plugin 'mine.so'", and records it for crash reports (see
@@ -37,8 +37,8 @@ class KeepsDirectory {
 template <class Call>
 auto guarded(const std::string& named, const char* function, double time, const Call& call) {
   const PluginCall blame(named.c_str(), function, time);
-  const KeepsFloatingPoint kept;
-  const KeepsDirectory directory;
+  const FloatingPointGuard kept;
+  const DirectoryGuard directory;
   try {
     return call();
   } catch (...) {

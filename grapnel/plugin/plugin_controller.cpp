@@ -144,8 +144,8 @@ bool has(const grapnel_controller_plugin& table, Member grapnel_controller_plugi
 ControllerPlugin::ControllerPlugin(const std::string& file, const std::string& shown)
     : named_(fmt::format("the plugin '{}'", shown)) {
   const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
-  const KeepsFloatingPoint kept;
-  const KeepsDirectory directory;
+  const FloatingPointGuard kept;
+  const DirectoryGuard directory;
   library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   const auto refuse = [&](const std::string& why) {
     if (library_ != nullptr) ::dlclose(library_);
@@ -192,8 +192,8 @@ std::string ControllerPlugin::fault() const {
 ControllerPlugin::~ControllerPlugin() {
   if (library_ == nullptr) return;
   const PluginCall blame(named_.c_str(), "the code that runs when it is unloaded", 0);
-  const KeepsFloatingPoint kept;
-  const KeepsDirectory directory;
+  const FloatingPointGuard kept;
+  const DirectoryGuard directory;
   ::dlclose(library_);
 }
 

@@ -129,7 +129,7 @@ JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t j
   return trajectory;
 }
 
-std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints) {
+std::vector<MotionPiece> motion_segments(std::span<const JointTrajectory> joints) {
   std::vector<MotionPiece> pieces(joints.empty() ? 0 : joints[0].pieces.size());
   for (const JointTrajectory& joint : joints) {
     double begin = 0;

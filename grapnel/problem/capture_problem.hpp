@@ -503,7 +503,7 @@ struct PhaseUntil {
   std::optional<double> joint_rate;            // upper bound for all driven joints [rad/s or m/s]
   std::optional<double> wheel_momentum_below;  // upper bound for all wheels, as a share of the maximum momentum
   std::optional<double> wheel_momentum_above;  // at least one wheel holds this share of its maximum momentum or more
-  enum class Event { law_ended };  // the law that moves the joints together has ended
+  enum class Event { law_ended };              // the law that moves the joints together has ended
   std::optional<Event> event;
 };
 
@@ -729,6 +729,6 @@ JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t j
 /// Converts trajectories, which begin at 0 and whose pieces end at the same times. Series remain unchanged, polynomial
 /// profiles become series of degree 5, cycloidal ones their interpolants, which differ only by rounding errors. @throws
 /// std::invalid_argument if the pieces' ends differ.
-std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints);
+std::vector<MotionPiece> motion_segments(std::span<const JointTrajectory> joints);
 
 }  // namespace grapnel

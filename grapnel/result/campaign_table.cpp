@@ -268,7 +268,7 @@ struct OpenTable {
 
 struct CampaignTable::File {
   fs::path path;
-  std::unique_ptr<AskedChild> child;
+  std::unique_ptr<QueriedChild> child;
   std::string sha256;
   std::vector<std::string> status_names;
   std::uint64_t rows = 0;
@@ -295,7 +295,7 @@ struct CampaignTable::File {
       const std::uintmax_t size = fs::file_size(path, error);
       if (error) throw std::runtime_error(error.message());
       const hdf5::Session session;  // the child inherits the state of HDF5: no other thread may be using it
-      child = std::make_unique<AskedChild>(reading_seconds(static_cast<double>(size)), [this] {
+      child = std::make_unique<QueriedChild>(reading_seconds(static_cast<double>(size)), [this] {
         const auto table = std::make_shared<const OpenTable>(path);
         return [table](const std::string& question, ToParent& parent) { table->answer(question, parent); };
       });

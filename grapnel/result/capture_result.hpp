@@ -62,7 +62,7 @@ struct WheelShare {
 };
 
 /// Properties of a planned segment.
-struct PlannedWay {
+struct PlannedPath {
   int knots = 0;
   std::optional<double> position_margin;
   std::optional<double> rate_share;
@@ -112,7 +112,7 @@ struct PlanReport {
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;
   std::optional<StraightInReport> straight_in;
-  std::optional<PlannedWay> way;
+  std::optional<PlannedPath> way;
   std::optional<WindowReport> window;
 };
 
@@ -241,9 +241,9 @@ struct HeldJoint {
   std::string joint;
   double impulse = 0;
   double work = 0;
-  double told_rate = 0;
+  double commanded_rate = 0;
   double rate_after = 0;
-  bool gave_way = false;
+  bool was_overpowered = false;
 };
 
 /// A load against a rating of the robot file.
@@ -387,7 +387,7 @@ struct ImpactSensitivity {
 };
 
 /// The plastic impact if only the slowest flexible modes deform.
-struct ModesKept {
+struct RetainedModes {
   int modes = 0;
   double frequency = 0;          // of the fastest one [Hz]; 0 without any
   std::vector<double> impulses;  // magnitudes, per grasp [N s]
@@ -426,7 +426,7 @@ struct ImpactReport {
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
   std::vector<EffectiveMass> effective_masses;
-  std::vector<ModesKept> by_modes;  // with flexible bodies and the law `plastic`
+  std::vector<RetainedModes> by_modes;  // with flexible bodies and the law `plastic`
   std::optional<ImpactMeasures> measures;
   std::vector<ImpactSensitivity> sensitivities;
   std::vector<LoadMargin> margins;

@@ -276,9 +276,9 @@ bool next_question(int descriptor, std::string& question) {
   return all(question.data(), question.size());
 }
 
-[[noreturn]] void serve(double seconds, int questions, int answers, const std::function<AskedChild::Answer()>& open) {
+[[noreturn]] void serve(double seconds, int questions, int answers, const std::function<QueriedChild::Answer()>& open) {
   settle_in_child(seconds);
-  AskedChild::Answer reply;
+  QueriedChild::Answer reply;
   try {
     reply = open();
   } catch (const std::exception& error) {
@@ -294,7 +294,7 @@ bool next_question(int descriptor, std::string& question) {
 
 }  // namespace
 
-AskedChild::AskedChild(double seconds, const std::function<Answer()>& open) {
+QueriedChild::QueriedChild(double seconds, const std::function<Answer()>& open) {
   int to_child[2], to_parent[2];
   if (::pipe2(to_child, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
   if (::pipe2(to_parent, O_CLOEXEC) != 0) {
@@ -316,14 +316,14 @@ AskedChild::AskedChild(double seconds, const std::function<Answer()>& open) {
   throw NoProcess("cannot start a process for reading: " + std::generic_category().message(error));
 }
 
-AskedChild::~AskedChild() { end(); }
+QueriedChild::~QueriedChild() { end(); }
 
-void AskedChild::end() {
+void QueriedChild::end() {
   if (questions_ >= 0) ::close(std::exchange(questions_, -1));
   const Ended ended{child_, answers_};
 }
 
-void AskedChild::ask(const std::string& question, const std::function<void(FromChild&)>& take) {
+void QueriedChild::ask(const std::string& question, const std::function<void(FromChild&)>& take) {
   const std::lock_guard lock(mutex_);
   if (!failure_.empty()) throw std::runtime_error(failure_);
   try {

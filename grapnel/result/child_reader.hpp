@@ -92,15 +92,15 @@ void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
 
 /// A child that opens a file once and answers questions about it until this object is destroyed. Thread safety: calls
 /// are serialized.
-class AskedChild {
+class QueriedChild {
  public:
   using Answer = std::function<void(const std::string& question, ToParent&)>;
   /// `open` runs in the child and returns the function that answers; its exception is the reply to every question. Each
   /// answer, and the opening, has `seconds` of processor time. @throws std::runtime_error without a process
-  AskedChild(double seconds, const std::function<Answer()>& open);
-  ~AskedChild();
-  AskedChild(const AskedChild&) = delete;
-  AskedChild& operator=(const AskedChild&) = delete;
+  QueriedChild(double seconds, const std::function<Answer()>& open);
+  ~QueriedChild();
+  QueriedChild(const QueriedChild&) = delete;
+  QueriedChild& operator=(const QueriedChild&) = delete;
 
   /// Sends a question and runs `take` on the answer. After a failure all later questions fail with the same error.
   void ask(const std::string& question, const std::function<void(FromChild&)>& take);

@@ -229,10 +229,10 @@ const Type& type_of<HeldJoint>() {
       field<&H::joint>("joint", "name of the joint"),
       field<&H::impulse>("impulse", "N m s or N s", "impulse on the joint, along or about its axis"),
       field<&H::work>("work", "J", "work of this impulse"),
-      field<&H::told_rate>("told_rate", "rad/s or m/s", "commanded rate"),
+      field<&H::commanded_rate>("commanded_rate", "rad/s or m/s", "commanded rate"),
       field<&H::rate_after>("rate_after", "rad/s or m/s", "rate after the impact"),
-      field<&H::gave_way>(
-          "gave_way",
+      field<&H::was_overpowered>(
+          "was_overpowered",
           "true: the drive was overpowered by the constraint. The grasps did not admit all commanded rates, and this "
           "one deviates by the minimum amount (docs/theory, section 7). A warning reports it"),
   };
@@ -333,8 +333,8 @@ const Type& type_of<BrakeReport>() {
 }
 
 template <>
-const Type& type_of<ModesKept>() {
-  using M = ModesKept;
+const Type& type_of<RetainedModes>() {
+  using M = RetainedModes;
   static constexpr Field fields[] = {
       field<&M::modes>(
           "modes", "1",
@@ -343,7 +343,7 @@ const Type& type_of<ModesKept>() {
       field<&M::impulses>("impulses", "N s", "magnitudes of the impulses, in the order of `grasps`"),
   };
   static constexpr Type type =
-      structure<M>("ModesKept", "the plastic impact if only the slowest flexible modes deform.", fields);
+      structure<M>("RetainedModes", "the plastic impact if only the slowest flexible modes deform.", fields);
   return type;
 }
 

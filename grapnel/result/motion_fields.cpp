@@ -177,8 +177,8 @@ const Type& type_of<WheelShare>() {
 }
 
 template <>
-const Type& type_of<PlannedWay>() {
-  using P = PlannedWay;
+const Type& type_of<PlannedPath>() {
+  using P = PlannedPath;
   static constexpr Field fields[] = {
       field<&P::knots>("knots", "1", "inner knots of the joint splines; 0: one polynomial"),
       field<&P::position_margin>("position_margin", "rad or m",
@@ -201,7 +201,7 @@ const Type& type_of<PlannedWay>() {
       field<&P::wheels>("wheels", "predicted loads of the reaction wheels; empty: not evaluated"),
   };
   static constexpr Type type =
-      structure<P>("PlannedWay", "properties of the last planned segment when the joints follow it exactly.", fields);
+      structure<P>("PlannedPath", "properties of the last planned segment when the joints follow it exactly.", fields);
   return type;
 }
 

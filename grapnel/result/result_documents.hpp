@@ -71,7 +71,7 @@ const Type& type_of<PlanTerm>();
 template <>
 const Type& type_of<WheelShare>();
 template <>
-const Type& type_of<PlannedWay>();
+const Type& type_of<PlannedPath>();
 template <>
 const Type& type_of<WindowPoint>();
 template <>

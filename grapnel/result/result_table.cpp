@@ -129,7 +129,7 @@ std::string plan_lines(const PlanReport& plan) {
     text += paragraph("objective: " + terms, "  ");
   }
   if (!plan.way) return text;
-  const PlannedWay& way = *plan.way;
+  const PlannedPath& way = *plan.way;
   std::string parts = fmt::format("trajectory with {} knots: ", way.knots);
   if (way.clearance) {
     parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a,
@@ -201,7 +201,7 @@ std::string modes_table(const ImpactReport& impact) {
   std::vector<std::string> head{"with the slowest modes only", "up to"}, units{"", "Hz"};
   for (const GraspImpulse& g : impact.grasps) head.push_back(g.end_effector), units.push_back("N s");
   table.row(head), table.row(units);
-  for (const ModesKept& m : impact.by_modes) {
+  for (const RetainedModes& m : impact.by_modes) {
     std::vector<std::string> row{std::to_string(m.modes), short_number(m.frequency)};
     for (double impulse : m.impulses) row.push_back(short_number(impulse));
     table.row(row);
@@ -415,10 +415,10 @@ std::string drive_table(const ImpactReport& impact) {
   table.row({"", "rad/s, m/s", "rad/s, m/s", "rad/s, m/s"});
   bool any = false;
   for (const HeldJoint& held : impact.held_joints) {
-    if (!held.gave_way) continue;
+    if (!held.was_overpowered) continue;
     any = true;
-    table.row({held.joint, short_number(held.told_rate), short_number(held.rate_after),
-               short_number(held.rate_after - held.told_rate)});
+    table.row({held.joint, short_number(held.commanded_rate), short_number(held.rate_after),
+               short_number(held.rate_after - held.commanded_rate)});
   }
   return any ? table.text() : "";
 }

@@ -53,7 +53,7 @@ std::string unique_matlab_name(const std::string& name, std::set<std::string>& t
 
 namespace {
 
-constexpr std::size_t kTextBlock = 1 << 20;  // [bytes] handed to the file at once
+constexpr std::size_t kTextBlock = 1 << 20;  // [bytes] written to the file per call
 
 /// A scalar's component has no name, or the name of the quantity, which is not repeated.
 std::string column_name(const Series& s, const std::string& component) {

@@ -40,13 +40,13 @@ bool is_worse(const GradedViolation& one, const GradedViolation& other);
 /// The worst violation of each phase, in the order of phases.
 std::vector<GradedViolation> worst_by_phase(const std::vector<GradedViolation>& violations);
 
-/// Feasibility checks that were not evaluated: "clearance: switched off". Rows with the same reason share one text.
+/// Feasibility checks that were not evaluated: "clearance: switched off". Rows with the same reason share a sentence.
 std::vector<std::string> not_checked_texts(const Ledger& ledger);
 
 /// "saturated: wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the
 /// end; 3 more". The longest saturation; empty: none.
 std::string saturation_sentence(const CaptureResult& result);
-/// One text for each saturation that exists at the end or lasts a hundredth of the motion (torques and efforts: a
+/// One sentence for each saturation that exists at the end or lasts a hundredth of the motion (torques and efforts: a
 /// tenth, or a minute), the longest first; beyond four texts, the number of the others. Singularities of gyros have a
 /// separate warning.
 std::vector<std::string> saturation_warnings(const CaptureResult& result);

@@ -31,7 +31,7 @@ bool is_mesh_file(const std::filesystem::path& path);
 std::shared_ptr<const TriangleMesh> read_mesh(std::string_view bytes, const std::filesystem::path& path,
                                               FaultList& faults);
 
-/// The values of geometry.file in the tree of a robot, or of a scenario with the robot that stands in it. Only those
+/// The values of geometry.file in the tree of a robot, or of a scenario with an inline robot. Only those
 /// that are texts and go with shape mesh.
 std::vector<Node*> mesh_file_nodes(Node& tree);
 

@@ -131,8 +131,8 @@ class Finder {
       return true;  // its keys have no meaning
     const bool is_said_too = (owner.name == "initial" && field.key != "base") ||
                              (owner.name == "approach" && field.key == "duration") || owner.name == "joint_limits";
-    const bool is_looked_for = owner.name == "approach" && field.key == "duration" && problem_.approach->window;
-    return (is_stated() && is_said_too) || is_looked_for;
+    const bool is_searched = owner.name == "approach" && field.key == "duration" && problem_.approach->window;
+    return (is_stated() && is_said_too) || is_searched;
   }
 
   NumberWriter find(const Type& type, Steps steps) {

@@ -75,7 +75,7 @@ std::filesystem::path robot_path(const std::filesystem::path& scenario, const st
 /// Adds the absent keys of every `ready_made` target; their names are added to `used`.
 void include_targets(Node& scenario, std::set<std::string, std::less<>>& used, FaultList& faults);
 
-/// Applies changes in their order, but first those that say which ready-made target one is; to ready-made targets
+/// Applies changes in their order, but first those that select ready-made targets; to ready-made targets
 /// after they were included. `before` is called with the tree before each.
 template <class Before>
 void apply_changes(Node& scenario, std::span<const Change> changes, std::set<std::string, std::less<>>& used,

@@ -8,7 +8,7 @@
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/text/message_text.hpp"
-#include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/syntax_mistake.hpp"
 #include "grapnel/text/units.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
@@ -158,7 +158,7 @@ class Checker {
       if (is_number_type(schema["type"]) && !take_unit(node, where)) return false;
       if (!check_type(node, schema["type"], schema, where)) return false;
     }
-    if (node.is_mapping()) mend_keys(node, schema, where);
+    if (node.is_mapping()) correct_keys(node, schema, where);
     if (schema.contains("$ref") && !check(node, resolve(root_, schema["$ref"]), where)) return false;
     for (const Json& part : schema.value("allOf", Json::array())) {
       if (!check(node, part, where)) return false;
@@ -444,7 +444,7 @@ class Checker {
   }
 
   // An unknown key that is similar to an absent key: its value is checked as that of the absent key if the type fits.
-  void mend_keys(Node& node, const Json& schema, const Where& where) {
+  void correct_keys(Node& node, const Json& schema, const Where& where) {
     const auto other = schema.find("additionalProperties");
     if (other == schema.end() || !other->is_boolean()) return;
     const Json& known = properties_of(schema);
@@ -466,7 +466,7 @@ class Checker {
     if (node.entries.size() != 1 || !is_text(node.entries[0].value)) return;
     for (const Json& alternative : alternatives) {
       const Json& known = properties_of(alternative);
-      if (known.size() == 1 && !known.contains(node.entries[0].key)) mend_keys(node, alternative, where);
+      if (known.size() == 1 && !known.contains(node.entries[0].key)) correct_keys(node, alternative, where);
     }
   }
 
@@ -476,10 +476,10 @@ class Checker {
 };
 
 // {duration:20}: YAML reads a key without a value. It is reported and split into key and value.
-void mend_missing_blanks(Node& node, FaultList& faults) {
-  for (Node& item : node.items) mend_missing_blanks(item, faults);
+void insert_missing_blanks(Node& node, FaultList& faults) {
+  for (Node& item : node.items) insert_missing_blanks(item, faults);
   for (NodeEntry& entry : node.entries) {
-    mend_missing_blanks(entry.value, faults);
+    insert_missing_blanks(entry.value, faults);
     const auto meant = entry.value.kind == Node::Kind::null ? key_without_blank(entry.key) : std::nullopt;
     if (!meant) continue;
     faults.add(entry.mark, key_advice(entry.key));
@@ -546,7 +546,7 @@ void fill(Node& node, const Json& root, const Json& schema) {
 
 void check_structure(Node& node, const Json& schema, const std::string& document, FaultList& faults,
                      const std::string& path) {
-  mend_missing_blanks(node, faults);
+  insert_missing_blanks(node, faults);
   check_duplicates(node, path, document, faults);
   Where whole;
   whole.path = path;

@@ -71,7 +71,7 @@ void BaseActuation::prescribe(const PrescribedRates& rates) const {
 }
 
 // Computes the thrusters' forces at a time, and their resultant.
-void BaseActuation::look_at_thrusts(double t) {
+void BaseActuation::check_thrusts(double t) {
   thrust_torque_ = Vector3d::zero(), thrust_ = thrust_at(t);
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
     const Thruster& thruster = actuators_.thrusters->thrusters()[i];
@@ -93,7 +93,7 @@ Wrenchd BaseActuation::thrust_at(double t) const {
 }
 
 void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
-  look_at_thrusts(t);
+  check_thrusts(t);
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
     const Thruster& thruster = actuators_.thrusters->thrusters()[i];
     const Vector3d F = thrusts_[i] * thrust_direction(thruster);
@@ -180,7 +180,7 @@ void BaseActuation::conclude(std::span<const double> force, std::span<const doub
 void BaseActuation::add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside) {
   if (!attitude_ || actuators_.steering) return;
   if (has_thrusters()) {
-    look_at_thrusts(t);
+    check_thrusts(t);
     for (int k = 0; k < 3; ++k) beside[v_ + k] += thrust_.angular[k], beside[v_ + 3 + k] += thrust_.linear[k];
   }
   const Vector3d torque = attitude_torque_in(state);

@@ -146,7 +146,7 @@ class BaseActuation {
   void choose_thrusters(double t, const Evaluation& evaluate);
   bool triggers_by_state() const;
   Vector3d countered() const;
-  void look_at_thrusts(double t);
+  void check_thrusts(double t);
   double driving_on(std::size_t wheel, const Evaluation& evaluate);
 
   std::optional<AttitudeControl> attitude_;

@@ -271,7 +271,7 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;
     const ControlOutput output = output_of(drive.control);
-    if (output != ControlOutput::motion && !laws_speak()) continue;
+    if (output != ControlOutput::motion && !laws_command()) continue;
     JointPoint& reference = reference_[j];
     const JointPoint noise = drive.noise.at(t);
     desired_[j] = evaluate(drive.trajectory, t, inside_.value_or(t));
@@ -350,17 +350,17 @@ void PhaseDynamics::act_from_outside(double t) {
 // The torque of attitude control or of the controller, or the held command.
 void PhaseDynamics::drive_root() {
   Vector3d torque = commanded_torque_;
-  if (!laws_speak()) {
+  if (!laws_command()) {
     torque = setup_.clock->held().base_torque;
   } else if (setup_.attitude) {
     torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  base_.drive(torque, commands(), laws_speak() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_,
+  base_.drive(torque, commands(), laws_command() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_,
               force_);
 }
 
 const ActuatorCommands& PhaseDynamics::commands() const {
-  return laws_speak() ? commanded_actuators_ : setup_.clock->held().actuators;
+  return laws_command() ? commanded_actuators_ : setup_.clock->held().actuators;
 }
 
 // The reaction torque of the joints' motion, as far as laws know it: joints with a reference have its acceleration.
@@ -533,7 +533,7 @@ void PhaseDynamics::actuate() {
     motor_[j] = told_[j] = 0;
     const ControlOutput output = output_of(drive.control);
     if (!works_by_effort(output)) continue;
-    if (!laws_speak()) {
+    if (!laws_command()) {
       if (channel_of_[j] >= 0) motor_[j] = output_of_motor(j, setup_.clock->held().effort[channel_of_[j]]);
       continue;
     }
@@ -602,14 +602,14 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
   open_stresses_.reset();
-  if (has_controller_ && laws_speak()) ask_controller(t);
+  if (has_controller_ && laws_command()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
   if (base_.root() >= 0) drive_root();
   base_.turn_gyros(t, now_, commands(), {now_.v, prescribed_, commanded_, acceleration_});
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
-  if (any_computed_ && laws_speak()) {
+  if (any_computed_ && laws_command()) {
     // The controller's model of the robot: without friction, moving as commanded. The kernel computes the torques and,
     // without disturbances or limits, also the accelerations.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + spring_[j];
@@ -887,7 +887,7 @@ std::string PhaseDynamics::trouble() const {
       trouble_->time, trouble_->row, trouble_->contradiction, trouble_->rank, solver_->rows(), trouble_->least_pivot);
 }
 
-MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
+MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
   MomentumDefect defect;
   if (!recovers()) return defect;
   const int nq = model_.coordinates(), nv = model_.velocities();

@@ -184,7 +184,7 @@ class PhaseDynamics {
   std::string trouble() const;
   /// The correction by recovered root velocities: the largest deviation, over the trees, of the momentum of the
   /// integrated velocities in y. Zero if they are not recovered.
-  MomentumDefect momentum_mended(std::span<const double> y);
+  MomentumDefect momentum_corrected(std::span<const double> y);
   PhaseIntegrals integrals(std::span<const double> y) const;
   /// Motor effort and friction of every joint (per Model::joints()) at this instant. If closed loops leave the friction
   /// of stuck joints undetermined, it is the minimum-norm admissible one, with matching multipliers.
@@ -218,7 +218,7 @@ class PhaseDynamics {
   void check_wheels();
   void check_gyros();
   /// Whether laws are evaluated now; otherwise the held commands act.
-  bool laws_speak() const { return !setup_.clock || sampling_; }
+  bool laws_command() const { return !setup_.clock || sampling_; }
   double said_by_law(std::size_t joint) const;
   void gather_beside(double t);
   void ask_controller(double t);
@@ -290,7 +290,7 @@ class PhaseDynamics {
   std::vector<double> at_rest_;                   // zero velocities
   double momenta_time_ = 0;                       // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;     // per free root, at the start of the phase
-  std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_mended
+  std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_corrected
   bool any_computed_ = false;
   std::vector<phase_integral::TreeMotion<double>> trees_;  // current trees, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body

@@ -67,10 +67,10 @@ class PhaseRun {
     direction_ = t1 < t0 ? -1 : 1;
     const double begin = resumed_ ? resumed_->begin : t0;
     outputs_ = OutputTimes(begin, t1, grid);
-    next_look_ = begin, between_looks_ = (t1 - begin) / std::max(watch_.looks, 1);
+    next_check_ = begin, between_checks_ = (t1 - begin) / std::max(watch_.looks, 1);
     if (resumed_) {
       while (next_ < outputs_.size() && (t0 - outputs_[next_]) * direction_ >= 0) ++next_;
-      pass_looks(t0);
+      pass_checks(t0);
     }
     std::vector<double> y0 =
         resumed_ ? dynamics_.initial(start, t0, resumed_->integrals) : dynamics_.initial(start, t0);
@@ -161,16 +161,16 @@ class PhaseRun {
 
   void look(double t, std::span<const double> y) {
     watch_.look(t, dynamics_.state(t, y), dynamics_.integrals(y));
-    pass_looks(t);
+    pass_checks(t);
   }
-  void pass_looks(double t) {
-    while ((next_look_ - t) * direction_ <= 0 && between_looks_ != 0) next_look_ += between_looks_;
+  void pass_checks(double t) {
+    while ((next_check_ - t) * direction_ <= 0 && between_checks_ != 0) next_check_ += between_checks_;
   }
 
   // The observation between two steps; the end has a separate one.
   void look_up(double t) {
     if (watch_.each_step) watch_.each_step(t);
-    if (watch_.look && stepper_.status() == StepStatus::running && (t - next_look_) * direction_ >= 0)
+    if (watch_.look && stepper_.status() == StepStatus::running && (t - next_check_) * direction_ >= 0)
       look(t, stepper_.state());
   }
 
@@ -297,7 +297,7 @@ class PhaseRun {
     outcome.end_time = t;
     outcome.end_state = dynamics_.state(t, y);
     outcome.integrals = dynamics_.integrals(y);
-    outcome.momentum_mended = dynamics_.momentum_mended(y);
+    outcome.momentum_corrected = dynamics_.momentum_corrected(y);
     outcome.rhs_evaluations = static_cast<long>(done_.rhs_evaluations);
     outcome.steps = static_cast<long>(done_.accepted);
     outcome.rejected = static_cast<long>(done_.rejected);
@@ -328,7 +328,7 @@ class PhaseRun {
   OutputTimes outputs_;
   std::size_t next_ = 0;  // index in outputs_
   double direction_ = 1;
-  double next_look_ = 0, between_looks_ = 0;
+  double next_check_ = 0, between_checks_ = 0;
   std::optional<double> stop_time_;
 };
 

@@ -70,7 +70,7 @@ struct PhaseOutcome {
   long rhs_evaluations = 0;
   long steps = 0;
   long rejected = 0;
-  MomentumDefect momentum_mended;  // at the end
+  MomentumDefect momentum_corrected;  // at the end
   LoopOutcome loops;
   double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
 };

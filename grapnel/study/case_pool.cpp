@@ -32,7 +32,7 @@ class Pool {
   void compute() {
     try {
       for (std::size_t job = 0; take_job(job);) {
-        const HandIn hand_in = [&](std::vector<CaseRow> rows) { wait_and_hand_in(job, std::move(rows)); };
+        const RowSink hand_in = [&](std::vector<CaseRow> rows) { wait_and_hand_in(job, std::move(rows)); };
         work_(job, hand_in, stop_.get_token());
       }
     } catch (...) {

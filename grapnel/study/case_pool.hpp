@@ -39,9 +39,9 @@ struct PoolOptions {
 };
 
 /// Passes rows to the calling thread; waits while that is far behind.
-using HandIn = std::function<void(std::vector<CaseRow>)>;
+using RowSink = std::function<void(std::vector<CaseRow>)>;
 /// Runs a job. Called concurrently from several threads.
-using JobWork = std::function<void(std::size_t job, const HandIn& hand_in, const std::stop_token& stop)>;
+using JobWork = std::function<void(std::size_t job, const RowSink& hand_in, const std::stop_token& stop)>;
 /// Takes rows of a job, in their order. Called only by the calling thread.
 using TakeRows = std::function<void(std::size_t job, std::vector<CaseRow> rows)>;
 

@@ -35,7 +35,7 @@ std::string objective_unit(const Optimization& optimization) {
 }
 
 // Columns of the table on the terminal.
-bool is_looked_for(const std::string& name) {
+bool is_searched(const std::string& name) {
   for (const char* pattern :
        {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
         "grasps/*/relative_speed", "grasps/*/largest_speed", "base/angular_velocity_change", "base/velocity_change",
@@ -56,7 +56,7 @@ void comparison_row(const std::string& name, double before, double after, TextTa
 }
 
 // Rounding error, or zero.
-bool says_nothing(double value) { return !(std::abs(value) > kRounding); }
+bool is_silent(double value) { return !(std::abs(value) > kRounding); }
 
 Measured least_margin(const Optimization& optimization) {
   Measured margins{"", "1", {}, Combine::least};
@@ -81,7 +81,7 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
   for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
     const Column& column = optimization.columns[c];
     const double was = before.row.values[c], is = after.row.values[c];
-    if (!is_looked_for(column.name) || (says_nothing(was) && says_nothing(is))) continue;
+    if (!is_searched(column.name) || (is_silent(was) && is_silent(is))) continue;
     const bool positive = !column_matches("joints", column.name) && !column_matches("base", column.name);
     comparison_row(with_unit(column.name, column.unit), was, is, table, positive);
   }

@@ -263,7 +263,7 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   progress.total = setup.evaluations;
   const Sample sample(optimization.variables.size(), setup.seed);
   std::vector<Evaluation> sampled(samples);
-  const auto sampling = [&](std::size_t i, const HandIn& hand_in, const std::stop_token& stop) {
+  const auto sampling = [&](std::size_t i, const RowSink& hand_in, const std::stop_token& stop) {
     try {
       sampled[i] = evaluate_at(optimization, sample_point(optimization, sample, i), 0, stop);
     } catch (const EvaluationStopped&) {
@@ -281,7 +281,7 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   // The distance of neighbours in the sample.
   const double step =
       std::min(0.25, std::pow(static_cast<double>(samples), -1 / static_cast<double>(optimization.variables.size())));
-  const auto searching = [&](std::size_t i, const HandIn& hand_in, const std::stop_token& stop) {
+  const auto searching = [&](std::size_t i, const RowSink& hand_in, const std::stop_token& stop) {
     paths[i] = search_from(
         optimization, starts[i], i + 1, share(i), step,
         [&](const Evaluation& one) {

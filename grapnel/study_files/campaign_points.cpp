@@ -117,7 +117,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t nu
     if (it != kept_.end()) return it->second.get();
   }
   // Two threads may compute the same point, with equal results.
-  KeptPoint made;
+  StoredPoint made;
   try {
     made.point = make(number);
   } catch (const std::exception&) {
@@ -127,7 +127,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t nu
   const std::lock_guard lock(mutex_);
   const auto [it, fresh] = kept_.emplace(number, std::move(made));
   if (!fresh) return it->second.get();
-  const KeptPoint result = it->second;
+  const StoredPoint result = it->second;
   order_.push_back(number);
   if (order_.size() > kKept) {
     kept_.erase(order_.front());

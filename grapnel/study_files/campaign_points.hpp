@@ -78,7 +78,7 @@ class CampaignPoints {
   bool setters_allowed_ = true;
   std::mutex mutex_;
   // A point, or the reason for its absence.
-  struct KeptPoint {
+  struct StoredPoint {
     std::shared_ptr<const DesignPoint> point;
     std::exception_ptr trouble;
     std::shared_ptr<const DesignPoint> get() const {
@@ -86,7 +86,7 @@ class CampaignPoints {
       return point;
     }
   };
-  std::map<std::uint64_t, KeptPoint> kept_;  // guarded by mutex_, as order_
+  std::map<std::uint64_t, StoredPoint> kept_;  // guarded by mutex_, as order_
   std::deque<std::uint64_t> order_;
 };
 

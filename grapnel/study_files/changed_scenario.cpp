@@ -286,7 +286,7 @@ void freeze_places(const ApproachSetup& approach, const ApproachPlan& plan, Node
 void freeze_motion(const ApproachPlan& plan, Node& node) {
   const Mark mark = mark_of(node, node.find("straight_in") ? "straight_in" : "final_rates");
   Node list = marked(Node::Kind::sequence, mark);
-  for (const MotionPiece& piece : motion_pieces(plan.joints)) {
+  for (const MotionPiece& piece : motion_segments(plan.joints)) {
     Node series = marked(Node::Kind::sequence, mark);
     for (const std::vector<double>& one : piece.series) series.items.push_back(list_node(one, mark));
     Node entry = marked(Node::Kind::mapping, mark);

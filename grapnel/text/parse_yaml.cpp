@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/syntax_mistake.hpp"
 #include "grapnel/text/text_file.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

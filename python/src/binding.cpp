@@ -50,7 +50,7 @@ void Unlocked::with_lock(void (*act)()) {
 }
 
 void run_interruptibly(const std::function<void(const std::stop_token&)>& work) {
-  constexpr std::chrono::milliseconds kBetweenLooks(20);
+  constexpr std::chrono::milliseconds kBetweenChecks(20);
   std::mutex mutex;
   std::condition_variable ended;
   bool done = false;
@@ -70,7 +70,7 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work) 
       ended.notify_all();
     });
     std::unique_lock lock(mutex);
-    while (!ended.wait_for(lock, kBetweenLooks, [&] { return done; })) {
+    while (!ended.wait_for(lock, kBetweenChecks, [&] { return done; })) {
       lock.unlock();
       if (!interrupted) {
         interrupted = unlocked.signals_raise([&] {

@@ -23,13 +23,13 @@ namespace fs = std::filesystem;
 // propagates.
 std::pair<int, std::string> said_by(const std::function<int(const std::stop_token&)>& command) {
   std::pair<int, std::string> said;
-  constexpr std::chrono::milliseconds kBetweenLooks(20);
-  static std::timed_mutex one_at_a_time;  // required by KeptMessages
+  constexpr std::chrono::milliseconds kBetweenChecks(20);
+  static std::timed_mutex one_at_a_time;  // required by BufferedMessages
   run_interruptibly([&](const std::stop_token& stop) {
     std::unique_lock lock(one_at_a_time, std::defer_lock);
-    while (!lock.try_lock_for(kBetweenLooks))
+    while (!lock.try_lock_for(kBetweenChecks))
       if (stop.stop_requested()) throw Stopped{};
-    const app::KeptMessages messages;
+    const app::BufferedMessages messages;
     const InputFiles inputs;
     said.first = command(stop);
     said.second = messages.lines();

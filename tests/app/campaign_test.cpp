@@ -238,7 +238,7 @@ TEST_F(Campaign, DamagedManifestRejectedWithRemedy) {
     EXPECT_THAT(o.err, HasSubstr("manifest.json: damaged: its contents were changed")) << command;
     EXPECT_THAT(o.err, HasSubstr("move this file to another folder: the command that created r then creates it again"))
         << command;
-    EXPECT_THAT(o.err, Not(HasSubstr("to go on: "))) << command;
+    EXPECT_THAT(o.err, Not(HasSubstr("to resume: "))) << command;
   }
   fs::remove(folder_ / "r" / "manifest.json");
   const Outcome o = run("campaign study.yaml -o r");

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The program as its users run it: in a folder of its own, with exit code and both outputs. For tests of the program.
+/// The program as its users run it: in a separate folder, with exit code and both outputs. For tests of the program.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

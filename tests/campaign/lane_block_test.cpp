@@ -606,7 +606,7 @@ TEST(SlowSettings, NameColumnsOfLoads) {
   const auto says = [&] {
     std::string all;
     for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
-    return all.find("case by case instead of several at once: loads are looked for (the columns margins/") !=
+    return all.find("case by case instead of several at once: loads are monitored (the columns margins/") !=
            std::string::npos;
   };
   for (Column& column : campaign.columns) column.needs_loads = false;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Capture problems to start from, and ways to look into results.
+/// Capture problems to start from, and functions that read results.
 
 #include <gtest/gtest.h>
 

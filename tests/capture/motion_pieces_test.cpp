@@ -30,7 +30,7 @@ std::vector<JointTrajectory> of_all_kinds() {
 
 TEST(MotionPieces, AreTheSameMotion) {
   const std::vector<JointTrajectory> joints = of_all_kinds();
-  const std::vector<MotionPiece> pieces = motion_pieces(joints);
+  const std::vector<MotionPiece> pieces = motion_segments(joints);
   ASSERT_EQ(pieces.size(), 4u);
   EXPECT_EQ(pieces[2].until, 20.6);
   EXPECT_EQ(pieces[3].series[1], std::get<ChebyshevPiece>(joints[1].pieces[3].shape).coefficients);
@@ -55,10 +55,10 @@ TEST(MotionPieces, AreTheSameMotion) {
 TEST(MotionPieces, EndTogether) {
   std::vector<JointTrajectory> joints = of_all_kinds();
   joints[1].pieces.pop_back();
-  EXPECT_THROW(motion_pieces(joints), std::invalid_argument);
+  EXPECT_THROW(motion_segments(joints), std::invalid_argument);
   joints = of_all_kinds();
   joints[2].pieces[0].end = joints[2].pieces[1].begin = 7.4;
-  EXPECT_THROW(motion_pieces(joints), std::invalid_argument);
+  EXPECT_THROW(motion_segments(joints), std::invalid_argument);
 }
 
 // The thesis's case planned, and its plan stated piece by piece.
@@ -78,7 +78,7 @@ CaptureProblem stated(const CaptureProblem& planned) {
   CaptureProblem p = planned;
   p.approach->plan.reset(), p.approach->match.reset(), p.approach->waypoints.clear();
   p.approach->profile = {};
-  p.approach->pieces = motion_pieces(plan.joints);
+  p.approach->pieces = motion_segments(plan.joints);
   return p;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a capture's time series say about its grasps, by formulas of their own.
+/// Quantities of grasps computed from a capture's time series by independent formulas.
 
 #include <functional>
 

@@ -44,7 +44,7 @@ CaptureProblem one_planar_arm(GraspSetup::Orientation orientation) {
   return p;
 }
 
-constexpr double kFlightsAgree = 1e-9;  // [m, rad and their rates]
+constexpr double kSimulationsAgree = 1e-9;  // [m, rad and their rates]
 
 double begin_of(const CaptureProblem& p) { return p.approach->duration - p.approach->straight_in->duration; }
 
@@ -59,10 +59,10 @@ double missed_in_the_end(const CaptureProblem& p, const CaptureResult& r, double
     larger(most.distance, m.distance), larger(most.angle, m.angle);
     larger(most.velocity, m.velocity), larger(most.spin, m.spin);
     const PlannedMiss& said = r.plan->miss[g];
-    EXPECT_NEAR(said.distance, m.distance, kFlightsAgree);
-    EXPECT_NEAR(said.angle, m.angle, kFlightsAgree);
-    EXPECT_NEAR(said.velocity.value(), m.velocity, kFlightsAgree);
-    EXPECT_NEAR(said.angular_velocity.value(), m.spin, kFlightsAgree);
+    EXPECT_NEAR(said.distance, m.distance, kSimulationsAgree);
+    EXPECT_NEAR(said.angle, m.angle, kSimulationsAgree);
+    EXPECT_NEAR(said.velocity.value(), m.velocity, kSimulationsAgree);
+    EXPECT_NEAR(said.angular_velocity.value(), m.spin, kSimulationsAgree);
   }
   std::printf("[ measured ] missed in the end: %.2g m, %.2g rad, %.2g m/s, %.2g rad/s\n", most.distance, most.angle,
               most.velocity, most.spin);

@@ -20,9 +20,9 @@ CaptureProblem driven_loops(const std::vector<int>& targets, int joints, int ind
   return p;
 }
 
-int gave_way(const ImpactReport& impact) {
+int was_overpowered(const ImpactReport& impact) {
   int count = 0;
-  for (const HeldJoint& held : impact.held_joints) count += held.gave_way;
+  for (const HeldJoint& held : impact.held_joints) count += held.was_overpowered;
   return count;
 }
 
@@ -34,8 +34,8 @@ void expect_told(const CaptureResult& r, const ImpactReport& impact) {
     const auto at = std::find(impact.joint_names.begin(), impact.joint_names.end(), held.joint);
     ASSERT_NE(at, impact.joint_names.end());
     const double jump = impact.joint_velocity_change[static_cast<std::size_t>(at - impact.joint_names.begin())];
-    EXPECT_NEAR(held.rate_after - held.told_rate, jump, 1e-13);  // told: the rate before
-    EXPECT_EQ(held.gave_way, std::abs(jump) > 1e-9) << held.joint;
+    EXPECT_NEAR(held.rate_after - held.commanded_rate, jump, 1e-13);  // told: the rate before
+    EXPECT_EQ(held.was_overpowered, std::abs(jump) > 1e-9) << held.joint;
     work += held.work;
   }
   for (const GraspImpulse& g : impact.grasps)
@@ -61,12 +61,12 @@ TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
         expect_finite(r);
         EXPECT_LT(row(r, "impact_constraint_residual").value, 1e-11);
         expect_told(r, *r.impact);
-        EXPECT_GT(gave_way(*r.impact), 0);
-        most = std::max(most, gave_way(*r.impact));
+        EXPECT_GT(was_overpowered(*r.impact), 0);
+        most = std::max(most, was_overpowered(*r.impact));
         // The third arm has a separate target: its drives hold the prescribed rates.
         for (const HeldJoint& held : r.impact->held_joints) {
           if (targets.back() == 1 && held.joint.starts_with("arm2")) {
-            EXPECT_EQ(held.rate_after, held.told_rate);
+            EXPECT_EQ(held.rate_after, held.commanded_rate);
           }
         }
         EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
@@ -87,10 +87,10 @@ TEST(YieldingDrives, OverpoweredAtEachGrasp) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_EQ(r.later_impacts.size(), 2u);
-  EXPECT_EQ(gave_way(*r.impact), 0);  // one arm alone holds what it likes
-  for (const HeldJoint& held : r.impact->held_joints) EXPECT_EQ(held.rate_after, held.told_rate);
+  EXPECT_EQ(was_overpowered(*r.impact), 0);  // one arm alone holds what it likes
+  for (const HeldJoint& held : r.impact->held_joints) EXPECT_EQ(held.rate_after, held.commanded_rate);
   for (const ImpactReport& later : r.later_impacts) {
-    EXPECT_GT(gave_way(later), 0);
+    EXPECT_GT(was_overpowered(later), 0);
     expect_told(r, later);
   }
 }
@@ -110,11 +110,11 @@ TEST(YieldingDrives, OtherDrivesKeepTrajectories) {
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     ASSERT_EQ(r.later_impacts.size(), 2u);
-    EXPECT_EQ(gave_way(*r.impact), 0);
-    EXPECT_EQ(gave_way(r.later_impacts[0]) > 0, during == During::driven);
+    EXPECT_EQ(was_overpowered(*r.impact), 0);
+    EXPECT_EQ(was_overpowered(r.later_impacts[0]) > 0, during == During::driven);
     for (const HeldJoint& held : r.later_impacts[0].held_joints) {
       if (held.joint.starts_with("arm2")) {
-        EXPECT_EQ(held.rate_after, held.told_rate);
+        EXPECT_EQ(held.rate_after, held.commanded_rate);
       }
     }
   }
@@ -144,7 +144,7 @@ TEST(YieldingDrives, OverpoweredUnderOtherLaws) {
     }
     EXPECT_LT(row(r, "linear_momentum_drift").value, 1e-11);
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
-    EXPECT_GT(gave_way(*r.impact), 0);
+    EXPECT_GT(was_overpowered(*r.impact), 0);
     if (law == Law::compliant) {
       // Springs let the drives continue to pull until the end; then grasps are rigid and drives are overpowered.
       EXPECT_EQ(r.impact->compliant->end, "time_over");

@@ -74,7 +74,7 @@ TEST(ClosedCases, CoverLoopsOfEveryKind) {
   }
   std::printf(
       "[ measured ] of %d: %d redundant, %d several closures, %d fixed base, %d prescribed, %d base held, "
-      "%d with a target of its own, %d spherical, %d locked\n",
+      "%d with a separate target, %d spherical, %d locked\n",
       kClosed, redundant, several, fixed, prescribed, held, own_target, spherical, locked);
   EXPECT_GT(redundant, kClosed / 5);
   EXPECT_GT(several, kClosed / 4);

@@ -140,7 +140,7 @@ TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
       return k;
     };
     const double begin = 2, arrival = 9;
-    HandReference r;
+    EndEffectorReference r;
     r.body = 0, r.begin = begin, r.X_D = {at(1.3).X_WB[0].R, random.vector(0.5)};
     r.offset = random.vector(1), r.turn = random.vector(index % 2 == 0 ? 0.3 : 1.5);
     r.departure = random.vector(0.3), r.turn_rate = random.vector(0.4);
@@ -150,7 +150,7 @@ TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
     const auto D = [&](double t) { return hand_motion(r, at(t), none, t); };
     const double h = 1e-4;
     for (const double t : {begin + 0.2, 4.0, 6.5, 8.9}) {
-      const HandMotion a = D(t - h), b = D(t), c = D(t + h);
+      const EndEffectorState a = D(t - h), b = D(t), c = D(t + h);
       const double half = 0.5 / h;
       const Vector3d turned = b.X_WD.R * rotation_vector(transpose(a.X_WD.R) * c.X_WD.R);
       of_velocity =
@@ -158,7 +158,7 @@ TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
       of_acceleration = std::max({of_acceleration, norm(half * (c.V.linear - a.V.linear) - b.A.linear),
                                   norm(half * (c.V.angular - a.V.angular) - b.A.angular)});
     }
-    const HandMotion first = D(begin), last = D(arrival);
+    const EndEffectorState first = D(begin), last = D(arrival);
     const Kinematics k = at(begin), end = at(arrival);
     const Vector3d arm = k.X_WB[0].R * (r.X_D.p + r.offset), left = end.X_WB[0].R * r.X_D.p;
     EXPECT_LT(norm(first.V.linear - v - cross(w, arm) - k.X_WB[0].R * r.departure), 1e-14);

@@ -102,7 +102,7 @@ TEST(DamagedFiles, EachIsInATranscriptOrWithoutError) {
 }
 
 TEST(DamagedFiles, TheOriginalsAreAccepted) {
-  const Outcome outcome = run("check good/catch.yaml");
+  const Outcome outcome = run("check good/capture.yaml");
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.err, "");
 }

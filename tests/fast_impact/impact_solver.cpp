@@ -165,7 +165,7 @@ class YieldingDrives {
   std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
 
   // Changes `after`, rates of the `held` velocities, by (7.20), with w_g = 0. Returns whether any changed.
-  bool give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
+  bool yield_to(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
 
  private:
   std::size_t rows_, velocities_;
@@ -190,7 +190,7 @@ YieldingDrives::YieldingDrives(const Model& model, int rows)
   for (std::size_t v = 0; v < velocities_; ++v) inertia_[v] = drive_inertia(model, static_cast<int>(v));
 }
 
-bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held,
+bool YieldingDrives::yield_to(const PivotedCholesky& factor, std::span<const std::uint8_t> held,
                               std::span<double> after) {
   const std::size_t count = rows_ - static_cast<std::size_t>(factor.rank());
   const std::span<double> A = small_.matrix();  // S_h^T J_r^-1 S_h; rows beyond the self-stresses are the identity's
@@ -390,7 +390,7 @@ struct ImpactSolver::Implementation {
       articulated_accelerations<double>(model.tree(), in, workspace, change, force);
       std::copy(force.begin(), force.end(), drives.response(static_cast<int>(r)).begin());
     }
-    if (!drives.give_way(factor, held, held_rate)) return;
+    if (!drives.yield_to(factor, held, held_rate)) return;
     for (std::size_t i = 0; i < held.size(); ++i) held_change[i] = held[i] != 0 ? held_rate[i] - v[i] : 0;
   }
 

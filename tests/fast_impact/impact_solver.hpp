@@ -23,7 +23,7 @@ class ImpactSolver {
 
   /// Solves the impact at coordinates q and velocities v. `grasps`: those of the constructor, now with their contact
   /// points and hinge axes in W. `held`: as of plastic_impact(), but all velocities of a free root or of a spherical
-  /// joint, or none; drives give way as there. Allocates nothing.
+  /// joint, or none; drives are overpowered as there. Allocates nothing.
   /// @throws std::invalid_argument for another model's sizes, other grasps, or a joint held in part.
   void solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grasps,
              std::span<const HeldRate> held = {});

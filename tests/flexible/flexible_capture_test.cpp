@@ -86,7 +86,7 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
   ASSERT_EQ(r.elastic.size(), 2u);
   EXPECT_EQ(r.elastic[0].springs, 12);
   EXPECT_LT(r.elastic[1].modes[0].held, r.elastic[0].modes[0].held);
-  const std::vector<ModesKept>& by_modes = r.impact->by_modes;
+  const std::vector<RetainedModes>& by_modes = r.impact->by_modes;
   ASSERT_GT(by_modes.size(), 10u);
   EXPECT_EQ(by_modes.back().modes, 12);
   for (std::size_t g = 0; g < 2; ++g) EXPECT_NEAR(by_modes.back().impulses[g], norm(r.impact->grasps[g].impulse), 1e-9);

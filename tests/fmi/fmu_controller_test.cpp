@@ -77,8 +77,8 @@ TEST(FmuController, SameLawWithOneSampleDelay) {
     EXPECT_TRUE(result.ledger.pass());
     EXPECT_EQ(result.control->plugin, fmu_file(name));
     EXPECT_EQ(result.control->plugin_sha256.size(), 64u);
-    std::printf("[ measured ] %s against the law in C, a sample late: %.3g; at once: %.3g\n", name, apart(result, in_c),
-                apart(result, at_once));
+    std::printf("[ measured ] %s against the law in C, a sample late: %.3g; in the same sample: %.3g\n", name,
+                apart(result, in_c), apart(result, at_once));
     EXPECT_LT(apart(result, in_c), 1e-10);
     EXPECT_GT(apart(result, at_once), 1e-7);
   }

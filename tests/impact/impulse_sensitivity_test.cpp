@@ -549,8 +549,8 @@ TEST(ImpulseSensitivity, ReportsContradictoryDrives) {
   for (Grasp& g : p.grasps) g.model = GraspModel::rigid;
   for (int j : p.model.joints()) p.held.push_back({p.model.bodies()[j].v, p.state.v[p.model.bodies()[j].v]});
   const ImpactSolution s = plastic_impact(p.model, p.state, p.grasps, p.held);
-  const std::vector<bool> gave_way = which_gave_way(p.model, p.held, s.velocity);
-  ASSERT_TRUE(std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end());
+  const std::vector<bool> was_overpowered = which_was_overpowered(p.model, p.held, s.velocity);
+  ASSERT_TRUE(std::find(was_overpowered.begin(), was_overpowered.end(), true) != was_overpowered.end());
   for (const ImpulseSensitivity& d : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
     EXPECT_EQ(d.undefined, "the held rates contradict the grasps");
     EXPECT_TRUE(std::isnan(d.base.linear[0]));

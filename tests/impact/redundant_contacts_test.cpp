@@ -36,7 +36,7 @@ RestCase random_rest(int index, int points) {
 }
 
 // By how much Coulomb's law is missed, over what drives the points.
-double law_missed(const RestCase& c, const Eigen::VectorXd& l) {
+double violates_law(const RestCase& c, const Eigen::VectorXd& l) {
   const Eigen::VectorXd rate = c.A * l + c.b;
   double most = 0;
   for (Eigen::Index i = 0; i < c.radius.size(); ++i) {
@@ -56,9 +56,9 @@ TEST(RedundantFriction, ObeysCoulombsLaw) {
     const RestCase c = random_rest(i, 2 + i % 4);
     const FrictionForces forces = friction_at_rest(c.A, c.b, c.radius);
     crawled += forces.crawled;
-    EXPECT_LT(any.note(law_missed(c, forces.force), i), 1e-11);
+    EXPECT_LT(any.note(violates_law(c, forces.force), i), 1e-11);
     const FrictionForces central = friction_at_rest(c.A, c.b, c.radius, {}, FrictionChoice::middle);
-    EXPECT_LT(middle.note(law_missed(c, central.force), i), 1e-11);
+    EXPECT_LT(middle.note(violates_law(c, central.force), i), 1e-11);
     EXPECT_LT(said.note(central.missed, i), 1e-11);
     // The rate is the same whatever the forces.
     EXPECT_LT((central.rate - forces.rate).norm(), 1e-10 * c.b.norm());

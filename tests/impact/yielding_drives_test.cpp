@@ -85,9 +85,9 @@ std::vector<HeldRate> any_rates(const ImpactCase& c, Random& random) {
   return held;
 }
 
-bool any_gave_way(const ImpactCase& c, std::span<const HeldRate> held, std::span<const double> velocity) {
-  const std::vector<bool> gave_way = which_gave_way(c.model, held, velocity);
-  return std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end();
+bool any_was_overpowered(const ImpactCase& c, std::span<const HeldRate> held, std::span<const double> velocity) {
+  const std::vector<bool> was_overpowered = which_was_overpowered(c.model, held, velocity);
+  return std::find(was_overpowered.begin(), was_overpowered.end(), true) != was_overpowered.end();
 }
 
 // The same robot with rotors of `factor` times J_r besides its own: the impact is then that of free joints.
@@ -123,7 +123,7 @@ TEST(YieldingDrives, LimitOfHeavyRotors) {
       const ImpactCase c = arms_on_one_target(robots()[r], static_cast<int>(10 * r) + index);
       const std::vector<HeldRate> held = all_joints_as_they_are(c);
       const ImpactSolution limit = plastic_impact(c.model, c.state, c.grasps, held);
-      ASSERT_TRUE(any_gave_way(c, held, limit.velocity));
+      ASSERT_TRUE(any_was_overpowered(c, held, limit.velocity));
       double difference[3];
       for (int k = 0; k < 3; ++k) {
         const Model heavy = with_rotors(c.model, std::pow(10, 2 + 2 * k));
@@ -163,7 +163,7 @@ bool floats(const Model& model) {
 TEST(YieldingDrives, MinimumDeviationOfRates) {
   Worst grasps("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
       energy("energy identity"), total("total momentum");
-  int gave_way = 0, fixed = 0, rotors = 0, slides = 0;
+  int was_overpowered = 0, fixed = 0, rotors = 0, slides = 0;
   for (int i = 0; i < 2 * kImpacts; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c =
@@ -196,11 +196,11 @@ TEST(YieldingDrives, MinimumDeviationOfRates) {
       const Momentumd h0 = momentum_about(c.model, k0, com), h1 = momentum_about(c.model, k1, com);
       EXPECT_LT(total.note(norm(h1.linear - h0.linear) / norm(h0.linear), i), 1e-10);
     }
-    if (!any_gave_way(c, held, s.velocity)) {
+    if (!any_was_overpowered(c, held, s.velocity)) {
       for (std::size_t k = 0; k < held.size(); ++k) EXPECT_NEAR(s.velocity[held[k].velocity], held[k].after, 1e-8);
       continue;
     }
-    ++gave_way;
+    ++was_overpowered;
     fixed += !floats(c.model), rotors += (weight.array() != 1).any();
     for (const HeldRate& h : held) {
       for (int b : c.model.joints())
@@ -216,7 +216,7 @@ TEST(YieldingDrives, MinimumDeviationOfRates) {
     const Eigen::MatrixXd still = N * kernel(H * N);
     EXPECT_LT(second.note((still.transpose() * (M * (after - v))).norm() / (M * v).norm(), i), 1e-9);
   }
-  EXPECT_GT(gave_way, 250);
+  EXPECT_GT(was_overpowered, 250);
   EXPECT_GT(fixed, 50);
   EXPECT_GT(rotors, 100);
   EXPECT_GT(slides, 100);
@@ -246,7 +246,7 @@ TEST(YieldingDrives, UnchangedWithoutContradiction) {
 
 TEST(YieldingDrives, SameInFastSolver) {
   Worst velocities("velocities");
-  int gave_way = 0;
+  int was_overpowered = 0;
   for (int i = 0; i < kImpacts; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c =
@@ -260,9 +260,9 @@ TEST(YieldingDrives, SameInFastSolver) {
     EXPECT_EQ(fast.rank() + static_cast<int>(held.size()), careful.rank);
     EXPECT_LT(velocities.note((eigen(found) - eigen(careful.velocity)).norm() / eigen(c.state.v).norm(), i), 1e-8);
     EXPECT_LT(fast.constraint_residual(), 1e-9);
-    gave_way += any_gave_way(c, held, careful.velocity);
+    was_overpowered += any_was_overpowered(c, held, careful.velocity);
   }
-  EXPECT_GT(gave_way, 100);
+  EXPECT_GT(was_overpowered, 100);
 }
 
 // Contacts depend on grasps with overpowered drives; rebounds may require more than the prescribed rates.
@@ -279,7 +279,7 @@ TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
     const std::vector<std::vector<double>> e(c.grasps.size(), std::vector<double>(6, 0.5));
     const BilateralRestitution back = bilateral_restitution(c.model, c.state, c.grasps, e, held);
     EXPECT_EQ(back.inconsistent, "");
-    EXPECT_TRUE(any_gave_way(c, held, back.solution.velocity));
+    EXPECT_TRUE(any_was_overpowered(c, held, back.solution.velocity));
     const Eigen::VectorXd u = J * v;
     EXPECT_LT(thrown.note((J * eigen(back.solution.velocity) + 0.5 * u).norm() / u.norm(), index), 1e-10);
     EXPECT_LT(back.solution.generalized_momentum_residual, 1e-10);
@@ -299,7 +299,7 @@ TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
     const ContactImpactSolution s =
         contact_impact(c.model, c.state, {&point, 1}, RestitutionHypothesis::stronge, closed, two);
     ASSERT_EQ(s.status, ContactImpactSolution::Status::solved) << s.message;
-    EXPECT_TRUE(any_gave_way(c, two, s.velocity));
+    EXPECT_TRUE(any_was_overpowered(c, two, s.velocity));
     EXPECT_LT(blow.note(s.generalized_momentum_residual, index), 1e-10);
     EXPECT_LT(s.energy_identity_residual, 1e-10);
     EXPECT_LT((J.topRows(J.rows() - 6) * eigen(s.velocity)).norm(), 1e-10 * v.norm());

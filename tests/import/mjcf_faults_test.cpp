@@ -199,7 +199,7 @@ const Refused kRefused[] = {
      {.rest = "<equality><joint joint1='elbow' joint2='elbow' polycoeff='0 1'/></equality>"},
      "10:48",
      "did you mean 'polycoef'?"},
-    {"unknown_element", {.arm = "<gem/>"}, "8:2", "<gem> cannot stand in a body; did you mean 'geom'?"},
+    {"unknown_element", {.arm = "<gem/>"}, "8:2", "<gem> is not allowed in a body; did you mean 'geom'?"},
     {"unknown_section", {.rest = "<actuators/>"}, "10:2", "did you mean 'actuator'?"},
     {"no_number", {.joint = "damping='much'"}, "7:8", "'much' is no finite number"},
     {"joint_in_a_frame",

@@ -180,7 +180,7 @@ std::shared_ptr<ThrusterBank> six_thrusters() {
 }
 
 TEST(LaneWheels, SampledSpeedsAndFeedforwardAgree) {
-  expect_asked_alike("speeds of their own", asked_phases(95, [](Phase& p) {
+  expect_asked_alike("separate speeds", asked_phases(95, [](Phase& p) {
                        p.setup.actuators.wheel_speed_rate = 0.5;
                        p.setup.actuators.wheel_speeds = {5, -3, 2, 1};
                      }));

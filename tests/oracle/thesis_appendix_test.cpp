@@ -143,7 +143,7 @@ TEST_P(ThesisAppendix, B_Cb3HasAWrongSign) {
 }
 
 // B: c_1 and c_2 have only products of two different rates or theta2'^2. With the base alone turning, the printed ones
-// vanish (but for the velocity terms), though the links are thrown outwards.
+// vanish (except for the velocity terms), though the links are thrown outwards.
 TEST_P(ThesisAppendix, B_C1AndC2LackTheCentrifugalTerms) {
   PlanarState base_only = s;
   base_only.rate << 0, 0, 1.3, 0, 0, 0;

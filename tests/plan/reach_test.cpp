@@ -57,7 +57,7 @@ TEST(ThesisPlan, JacobianAgreesWithFiniteDifferences) {
   for (RateDemand demand : {RateDemand::given, RateDemand::velocity, RateDemand::twist, RateDemand::linear}) {
     const ReachProblem p = thesis_problem(s, demand);
     Shooting shooting(base, p);
-    const Shot here = shooting.shoot(p.guess, std::vector<double>(6, 0.0));
+    const ShootingIterate here = shooting.shoot(p.guess, std::vector<double>(6, 0.0));
     ASSERT_TRUE(here.valid);
     for (int j = 0; j < 6; ++j) {
       std::vector<double> up = p.guess, down = p.guess;
@@ -90,14 +90,14 @@ TEST(ThesisPlan, ObjectivesSelectAmongSolutions) {
   // Minimal within the freedom of the goals: the gradient is in the span of the goals' gradients.
   ReachProblem q = p;
   Shooting shooting(base, q);
-  const Shot shot = shooting.shoot(excursion.position, excursion.rate);
+  const ShootingIterate shot = shooting.shoot(excursion.position, excursion.rate);
   // By finite differences over positions, with the corresponding rates.
   Eigen::VectorXd gradient(6);
   for (int j = 0; j < 6; ++j) {
     const auto value = [&](double h) {
       std::vector<double> x = excursion.position;
       x[j] += h;
-      const Shot near = shooting.shoot(x, shot.rate);
+      const ShootingIterate near = shooting.shoot(x, shot.rate);
       return p.objective.value(base, p.goals, near.position, near.rate, nullptr);
     };
     gradient[j] = (value(1e-4) - value(-1e-4)) / 2e-4;

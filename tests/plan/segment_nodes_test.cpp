@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace segment_nodes_test {
 
-constexpr int kFlights = 40;
+constexpr int kSimulations = 40;
 
 // Random robots, some with prismatic joints and rotors; floating with and without angular momentum,
 // attitude-controlled, and on a fixed root; with and without splines.
@@ -71,14 +71,14 @@ void put(std::vector<double>& all, const PlacedLinks& links) {
 std::vector<double> all_of(const Flight& f, std::optional<lanes::InstructionSet> set) {
   FloatingBase base = f.base();
   PathSegment segment(base, f.start, f.motion, set);
-  segment.keep_way(f.panels);
+  segment.solve_with_path_constraints(f.panels);
   const SegmentEnd end = segment.fly(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients);
   EXPECT_TRUE(end.finished) << end.failure;
   std::vector<double> all;
   put(all, &end.X_WB.R.m[0][0], 9), put(all, &end.X_WB.p[0], 3);
   put_matrix(all, end.per_position), put_matrix(all, end.per_rate), put_matrix(all, end.per_coefficient);
-  for (int node = 0; node < segment.way_points(); ++node) {
-    const PathSegment::WayPoint w = segment.way_point(node);
+  for (int node = 0; node < segment.path_points(); ++node) {
+    const PathSegment::SegmentPoint w = segment.path_point(node);
     put(all, w.position), put(all, w.rate), put(all, w.acceleration);
     put(all, &w.X_WB.R.m[0][0], 9), put(all, &w.X_WB.p[0], 3), put(all, &w.w_B[0], 3);
     put(all, w.links());
@@ -102,7 +102,7 @@ std::string differences(const std::vector<double>& a, const std::vector<double>&
 }
 
 TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
-  for (int i = 0; i < kFlights; ++i) {
+  for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     const std::vector<double> expected = all_of(f, std::nullopt);
@@ -115,14 +115,14 @@ TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
 
 // Nodes that are not stored reuse the same memory; leftover contents must not matter.
 TEST(SegmentNodes, BitsAreIndependentOfStoredNodes) {
-  for (int i = 0; i < kFlights; ++i) {
+  for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base = f.base();
     PathSegment kept(base, f.start, f.motion), thrown_away(base, f.start, f.motion);
     std::vector<double> bits[2];
     for (const auto& [segment, to] : {std::pair{&kept, &bits[0]}, {&thrown_away, &bits[1]}}) {
-      if (segment == &kept) segment->keep_way(1);
+      if (segment == &kept) segment->solve_with_path_constraints(1);
       for (const SegmentAccuracy accuracy : {SegmentAccuracy::search, SegmentAccuracy::full}) {
         const SegmentEnd end = segment->fly(f.position, f.rate, true, accuracy, f.coefficients);
         put(*to, &end.X_WB.R.m[0][0], 9), put(*to, &end.X_WB.p[0], 3);
@@ -138,16 +138,16 @@ TEST(SegmentNodes, BitsAreIndependentOfStoredNodes) {
 TEST(SegmentNodes, AgreeWithTheFloatingBase) {
   Worst turning("base's angular velocity per unknown against FloatingBase's g_j and k_j, relative");
   int turned = 0;
-  for (int i = 0; i < kFlights; ++i) {
+  for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base = f.base();
     PathSegment segment(base, f.start, f.motion);
-    segment.keep_way(f.panels);
+    segment.solve_with_path_constraints(f.panels);
     ASSERT_TRUE(segment.fly(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients).finished);
     const auto n = static_cast<std::size_t>(base.joints());
-    for (int node = 0; node < segment.way_points(); node += 3) {
-      const PathSegment::WayPoint w = segment.way_point(node);
+    for (int node = 0; node < segment.path_points(); node += 3) {
+      const PathSegment::SegmentPoint w = segment.path_point(node);
       PlacedLinks placed;
       base.place(w.position, placed);
       std::vector<double> of_node, expected;

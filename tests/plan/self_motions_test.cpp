@@ -65,7 +65,7 @@ TEST(SelfMotions, CoarseStepsRejectNoFeasibleCase) {
         const StraightInPath path = plan_straight_in(base, p);
         if (!path.finished || path.damped || path.unmet > 1e-9) continue;
         ++cases;
-        const StraightWay way = keep_straight_in(base, p, just_kept(s, p, path));
+        const ConstrainedStraightIn way = constrain_straight_in(base, p, just_kept(s, p, path));
         EXPECT_TRUE(way.kept) << way.trouble;
         EXPECT_TRUE(way.self_motion.coefficients.empty());
       }

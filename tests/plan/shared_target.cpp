@@ -61,7 +61,7 @@ bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<doub
       g.V_WG = shift(V_WO, g.X_WG.p);
       g.direction_W = g.X_WG.R * g.axis_E;
     }
-    const Shot shot = Shooting(base, p).shoot(position, rate);
+    const ShootingIterate shot = Shooting(base, p).shoot(position, rate);
     if (!shot.valid) return false;
     for (double r : shot.rate) {
       if (std::abs(r) > 1) return false;  // close to a singularity: skipped

@@ -3,7 +3,7 @@
 /// @file
 /// An arm with seven joints on a final straight approach to a grasp point of a tumbling target.
 
-#include "grapnel/plan/straight_way.hpp"
+#include "grapnel/plan/constrained_straight_in.hpp"
 #include "plan/plan_case.hpp"
 
 namespace grapnel::testing {

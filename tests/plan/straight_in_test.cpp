@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/integrate/gauss_legendre.hpp"
-#include "grapnel/plan/straight_way.hpp"
+#include "grapnel/plan/constrained_straight_in.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/straight_in_case.hpp"
 #include "support/worst.hpp"
@@ -94,7 +94,8 @@ constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Or
                                                Goal::Orientation::pose};
 
 TEST(StraightIn, ArrivesOnTheLineAtTheDemandedSpeed) {
-  Worst arrival("arrival of a straight-in motion, simulated [m]"), line("distance from the line on the way [m]");
+  Worst arrival("arrival of a straight-in motion, simulated [m]"),
+      line("distance from the line during the approach [m]");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
     FloatingBase base(s.model, true);
@@ -166,8 +167,9 @@ std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
   return result;
 }
 
-TEST(StraightInWay, SelfMotionEnforcesPositionLimits) {
-  Worst line("distance from the line, of joints that keep their limits [m]"), drift("momentum's drift meanwhile");
+TEST(ConstrainedStraightInCase, SelfMotionEnforcesPositionLimits) {
+  Worst line("distance from the line, of joints that keep their limits [m]"),
+      drift("drift of momentum during the approach");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
     FloatingBase base(s.model, true);
@@ -176,14 +178,14 @@ TEST(StraightInWay, SelfMotionEnforcesPositionLimits) {
     const auto [joint, way] = farthest(p, flown(s, base, p, simple));
     ReachProblem kept = nothing_kept(s, p);
     // Inactive limits: the minimum-norm rates, bit for bit.
-    const StraightWay free = keep_straight_in(base, p, kept);
+    const ConstrainedStraightIn free = constrain_straight_in(base, p, kept);
     EXPECT_TRUE(free.kept);
     EXPECT_TRUE(free.self_motion.coefficients.empty());
     EXPECT_EQ(free.path.rate_end, simple.rate_end);
 
     const double limit = p.position[joint] + 0.7 * way;
     (way > 0 ? kept.upper : kept.lower)[joint] = limit;
-    const StraightWay end = keep_straight_in(base, p, kept);
+    const ConstrainedStraightIn end = constrain_straight_in(base, p, kept);
     ASSERT_TRUE(end.kept) << end.trouble;
     EXPECT_EQ(end.self_motions, orientation == Goal::Orientation::free   ? 4
                                 : orientation == Goal::Orientation::axis ? 2
@@ -218,7 +220,7 @@ int busiest(const std::vector<double>& most, const std::vector<double>& at_ends)
   return joint;
 }
 
-TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
+TEST(ConstrainedStraightInCase, SelfMotionEnforcesRateAndEffortLimits) {
   int rates = 0;
   for (Goal::Orientation orientation : kOrientations) {
     SCOPED_TRACE(static_cast<int>(orientation));
@@ -226,13 +228,13 @@ TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
     FloatingBase base(s.model, true);
     StraightInProblem p = problem_for(s, base, orientation);
     ReachProblem kept = nothing_kept(s, p);
-    const StraightWay simple = keep_straight_in(base, p, kept);
+    const ConstrainedStraightIn simple = constrain_straight_in(base, p, kept);
     const Flown before = flown(s, base, p, simple.path);
     int joint = busiest(before.fastest, before.fast_ends);
     if (before.fastest[joint] > 1.02 * before.fast_ends[joint]) {
       const double rate = 0.5 * (before.fastest[joint] + before.fast_ends[joint]);
       kept.rate_limit[joint] = rate;
-      const StraightWay slower = keep_straight_in(base, p, kept);
+      const ConstrainedStraightIn slower = constrain_straight_in(base, p, kept);
       ASSERT_TRUE(slower.kept) << slower.trouble;
       const Flown slow = flown(s, base, p, slower.path);
       std::printf("[ measured ] joint %d %.4g instead of %.4g rad/s\n", joint, slow.fastest[joint],
@@ -247,7 +249,7 @@ TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
     const double effort = 0.5 * (before.strongest[joint] + before.strong_ends[joint]);
     kept.rate_limit.assign(7, kNone);
     kept.way.effort_limit[joint] = effort;
-    const StraightWay weaker = keep_straight_in(base, p, kept);
+    const ConstrainedStraightIn weaker = constrain_straight_in(base, p, kept);
     ASSERT_TRUE(weaker.kept) << weaker.trouble;
     const Flown weak = flown(s, base, p, weaker.path);
     std::printf("[ measured ] joint %d %.4g instead of %.4g N m, %.4g at the ends\n", joint, weak.strongest[joint],
@@ -261,15 +263,15 @@ TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
 }
 
 // A limit on the base rotation; violations that self-motion cannot remove are reported with joint, side and time.
-TEST(StraightInWay, BaseRotationIsLimitedAndViolationsAreReported) {
+TEST(ConstrainedStraightInCase, BaseRotationIsLimitedAndViolationsAreReported) {
   Servicer s = seven_joints();
   FloatingBase base(s.model, true);
   StraightInProblem p = problem_for(s, base, Goal::Orientation::free);
   ReachProblem kept = nothing_kept(s, p);
   kept.way.R_WB0 = p.X_WB.R;
-  const double turn = keep_straight_in(base, p, kept).figures.base_turn;
+  const double turn = constrain_straight_in(base, p, kept).figures.base_turn;
   kept.way.base_turn = 0.97 * turn;
-  const StraightWay less = keep_straight_in(base, p, kept);
+  const ConstrainedStraightIn less = constrain_straight_in(base, p, kept);
   ASSERT_TRUE(less.kept) << less.trouble;
   std::printf("[ measured ] %.5g rad instead of %.5g, self-motion of %zu numbers\n", less.figures.base_turn, turn,
               less.self_motion.coefficients.size());
@@ -278,7 +280,7 @@ TEST(StraightInWay, BaseRotationIsLimitedAndViolationsAreReported) {
 
   kept.way.base_turn = kNone;
   kept.upper[4] = p.position[4] - 0.01;  // exceeded at the begin of the approach
-  const StraightWay none = keep_straight_in(base, p, kept);
+  const ConstrainedStraightIn none = constrain_straight_in(base, p, kept);
   EXPECT_FALSE(none.kept);
   EXPECT_NE(none.trouble.find("joint 'j4' moves 0.01"), std::string::npos) << none.trouble;
   EXPECT_NE(none.trouble.find("beyond its upper limit of -0.51 at t = "), std::string::npos) << none.trouble;

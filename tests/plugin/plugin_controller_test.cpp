@@ -135,7 +135,7 @@ TEST(PluginController, AnswersModelQueries) {
   off = std::max(off, std::abs(std::abs(q.w * r.w + q.x * r.x + q.y * r.y + q.z * r.z) - 1));
   for (int i = 0; i < 3; ++i) off = std::max(off, std::abs(next() - v[i]));
   for (int i = 0; i < 3; ++i) off = std::max(off, std::abs(next() - state.v[i]));
-  std::printf("[ measured ] what a plugin is told: %.3g\n", off);
+  std::printf("[ measured ] input of a plugin: %.3g\n", off);
   EXPECT_LT(off, 1e-13);
   EXPECT_GT(norm(h.angular), 0.1);
   std::filesystem::remove(file);

@@ -112,7 +112,7 @@ TEST(Summary, HasPartsOfLawsMeasuresAndRatings) {
               {"peak_force", "peak_force_time", "peak_moment", "peak_moment_time", "largest_deformation", "duration",
                "energy_lost", "touches"},
               "impact.grasps[].profile");
-  expect_keys(impact["held_joints"][0], {"joint", "impulse", "work", "told_rate", "rate_after", "gave_way"},
+  expect_keys(impact["held_joints"][0], {"joint", "impulse", "work", "commanded_rate", "rate_after", "was_overpowered"},
               "impact.held_joints[]");
   expect_keys(impact["compliant"],
               {"end", "duration", "energy_lost", "elastic_energy_after", "residual_impulse", "energy_residual",

@@ -16,7 +16,7 @@ const char* const kPieces =
     "    - {until: 8, series: [[0.5], [1.5, 1, 0.5]]}\n"
     "    - until: 20\n"
     "      series: {elbow: [7.5, 4.5], shoulder: [0.5]}";
-const Edit kWay = way(kPieces);
+const Edit kPath = way(kPieces);
 const Edit kNoDuration{"  duration: 20\n", ""};
 const Edit kNoJoints{"  joints: {shoulder: 0.5, elbow: 1}", "  base: {}"};
 
@@ -33,7 +33,7 @@ class Pieces : public testing::Test {
 };
 
 TEST_F(Pieces, InJointOrder) {
-  const CaptureProblem p = load({kWay});
+  const CaptureProblem p = load({kPath});
   const ApproachSetup& a = *p.approach;
   ASSERT_EQ(a.pieces.size(), 2u);
   EXPECT_EQ(a.pieces[0].until, 8);
@@ -51,19 +51,19 @@ TEST_F(Pieces, InJointOrder) {
 }
 
 TEST_F(Pieces, SayDurationAndInitialValues) {
-  const CaptureProblem p = load({kWay, kNoDuration, kNoJoints});
-  EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kWay})));
-  EXPECT_THAT(faults({kWay, {"elbow: 1}", "elbow: 1.1}"}, {"duration: 20", "duration: 19"}}),
+  const CaptureProblem p = load({kPath, kNoDuration, kNoJoints});
+  EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kPath})));
+  EXPECT_THAT(faults({kPath, {"elbow: 1}", "elbow: 1.1}"}, {"duration: 20", "duration: 19"}}),
               ElementsAre("scenario.yaml:20:34: error: initial.joints.elbow is 1.1, but the pieces start at 1; they "
                           "must agree within 1e-06 or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 19 [s], but the pieces end at 20; make "
                           "them agree or leave out the duration"));
   const Edit rates{"  joints: {", "  joint_rates: {elbow: 0.5}\n  joints: {"};
-  EXPECT_THAT(faults({kWay, rates}),
+  EXPECT_THAT(faults({kPath, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the pieces start with "
                           "-0.25; they must agree within 1e-06 or leave out initial.joint_rates"));
   const Edit pd = with_approach("tracking: {mode: pd, kp: 1, kd: 1}");
-  EXPECT_THAT(load({kWay, rates, pd}).joint_rate, ElementsAre(0, 0.5));
+  EXPECT_THAT(load({kPath, rates, pd}).joint_rate, ElementsAre(0, 0.5));
 }
 
 TEST_F(Pieces, TimesAndMeetings) {
@@ -117,21 +117,21 @@ TEST_F(Pieces, SayItAll) {
                           "at the end follow from them",
                           "scenario.yaml:39:3: error: approach has both 'pieces' and 'final_joints', only one is "
                           "allowed"));
-  EXPECT_THAT(faults({kWay, with_approach("straight_in: {stand_off: 1, duration: 1}"),
+  EXPECT_THAT(faults({kPath, with_approach("straight_in: {stand_off: 1, duration: 1}"),
                       with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]")}),
               ElementsAre("scenario.yaml:36:3: error: 'straight_in' needs 'plan' in approach"));
-  EXPECT_THAT(faults({kWay, with_grasp("relative_velocity: [0.1, 0, 0]")}),
+  EXPECT_THAT(faults({kPath, with_grasp("relative_velocity: [0.1, 0, 0]")}),
               ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no "
                           "velocity is matched; use approach.final_rates: {match: ...}"));
 }
 
 TEST_F(Pieces, ChangedByAPath) {
-  const std::filesystem::path file = folder_.write("scenario.yaml", edited(kSmallScenario, {kWay, kNoDuration}));
+  const std::filesystem::path file = folder_.write("scenario.yaml", edited(kSmallScenario, {kPath, kNoDuration}));
   const CaptureProblem p =
       load_scenario(file, std::vector<Override>{{"approach.pieces[1].until", "20"},
                                                 {"approach.pieces[1].series.shoulder[0]", "0.5"},
                                                 {"approach.pieces[0].series[1]", "[1.5, 1, 0.5]"}});
-  EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kWay})));
+  EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kPath})));
 }
 
 TEST_F(Pieces, DocumentedExample) {

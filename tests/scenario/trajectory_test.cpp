@@ -25,7 +25,7 @@ time, elbow, shoulder
 const char* const kMotionWithRates =
     "time,shoulder,shoulder.rate,elbow,elbow.rate\n0,0.5,0.1,1,0.2\n20,0.25,0.3,0.5,0.4\n";
 
-const Edit kWay = way("trajectory: motion.csv");
+const Edit kPath = way("trajectory: motion.csv");
 const Edit kNoDuration{"  duration: 20\n", ""};
 const Edit kNoJoints{"  joints: {shoulder: 0.5, elbow: 1}", "  base: {}"};
 
@@ -35,7 +35,7 @@ class Trajectory : public testing::Test {
     folder_.write("motion.csv", csv);
     return load_scenario(folder_.write("scenario.yaml", edited(kSmallScenario, edits)));
   }
-  std::vector<std::string> faults(const std::string& csv, const std::vector<Edit>& edits = {kWay}) const {
+  std::vector<std::string> faults(const std::string& csv, const std::vector<Edit>& edits = {kPath}) const {
     folder_.write("motion.csv", csv);
     return faults_of_file(folder_.write("scenario.yaml", edited(kSmallScenario, edits)));
   }
@@ -43,7 +43,7 @@ class Trajectory : public testing::Test {
 };
 
 TEST_F(Trajectory, PositionsInJointOrder) {
-  const CaptureProblem p = load(kMotion, {kWay});
+  const CaptureProblem p = load(kMotion, {kPath});
   const ApproachSetup& a = *p.approach;
   ASSERT_TRUE(a.sampled);
   EXPECT_THAT(a.sampled->times, ElementsAre(0, 2.5, 20));
@@ -59,14 +59,14 @@ TEST_F(Trajectory, PositionsInJointOrder) {
 }
 
 TEST_F(Trajectory, WithRates) {
-  const CaptureProblem p = load(kMotionWithRates, {kWay});
+  const CaptureProblem p = load(kMotionWithRates, {kPath});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0.25), ElementsAre(1, 0.5)));
   EXPECT_THAT(p.approach->sampled->rates, ElementsAre(ElementsAre(0.1, 0.3), ElementsAre(0.2, 0.4)));
   EXPECT_THAT(p.joint_rate, ElementsAre(0.1, 0.2));
 }
 
 TEST_F(Trajectory, SaysDurationAndInitialValues) {
-  const CaptureProblem p = load("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n", {kWay, kNoDuration, kNoJoints});
+  const CaptureProblem p = load("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n", {kPath, kNoDuration, kNoJoints});
   EXPECT_EQ(p.approach->duration, 7);
   EXPECT_THAT(p.joint_position, ElementsAre(0.25, -1));
   EXPECT_THAT(faults("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n"),
@@ -78,14 +78,14 @@ TEST_F(Trajectory, SaysDurationAndInitialValues) {
                           "them agree or leave out the duration"));
   // Too many samples are reported for a duration that comes from the file.
   EXPECT_THAT(
-      faults("time,shoulder,elbow\n0,0.5,1\n1e7,0,0\n", {kWay, kNoDuration, with_top("output: {interval: 0.5}")}),
+      faults("time,shoulder,elbow\n0,0.5,1\n1e7,0,0\n", {kPath, kNoDuration, with_top("output: {interval: 0.5}")}),
       ElementsAre("scenario.yaml:32:20: error: output.interval is 0.5 [s], which gives 2e+07 samples over 1e+07 "
                   "s; at most 10000000 are allowed"));
 }
 
 TEST_F(Trajectory, AgreementHasTolerances) {
   const std::string near = "time,shoulder,elbow\n0,0.5000009,1\n20.00000001,0,0\n";
-  const CaptureProblem ideal = load(near, {kWay});
+  const CaptureProblem ideal = load(near, {kPath});
   EXPECT_EQ(ideal.approach->duration, 20.00000001);
   EXPECT_THAT(ideal.joint_position, ElementsAre(0.5000009, 1));  // ideal tracking begins on the trajectory
   const CaptureProblem pd = load(near, {way("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}")});
@@ -98,16 +98,16 @@ TEST_F(Trajectory, AgreementHasTolerances) {
 
 TEST_F(Trajectory, InitialRates) {
   const Edit rates{"  joints: {", "  joint_rates: {elbow: 0.5}\n  joints: {"};
-  EXPECT_THAT(faults(kMotion, {kWay, rates}),
+  EXPECT_THAT(faults(kMotion, {kPath, rates}),
               ElementsAre("scenario.yaml:20:3: error: initial.joint_rates: with ideal tracking the joints start with "
                           "the trajectory's rates; leave out joint_rates"));
-  EXPECT_THAT(faults(kMotionWithRates, {kWay, rates}),
+  EXPECT_THAT(faults(kMotionWithRates, {kPath, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the trajectory starts "
                           "with 0.2; they must agree within 1e-06 or leave out initial.joint_rates"));
   const Edit agreeing{"  joints: {", "  joint_rates: [0.1, 0.2]\n  joints: {"};
-  EXPECT_THAT(load(kMotionWithRates, {kWay, agreeing}).joint_rate, ElementsAre(0.1, 0.2));
+  EXPECT_THAT(load(kMotionWithRates, {kPath, agreeing}).joint_rate, ElementsAre(0.1, 0.2));
   const Edit nearly{"  joints: {", "  joint_rates: {shoulder: 0.1000009, elbow: 0.2}\n  joints: {"};
-  EXPECT_THAT(load(kMotionWithRates, {kWay, nearly}).joint_rate, ElementsAre(0.1, 0.2));
+  EXPECT_THAT(load(kMotionWithRates, {kPath, nearly}).joint_rate, ElementsAre(0.1, 0.2));
   const Edit pd = way("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}");
   EXPECT_THAT(load(kMotionWithRates, {pd, rates}).joint_rate, ElementsAre(0, 0.5));
   EXPECT_THAT(load(kMotionWithRates, {pd}).joint_rate, ElementsAre(0.1, 0.2));
@@ -115,7 +115,7 @@ TEST_F(Trajectory, InitialRates) {
 
 TEST_F(Trajectory, WindowsTextAndBlanks) {
   const std::string csv = "\xef\xbb\xbftime ,\tshoulder, elbow \r\n\r\n 0, 0.5 ,1\r\n20 ,0, +0.5e0";
-  const CaptureProblem p = load(csv, {kWay});
+  const CaptureProblem p = load(csv, {kPath});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0.5)));
 }
 
@@ -124,12 +124,12 @@ TEST_F(Trajectory, DocumentedExample) {
   const std::string fence = "```\n";
   const std::size_t begin = page.find(fence, page.find("### Trajectory files")) + fence.size();
   const std::string example = page.substr(begin, page.find(fence, begin) - begin);
-  EXPECT_EQ(load(example, {kWay, kNoDuration}).approach->duration, 0.1);
+  EXPECT_EQ(load(example, {kPath, kNoDuration}).approach->duration, 0.1);
 }
 
 TEST_F(Trajectory, BytesEnterTheHash) {
-  const std::string scenario = edited(kSmallScenario, {kWay});
-  EXPECT_EQ(load(kMotion, {kWay}).sha256, sha256(scenario + kMotion));
+  const std::string scenario = edited(kSmallScenario, {kPath});
+  EXPECT_EQ(load(kMotion, {kPath}).sha256, sha256(scenario + kMotion));
   const std::string beside = "name: test\nrobot: robot.yaml\n" + scenario.substr(scenario.find("initial:"));
   folder_.write("robot.yaml", small_robot());
   const std::vector<Override> overrides{{"name", "other"}};
@@ -140,7 +140,7 @@ TEST_F(Trajectory, BytesEnterTheHash) {
 TEST_F(Trajectory, JointMayBeNamedLikeARate) {
   // The name of a joint goes before the name of a rate.
   const CaptureProblem p = load("time,shoulder,shoulder.rate\n0,0.5,1\n20,0,0\n",
-                                {kWay, {"name: elbow", "name: shoulder.rate"}, {"elbow: 1", "shoulder.rate: 1"}});
+                                {kPath, {"name: elbow", "name: shoulder.rate"}, {"elbow: 1", "shoulder.rate: 1"}});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0)));
   EXPECT_TRUE(p.approach->sampled->rates.empty());
 }
@@ -167,7 +167,7 @@ TEST_F(Trajectory, Header) {
               ElementsAre("motion.csv:1:1: error: the header has rates of some joints but lacks: shoulder.rate"));
   EXPECT_THAT(faults("time,shoulder,elbow,elbw.rate\n0,0.5,1,0\n20,0,0,0\n"),
               ElementsAre("motion.csv:1:21: error: unknown column 'elbw.rate'; did you mean 'elbow.rate'?"));
-  EXPECT_THAT(faults(kMotion, {kWay,
+  EXPECT_THAT(faults(kMotion, {kPath,
                                {"type: revolute, axis: [0, 0, 1], origin", "type: fixed, origin"},
                                {"shoulder: 0.5, elbow: 1", "shoulder: 0.5"}}),
               ElementsAre("motion.csv:2:7: error: joint 'elbow' is fixed and has no column"));
@@ -175,13 +175,13 @@ TEST_F(Trajectory, Header) {
 
 // As numpy.savetxt writes it.
 TEST_F(Trajectory, HeaderBehindASign) {
-  const CaptureProblem p = load("# made by hand\n# time,shoulder,elbow\n0.0e+00,5e-1,1\n20,0,0\n", {kWay});
+  const CaptureProblem p = load("# made by hand\n# time,shoulder,elbow\n0.0e+00,5e-1,1\n20,0,0\n", {kPath});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0)));
   EXPECT_THAT(faults("#time,sholder,elbow\n0,0.5,1\n20,0,0\n"),
               ElementsAre("motion.csv:1:2: error: the header lacks joints: shoulder",
                           "motion.csv:1:7: error: unknown column 'sholder'; did you mean 'shoulder'?"));
   // A real header has priority over a comment that looks like one.
-  EXPECT_NO_THROW(load("# time,and other things\ntime,shoulder,elbow\n0,0.5,1\n20,0,0\n", {kWay}));
+  EXPECT_NO_THROW(load("# time,and other things\ntime,shoulder,elbow\n0,0.5,1\n20,0,0\n", {kPath}));
 }
 
 TEST_F(Trajectory, LinesAreComplete) {
@@ -216,7 +216,7 @@ TEST_F(Trajectory, Numbers) {
 
 TEST_F(Trajectory, Times) {
   const auto times = [&](const std::string& lines) {
-    return faults("time,shoulder,elbow\n" + lines, {kWay, kNoDuration});
+    return faults("time,shoulder,elbow\n" + lines, {kPath, kNoDuration});
   };
   EXPECT_THAT(times("0.5,0.5,1\n20,0,0\n"), ElementsAre("motion.csv:2:1: error: the first time is 0.5 [s], must be 0"));
   EXPECT_THAT(times("0,0.5,1\n2,0,0\n2,0,0\n1.5,0,0\n"),
@@ -254,7 +254,7 @@ TEST_F(Trajectory, Files) {
 }
 
 TEST_F(Trajectory, FaultsOfTheRobotLeaveItsColumnsAlone) {
-  EXPECT_THAT(faults("time,shoulder,elbow,wrist\n0,0.5,1,0\n20,0,0,0\n", {kWay, {"name: elbow", "label: elbow"}}),
+  EXPECT_THAT(faults("time,shoulder,elbow,wrist\n0,0.5,1,0\n20,0,0,0\n", {kPath, {"name: elbow", "label: elbow"}}),
               testing::Each(testing::StartsWith("scenario.yaml:")));
 }
 
@@ -284,7 +284,7 @@ TEST_F(Trajectory, OnlySuccessOrInputError) {
       else
         csv.erase(at, 1 + below(10));
     }
-    ++(faults(csv, {kWay, kNoDuration, kNoJoints}).empty() ? accepted : refused);  // other exceptions fail the test
+    ++(faults(csv, {kPath, kNoDuration, kNoJoints}).empty() ? accepted : refused);  // other exceptions fail the test
   }
   EXPECT_GT(accepted, 50);  // measured 132
   EXPECT_GT(refused, 500);  // measured 868

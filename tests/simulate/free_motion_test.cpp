@@ -137,7 +137,7 @@ Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, S
   });
   EXPECT_TRUE(o.finished) << o.failure;
   end = o.end_state;
-  mended = o.momentum_mended;
+  mended = o.momentum_corrected;
   return d;
 }
 

@@ -184,7 +184,7 @@ TEST(JointModes, BounceGeometricallyAndRest) {
   EXPECT_EQ(others.back().time, impacts.back().time);
 }
 
-// A joint that rests on its stop leaves it as soon as it is pulled, and the stop's force until then is a push.
+// A joint that rests on its stop leaves it when it is pulled, and the stop's force until then is a push.
 TEST(JointModes, LeaveAStopWhenPulled) {
   const Model model = block(stopped(-1, 0, 0.5));
   // b rests on its upper stop under 2 (1 - t), until t = 1.

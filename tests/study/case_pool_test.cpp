@@ -21,7 +21,7 @@ TEST(CasePool, EveryJobIsDoneOnceAndItsRowsComeInOrder) {
   for (const int count : {1, 2, 3, 8, 100}) {
     std::map<std::size_t, std::size_t> next;  // row, per job
     const std::thread::id here = std::this_thread::get_id();
-    const auto work = [](std::size_t job, const HandIn& hand_in, const std::stop_token&) {
+    const auto work = [](std::size_t job, const RowSink& hand_in, const std::stop_token&) {
       std::this_thread::sleep_for(std::chrono::microseconds(job % 3 == 0 ? 900 : 10));  // they overtake each other
       for (std::size_t i = 0; i < 3; ++i) hand_in({row_of(3 * job + i)});
     };
@@ -50,12 +50,12 @@ TEST(CasePool, EveryJobIsDoneOnceAndItsRowsComeInOrder) {
 
 TEST(CasePool, NothingToDoIsNoWork) {
   run_jobs(0, threads(2), {},
-           [](std::size_t, const HandIn&, const std::stop_token&) { throw std::logic_error("called"); });
+           [](std::size_t, const RowSink&, const std::stop_token&) { throw std::logic_error("called"); });
 }
 
 TEST(CasePool, ExceptionEndsTheWork) {
   std::atomic<int> begun = 0;
-  const auto work = [&](std::size_t job, const HandIn& hand_in, const std::stop_token&) {
+  const auto work = [&](std::size_t job, const RowSink& hand_in, const std::stop_token&) {
     ++begun;
     hand_in({row_of(job)});
     if (job == 7) throw std::invalid_argument("out of luck");
@@ -80,7 +80,7 @@ TEST(CasePool, AStopEndsTheWork) {
   begun.total = 100000;
   const CaseProgress done = run_jobs(
       100000, options, begun,
-      [](std::size_t job, const HandIn& hand_in, const std::stop_token&) { hand_in({row_of(job)}); },
+      [](std::size_t job, const RowSink& hand_in, const std::stop_token&) { hand_in({row_of(job)}); },
       [&](std::size_t, const std::vector<CaseRow>&) {
         if (++rows == 50) stop.request_stop();
       });

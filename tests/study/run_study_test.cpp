@@ -173,7 +173,7 @@ CaptureProblem at_once() {
   return load_scenario(folder.write("at-once.yaml", test::impact_at_once()));
 }
 
-// u- is changed by the target's motion, which leaves W as it is: six components per target.
+// u- is changed by the target's motion, which leaves W unchanged: six components per target.
 TEST(RunStudy, TheImpulseIsAffineInEveryComponentOfTheRelativeVelocity) {
   for (std::size_t target = 0; target < 2; ++target) {
     for (int k = 0; k < 6; ++k) {

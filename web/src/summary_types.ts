@@ -377,7 +377,7 @@ export interface PlanReport {
   /** the last piece, where the scenario asks for one */
   straight_in?: StraightInReport;
   /** of the last segment that was planned, where its way is looked at */
-  way?: PlannedWay;
+  way?: PlannedPath;
   /** times of capture, where the scenario has one looked for */
   window?: WindowReport;
 }
@@ -475,7 +475,7 @@ export const kStraightInReport: FieldNote[] = [
 ];
 
 // what the last segment that was planned does on its way, the joints following it exactly.
-export interface PlannedWay {
+export interface PlannedPath {
   /** inner knots of the joints' splines; 0: one polynomial [1] */
   knots: number;
   /** least distance of a joint from a limit of its position; negative: beyond it [rad or m] */
@@ -795,7 +795,7 @@ export interface ImpactReport {
   /** of contacts, law `compliant`; absent without them */
   effective_masses?: EffectiveMass[];
   /** impulses over the modes that can answer; absent where nothing bends, and with other laws than `plastic` */
-  by_modes?: ModesKept[];
+  by_modes?: RetainedModes[];
   /** of the configuration; absent with law `compliant` */
   measures?: ImpactMeasures;
   /** with law `plastic`, else empty */
@@ -1171,19 +1171,19 @@ export interface HeldJoint {
   /** done by it [J] */
   work: number;
   /** that it was to hold [rad/s or m/s] */
-  told_rate: number;
+  commanded_rate: number;
   /** that it has after the impact [rad/s or m/s] */
   rate_after: number;
   /** the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory, section 7). A warning says so too */
-  gave_way: boolean;
+  was_overpowered: boolean;
 }
 export const kHeldJoint: FieldNote[] = [
   ["joint","","that was held, or was to be held"],
   ["impulse","N m s or N s","on it, along or about its axis"],
   ["work","J","done by it"],
-  ["told_rate","rad/s or m/s","that it was to hold"],
+  ["commanded_rate","rad/s or m/s","that it was to hold"],
   ["rate_after","rad/s or m/s","that it has after the impact"],
-  ["gave_way","","the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory, section 7). A warning says so too"],
+  ["was_overpowered","","the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory, section 7). A warning says so too"],
 ];
 
 // an impact that was resolved in time.
@@ -1259,7 +1259,7 @@ export const kEffectiveMass: FieldNote[] = [
 ];
 
 // the plastic impact if nothing bent but these modes.
-export interface ModesKept {
+export interface RetainedModes {
   /** that can answer, the slowest of base and joints as they are in the impact [1] */
   modes: number;
   /** of the fastest of them; 0 without any [Hz] */

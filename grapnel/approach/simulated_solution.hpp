@@ -12,25 +12,26 @@
 namespace grapnel {
 
 /// Errors at the end of a motion with given final joint values and rates.
-struct FlownEnd {
+struct SimulatedEnd {
   Eigen::VectorXd error;  // of the goals (goal_error) [m and rad]
   Eigen::VectorXd gap;    // demanded rates minus final rates; zeros if rates are given [rad/s or m/s]
   double unmet = 0;       // largest component of the demand that no rates produce
   double size() const;    // largest component of error and gap
 };
-using Flight = std::function<FlownEnd(const std::vector<double>& position, const std::vector<double>& rate)>;
+using Flight = std::function<SimulatedEnd(const std::vector<double>& position, const std::vector<double>& rate)>;
 
-struct FlownSolution {
+struct SimulatedSolution {
   bool found = false;  // error and gap are below `tolerance`
   std::vector<double> position, rate;
-  FlownEnd end;
+  SimulatedEnd end;
   int iterations = 0;
 };
 
 /// Solves for final positions and rates with zero error and gap, from a first guess of both. Uses minimum-norm steps in
 /// the positions within their limits, each with the corresponding rates; steps are shortened until the error decreases.
 /// Empty limits: positions are fixed and only the rates are solved for. Exceptions from `flight` pass through.
-FlownSolution solve_by_flights(const Flight& flight, std::vector<double> position, std::vector<double> rate,
-                               const std::vector<double>& lower, const std::vector<double>& upper, double tolerance);
+SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
+                                       const std::vector<double>& lower, const std::vector<double>& upper,
+                                       double tolerance);
 
 }  // namespace grapnel

@@ -1,13 +1,13 @@
-#include "grapnel/plan/straight_way.hpp"
+#include "grapnel/plan/constrained_straight_in.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
+#include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/self_motions.hpp"
 #include "grapnel/plan/shooting.hpp"
-#include "grapnel/plan/way_look.hpp"
 
 namespace grapnel {
 namespace {
@@ -18,9 +18,10 @@ constexpr double kFarthestMove = 0.5;   // maximum joint change between iterates
 
 using Node = SelfMotions::Node;
 
-PathSegment::WayPoint way_point(double time, const std::vector<double>& position, const std::vector<double>& rate,
-                                const std::vector<double>& acceleration, const Posed& X_WB, const PlacedLinks& links) {
-  PathSegment::WayPoint w;
+PathSegment::SegmentPoint path_point(double time, const std::vector<double>& position, const std::vector<double>& rate,
+                                     const std::vector<double>& acceleration, const Posed& X_WB,
+                                     const PlacedLinks& links) {
+  PathSegment::SegmentPoint w;
   w.time = time;
   w.position = position, w.rate = rate, w.acceleration = acceleration;
   w.X_WB = X_WB;
@@ -37,9 +38,9 @@ class StraightSearch {
 
   // Runs the search: checks the minimum-norm rates, then the exchange method with self-motion, and refines the margin
   // between nodes.
-  StraightWay run() {
+  ConstrainedStraightIn run() {
     Eigen::VectorXd v = Eigen::VectorXd::Zero(motions_.unknowns());
-    StraightWay best;
+    ConstrainedStraightIn best;
     if (!motions_.complete()) return closed(best = exact(v));
     if (motions_.start_unknowns() > 0) {
       constexpr double kFirstOrder = 1e-3;  // the exact search starts below it
@@ -62,7 +63,7 @@ class StraightSearch {
       const double worst = exchange(v, kNothing);
       const bool arrived = worst <= -margin_ + kAimed;
       if (worst > kNearly) {
-        StraightWay end = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
+        ConstrainedStraightIn end = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
         if (!is_reliable(end.violation)) end = exact(v);
         if (end.kept) best = std::move(end);
         if (best.kept) break;
@@ -71,7 +72,7 @@ class StraightSearch {
         if (!keeps_limits && !end.trouble.empty() && end.violation < best.violation) best = std::move(end);
         break;
       }
-      StraightWay end = exact(v);
+      ConstrainedStraightIn end = exact(v);
       const double left = end.violation;
       if (end.kept || left < best.violation) best = std::move(end);
       // The violation between the nodes exceeds that at the nodes by this amount.
@@ -91,7 +92,7 @@ class StraightSearch {
     return !std::isfinite(violation) || motions_.error() <= kSmall * std::max(kNearly, violation);
   }
 
-  StraightWay closed(StraightWay& way) const {
+  ConstrainedStraightIn closed(ConstrainedStraightIn& way) const {
     way.self_motions = motions_.self_motions();
     way.rhs_evaluations = motions_.evaluations() + evaluations_;
     return std::move(way);
@@ -224,24 +225,24 @@ class StraightSearch {
     }
   }
 
-  WayLook::PointAt points(const std::vector<Node>& nodes) const {
+  PathConstraintCheck::PointAt points(const std::vector<Node>& nodes) const {
     return [&nodes](int i) {
       const Node& node = nodes[static_cast<std::size_t>(i)];
-      return way_point(node.time, node.position, node.rate, node.acceleration, node.X_WB, node.links);
+      return path_point(node.time, node.position, node.rate, node.acceleration, node.X_WB, node.links);
     };
   }
 
   // The largest violation at the nodes, if any.
-  StraightWay at_nodes(const std::vector<Node>& nodes) {
-    StraightWay way;
+  ConstrainedStraightIn at_nodes(const std::vector<Node>& nodes) {
+    ConstrainedStraightIn way;
     if (!is_finite(nodes)) {
       way.violation = -kNothing;
       way.trouble = "joint motion diverges near a singularity";
       return way;
     }
     way.violation = kNothing;
-    const WayLook::PointAt at = points(nodes);
-    for (const WayLook::Found& f : look_.scan(static_cast<int>(nodes.size()), at, 0, kNothing, nullptr)) {
+    const PathConstraintCheck::PointAt at = points(nodes);
+    for (const PathConstraintCheck::Found& f : look_.scan(static_cast<int>(nodes.size()), at, 0, kNothing, nullptr)) {
       if (f.value <= way.violation) continue;
       way.violation = f.value;
       if (f.value > kTolerated) way.trouble = look_.describe(f, at(f.at.node));
@@ -252,15 +253,16 @@ class StraightSearch {
   double worst_at(const std::vector<Node>& nodes) {
     if (!is_finite(nodes)) return -kNothing;
     double worst = kNothing;
-    for (const WayLook::Found& f : found_at(nodes)) worst = std::max(worst, f.value);
+    for (const PathConstraintCheck::Found& f : found_at(nodes)) worst = std::max(worst, f.value);
     return worst;
   }
 
   // Violations that the self-motion can change: at the begin only another initial state can.
-  std::vector<WayLook::Found> found_at(const std::vector<Node>& nodes) {
-    std::vector<WayLook::Found> found =
+  std::vector<PathConstraintCheck::Found> found_at(const std::vector<Node>& nodes) {
+    std::vector<PathConstraintCheck::Found> found =
         look_.scan(static_cast<int>(nodes.size()), points(nodes), kNearViolation + margin_, kNothing, nullptr);
-    if (motions_.start_unknowns() == 0) std::erase_if(found, [](const WayLook::Found& f) { return f.at.node == 0; });
+    if (motions_.start_unknowns() == 0)
+      std::erase_if(found, [](const PathConstraintCheck::Found& f) { return f.at.node == 0; });
     return found;
   }
 
@@ -272,10 +274,10 @@ class StraightSearch {
 
   double add_instants(const std::vector<Node>& nodes) {
     if (!is_finite(nodes)) return -kNothing;
-    const WayLook::PointAt at = points(nodes);
-    std::erase_if(instants_, [&](const WayLook::Instant& i) { return look_.may_touch(i, at(i.node)); });
+    const PathConstraintCheck::PointAt at = points(nodes);
+    std::erase_if(instants_, [&](const PathConstraintCheck::Instant& i) { return look_.may_touch(i, at(i.node)); });
     double worst = kNothing;
-    for (const WayLook::Found& f : found_at(nodes)) {
+    for (const PathConstraintCheck::Found& f : found_at(nodes)) {
       worst = std::max(worst, f.value);
       if (std::find(instants_.begin(), instants_.end(), f.at) == instants_.end()) instants_.push_back(f.at);
     }
@@ -292,10 +294,10 @@ class StraightSearch {
     const int n = base_.joints();
     const auto count = static_cast<Eigen::Index>(instants_.size());
     Rows rows{Eigen::MatrixXd(count, v.size()), Eigen::VectorXd(count)};
-    const WayLook::PointAt at = points(nodes);
+    const PathConstraintCheck::PointAt at = points(nodes);
     for (std::size_t i = 0; i < instants_.size(); ++i) {
       const Node& node = nodes[static_cast<std::size_t>(instants_[i].node)];
-      WayLook::PerMotion d(n);
+      PathConstraintCheck::PerMotion d(n);
       const double value = look_.violation(instants_[i], at(instants_[i].node), &d);
       const Eigen::VectorXd gradient =
           node.per_position.transpose() * d.position + node.per_rate.transpose() * d.rate +
@@ -316,8 +318,8 @@ class StraightSearch {
   }
 
   // The exactly integrated segment with this self-motion, and its violations.
-  StraightWay exact(const Eigen::VectorXd& v) {
-    StraightWay way;
+  ConstrainedStraightIn exact(const Eigen::VectorXd& v) {
+    ConstrainedStraightIn way;
     StraightInProblem problem = problem_;
     problem.self_motion = way.self_motion = self_motion_of(v);
     constexpr long kMostSteps = 10'000;  // segments through a singularity take more
@@ -337,10 +339,10 @@ class StraightSearch {
         rate.push_back(j.rate), acceleration.push_back(j.acceleration);
       }
       base_.place(p.position, links);
-      return way_point(p.time, p.position, rate, acceleration, p.X_WB, links);
+      return path_point(p.time, p.position, rate, acceleration, p.X_WB, links);
     };
     way.violation = kNothing;
-    for (const WayLook::Found& f :
+    for (const PathConstraintCheck::Found& f :
          look_.scan(static_cast<int>(way.path.points.size()), point, 0, kNothing, &way.figures)) {
       if (f.value <= way.violation) continue;
       way.violation = f.value;
@@ -356,10 +358,10 @@ class StraightSearch {
 
   FloatingBase& base_;
   const StraightInProblem& problem_;
-  WayLook look_;
+  PathConstraintCheck look_;
   SelfMotions motions_;
   double margin_ = 0;
-  std::vector<WayLook::Instant> instants_;
+  std::vector<PathConstraintCheck::Instant> instants_;
   long evaluations_ = 0;
 };
 
@@ -371,7 +373,8 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;
   Shooting shooting(base, with_knots);
-  const Shot shot = shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
+  const ShootingIterate shot =
+      shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
   const auto n = static_cast<Eigen::Index>(solution.position.size());
   StartFreedom freedom{Eigen::MatrixXd(n, 0), Matrix6Xd(6, 0)};
   if (!shot.valid || shot.J.rows() == 0) return freedom;
@@ -390,8 +393,8 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
   return freedom;
 }
 
-StraightWay keep_straight_in(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& kept,
-                             const StartFreedom* freedom) {
+ConstrainedStraightIn constrain_straight_in(FloatingBase& base, const StraightInProblem& problem,
+                                            const ReachProblem& kept, const StartFreedom* freedom) {
   return StraightSearch(base, problem, kept, freedom && freedom->position.cols() > 0 ? freedom : nullptr).run();
 }
 

@@ -1,14 +1,14 @@
 /// Paths of segments: splines, sensitivities at the nodes, efforts, and path constraints.
 
-#include "grapnel/plan/way.hpp"
+#include "grapnel/plan/path_constraints.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/joint_efforts.hpp"
-#include "grapnel/plan/segment_way.hpp"
 #include "grapnel/plan/shooting.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
@@ -17,7 +17,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace way_test {
+namespace path_constraints_test {
 
 constexpr int kKnots = 3;
 
@@ -109,7 +109,7 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
     const bool floats = i % 4 != 3;
     FloatingBase base(f.servicer.model, floats);
     PathSegment segment(base, f.start, motion_of(f));
-    segment.keep_way(8);
+    segment.solve_with_path_constraints(8);
     const int n = base.joints(), unknowns = n * (2 + kKnots);
     std::vector<double> x = f.position;
     x.insert(x.end(), f.rate.begin(), f.rate.end());
@@ -120,13 +120,13 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
     };
     const SegmentEnd end = fly(x);
     ASSERT_TRUE(end.finished);
-    const std::vector<int> nodes = {5, 40, segment.way_points() - 3};
+    const std::vector<int> nodes = {5, 40, segment.path_points() - 3};
     std::vector<Eigen::Matrix3Xd> turns, spins;
-    std::vector<PathSegment::WayPoint> points;
+    std::vector<PathSegment::SegmentPoint> points;
     for (int node : nodes) {
       turns.push_back(segment.turn_per_unknown(node));
       spins.push_back(segment.w_per_unknown(node));
-      points.push_back(segment.way_point(node));
+      points.push_back(segment.path_point(node));
     }
     Matrix6Xd all(6, unknowns);
     all << end.per_position, end.per_rate, end.per_coefficient;
@@ -135,10 +135,10 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
       std::vector<double> up = x, down = x;
       up[u] += h, down[u] -= h;
       const Posed X1 = fly(up).X_WB;
-      std::vector<PathSegment::WayPoint> above, below;
-      for (int node : nodes) above.push_back(segment.way_point(node));
+      std::vector<PathSegment::SegmentPoint> above, below;
+      for (int node : nodes) above.push_back(segment.path_point(node));
       const Posed X0 = fly(down).X_WB;
-      for (int node : nodes) below.push_back(segment.way_point(node));
+      for (int node : nodes) below.push_back(segment.path_point(node));
       const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
       const Vector6d d = (Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h);
       EXPECT_LT(at_end.note((d - all.col(u)).norm(), i), 1e-6);
@@ -245,14 +245,14 @@ double largest_on(const Model& model, const ReachProblem& p, const ReachSolution
   SegmentStart start = p.start;
   start.knots = r.knots;
   PathSegment segment(base, start, p.motion);
-  segment.keep_way(60);
+  segment.solve_with_path_constraints(60);
   EXPECT_TRUE(segment.fly(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients).finished);
   double largest = -kNone;
-  for (int i = 0; i < segment.way_points(); ++i) largest = std::max(largest, of(segment.way_point(i)));
+  for (int i = 0; i < segment.path_points(); ++i) largest = std::max(largest, of(segment.path_point(i)));
   return largest;
 }
 
-double fastest(const PathSegment::WayPoint& w) {
+double fastest(const PathSegment::SegmentPoint& w) {
   double rate = 0;
   for (double x : w.rate) rate = std::max(rate, std::abs(x));
   return rate;
@@ -302,7 +302,7 @@ TEST_P(Kept, EffortsStayWithinTheirLimits) {
   const ReachSolution free = plan_reach(base, p);
   JointEfforts efforts(base, {0, 0, 0});
   std::vector<double> effort(base.joints());
-  const auto strongest = [&](const PathSegment::WayPoint& w) {
+  const auto strongest = [&](const PathSegment::SegmentPoint& w) {
     efforts.evaluate(w.position, w.rate, w.acceleration, w.X_WB, p.motion.in_base(w.time, w.X_WB), effort);
     double most = 0;
     for (std::size_t j = 1; j < effort.size(); ++j) most = std::max(most, std::abs(effort[j]));
@@ -327,7 +327,7 @@ TEST_P(Kept, BaseRotationStaysWithinItsLimit) {
   FloatingBase base(arms.model, true);
   ReachProblem& p = arms.problem;
   const Rotationd R = p.start.X_WB.R;
-  const auto turn = [&](const PathSegment::WayPoint& w) { return rotation_angle(transpose(R) * w.X_WB.R); };
+  const auto turn = [&](const PathSegment::SegmentPoint& w) { return rotation_angle(transpose(R) * w.X_WB.R); };
   const ReachSolution free = plan_reach(base, p);
   ASSERT_TRUE(free.found);
   const double before = largest_on(arms.model, p, free, turn);
@@ -390,19 +390,19 @@ TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   p.way.wheels = wheels, p.way.wheel_share = 0.5;
   p.objective = Objective(Objective::Kind::wheel_momentum, p.start, p.guess, p.lower, p.upper);
   constexpr int kKnotsHere = 2;
-  SegmentWay way(base, p, kKnotsHere, 2);
+  ConstrainedSegment way(base, p, kKnotsHere, 2);
   Random random(77);
   std::vector<double> y = p.guess;
   for (double& x : y) x += random.uniform(-0.2, 0.2);
   for (int k = 0; k < kKnotsHere * base.joints(); ++k) y.push_back(random.uniform(-0.3, 0.3));
-  Shot like;
+  ShootingIterate like;
   like.position = p.guess, like.rate.assign(p.guess.size(), 0.0);
   like.coefficients.assign(static_cast<std::size_t>(kKnotsHere * base.joints()), 0.0);
   ASSERT_TRUE(way.shoot(y, like, SegmentAccuracy::full).valid);
   like = way.shot();
   like.K.resize(0, 0);
-  const std::vector<SegmentWay::Instant> instants = {{WayLook::Kept::wheel, 0, 1, 3},
-                                                     {WayLook::Kept::wheel, 1, -1, 20}};
+  const std::vector<ConstrainedSegment::Instant> instants = {{PathConstraintCheck::Kept::wheel, 0, 1, 3},
+                                                             {PathConstraintCheck::Kept::wheel, 1, -1, 20}};
   std::vector<Eigen::VectorXd> gradients(instants.size());
   for (std::size_t i = 0; i < instants.size(); ++i) way.value(instants[i], &gradients[i]);
   Eigen::VectorXd of_objective;
@@ -428,5 +428,5 @@ TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   EXPECT_GT(gradients[0].norm(), 1e-2);
 }
 
-}  // namespace way_test
+}  // namespace path_constraints_test
 }  // namespace grapnel::testing

@@ -1,19 +1,19 @@
-#include "grapnel/plan/way_restoration.hpp"
+#include "grapnel/plan/path_restoration.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/least_distance.hpp"
-#include "grapnel/plan/segment_way.hpp"
 
 namespace grapnel {
 namespace {
 
 class Restoration {
  public:
-  explicit Restoration(SegmentWay& way) : way_(way), n_(way.joints()) {
+  explicit Restoration(ConstrainedSegment& way) : way_(way), n_(way.joints()) {
     const std::vector<double>& limit = way.problem().rate_limit;
     for (int j = 0; j < static_cast<int>(limit.size()) && way.problem().way.limits; ++j) {
       if (std::isfinite(limit[static_cast<std::size_t>(j)])) limited_.push_back(j);
@@ -21,14 +21,14 @@ class Restoration {
   }
 
   // Iterates from y until no violation exceeds `enough`, or no step helps.
-  WayEnd run(std::vector<double> y, const Shot& like, double enough) {
+  ConstrainedSolution run(std::vector<double> y, const ShootingIterate& like, double enough) {
     constexpr int kMost = 60, kPatience = 6;  // maximum number of steps, and of slow steps
     constexpr double kLess = 0.93;            // relative decrease below which a step is slow
     constexpr double kSame = 0.97;            // predicted decrease below which the search ends
     constexpr double kSwing = 0.02;           // maximum increase by a step
     constexpr double kShortest = 1e-4;        // minimum step, relative to the radius
     constexpr double kArriving = 0.02;        // error of the goals below which predictions are used
-    WayEnd end;
+    ConstrainedSolution end;
     if (!way_.shoot(y, like, SegmentAccuracy::search).valid) {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
       return end;
@@ -36,7 +36,7 @@ class Restoration {
     double now = look(end);
     double least = now, radius = kFarthest;
     for (int round = 0, stuck = 0; round < kMost && stuck < kPatience && now > enough; ++round) {
-      const Shot here = way_.shot();
+      const ShootingIterate here = way_.shot();
       const Step step = step_within(radius, y);
       if (!(step.farthest > 0) || radius < kShortest) break;
       const bool rows_decide = violated_ > enough && here.largest_error() < kArriving;
@@ -68,13 +68,13 @@ class Restoration {
   static constexpr double kFarthest = 0.5;  // maximum change of an unknown per step [rad or m]
 
   // Largest violation of the last shot; updates `best` if it is smaller. Adds the instants to the constraints.
-  double look(WayEnd& best) {
+  double look(ConstrainedSolution& best) {
     if (way_.nodes() != nodes_) instants_.clear(), nodes_ = way_.nodes();
-    std::erase_if(instants_, [&](const WayLook::Instant& i) { return way_.may_touch(i); });
-    WayEnd end;
+    std::erase_if(instants_, [&](const PathConstraintCheck::Instant& i) { return way_.may_touch(i); });
+    ConstrainedSolution end;
     end.violation = -kInfinite;
-    std::map<WayLook::Kept, WayLook::Found> worst;
-    for (const WayLook::Found& f : way_.scan(kNear, -kInfinite, nullptr)) {
+    std::map<PathConstraintCheck::Kept, PathConstraintCheck::Found> worst;
+    for (const PathConstraintCheck::Found& f : way_.scan(kNear, -kInfinite, nullptr)) {
       if (std::find(instants_.begin(), instants_.end(), f.at) == instants_.end()) instants_.push_back(f.at);
       const auto [known, is_first] = worst.try_emplace(f.at.kept, f);
       if (f.value > known->second.value) known->second = f;
@@ -84,10 +84,10 @@ class Restoration {
     constexpr double kAsMuch = 0.5;
     for (const auto& [kept, f] : worst) {
       if (f.value <= std::max(kTolerated, kAsMuch * end.violation)) continue;
-      end.obstructed = end.obstructed || kept == WayLook::Kept::clearance;
+      end.obstructed = end.obstructed || kept == PathConstraintCheck::Kept::clearance;
       end.trouble += (end.trouble.empty() ? "" : " and ") + way_.describe(f);
     }
-    const Shot& shot = way_.shot();
+    const ShootingIterate& shot = way_.shot();
     for (int j : limited_) {
       const double share = std::abs(shot.rate[static_cast<std::size_t>(j)]) / limit(j) - 1;
       if (share <= end.violation) continue;
@@ -100,7 +100,7 @@ class Restoration {
     if (missed > std::max(end.violation, kNearGoals))
       end.violation = missed, end.trouble = "the end-effectors do not arrive";
     if (!best.shot || end.violation < best.violation) {
-      end.shot = std::make_shared<Shot>(shot);
+      end.shot = std::make_shared<ShootingIterate>(shot);
       end.knots = way_.problem().start.knots;
       end.position = shot.position, end.rate = shot.rate, end.coefficients = shot.coefficients;
       best = end;
@@ -128,7 +128,7 @@ class Restoration {
 
   // Present point => minimum-norm step (1) with the least relaxation of the rows for which it is within the radius.
   Step step_within(double radius, const std::vector<double>& y) {
-    const Shot& shot = way_.shot();
+    const ShootingIterate& shot = way_.shot();
     const int size = way_.unknowns();
     // d = d0 + P w: d0 the minimum-norm solution of e + J d0 = 0, P the projection onto the null space of J.
     Eigen::MatrixXd J = shot.J;
@@ -156,7 +156,7 @@ class Restoration {
       b.push_back(-value - kAimed);
     };
     Eigen::VectorXd g;
-    for (const WayLook::Instant& i : instants_) {
+    for (const PathConstraintCheck::Instant& i : instants_) {
       const double value = way_.value(i, &g);
       put(g, value);
     }
@@ -207,10 +207,10 @@ class Restoration {
     return step;
   }
 
-  SegmentWay& way_;
+  ConstrainedSegment& way_;
   int n_;
   std::vector<int> limited_;  // joints with limits of their final rates
-  std::vector<WayLook::Instant> instants_;
+  std::vector<PathConstraintCheck::Instant> instants_;
   int nodes_ = 0;            // number of nodes that defines the numbering
   double violated_ = 0;      // in the last shot, without the goals' errors
   double giving_ = kGiving;  // of the last step
@@ -218,17 +218,17 @@ class Restoration {
 
 }  // namespace
 
-WayEnd nearest_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
-                   double enough) {
+ConstrainedSolution nearest_feasible_path(FloatingBase& base, const ReachProblem& problem,
+                                          const ShootingIterate& solution, int knots, int attempt, double enough) {
   constexpr int kPanels = 4;
-  SegmentWay way(base, problem, knots, kPanels);
+  ConstrainedSegment way(base, problem, knots, kPanels);
   std::vector<double> y = solution.position;
   const std::vector<double> c = coefficients_to_begin_with(base, problem, solution, knots, attempt);
   y.insert(y.end(), c.begin(), c.end());
-  Shot like = solution;
+  ShootingIterate like = solution;
   like.K.resize(0, 0);
   like.coefficients = c;
-  WayEnd end = Restoration(way).run(std::move(y), like, enough);
+  ConstrainedSolution end = Restoration(way).run(std::move(y), like, enough);
   end.rhs_evaluations = way.rhs_evaluations();
   return end;
 }

@@ -30,11 +30,11 @@
 namespace grapnel {
 
 struct ReachProblem;
-struct Shot;
+struct ShootingIterate;
 
 /// The bodies of distance constraints: a model of the servicer and of all other bodies. Planning itself uses a model of
 /// the servicer alone.
-struct WayBodies {
+struct ConstraintBodies {
   ClearanceModel model;
   std::vector<std::string> names;  // per body of that model, its name in messages
   std::vector<int> link;  // per body: the link of the servicer's model that carries it; -1: not carried by the servicer
@@ -56,52 +56,52 @@ struct WayBodies {
 inline constexpr double kTolerated = 1e-6, kAimed = 5e-7;
 
 /// Path constraints of a ReachProblem.
-struct WaySetup {
+struct PathConstraints {
   bool limits = false;  // enforce the limits of ReachProblem on positions, rates and efforts during the segment
   std::vector<double> effort_limit;                            // per joint; infinite: no limit
   double base_turn = std::numeric_limits<double>::infinity();  // maximum rotation from R_WB0 [rad]
   Rotationd R_WB0 = Rotationd::identity();
   std::optional<WheelMomentum> wheels;  // of an attitude-controlled base, for wheel_share or the objective
   double wheel_share =
-      std::numeric_limits<double>::infinity();  // maximum momentum of each wheel as a share of its capacity
-  std::optional<double> clearance;              // minimum distance [m]
-  std::shared_ptr<const WayBodies> bodies;      // for clearance as a constraint or an objective
+      std::numeric_limits<double>::infinity();     // maximum momentum of each wheel as a share of its capacity
+  std::optional<double> clearance;                 // minimum distance [m]
+  std::shared_ptr<const ConstraintBodies> bodies;  // for clearance as a constraint or an objective
   /// Value of Objective::Kind::impulse or impulse_index for final joint values, rates and base pose.
   std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
                        const Posed& X_WB)>
       end_measure;
   std::optional<int> knots;  // absent: none first, then kKnots if no solution without knots exists
   static constexpr int kKnots = 4;
-  bool keeps_something() const {
+  bool has_constraints() const {
     constexpr double kAny = std::numeric_limits<double>::infinity();
     return limits || base_turn < kAny || wheel_share < kAny || clearance.has_value();
   }
 };
 
 /// Properties of a path.
-struct WayFigures {
+struct PathFigures {
   double position_margin = std::numeric_limits<double>::infinity();  // minimum over all joints with limits [rad or m]
   double rate_share = 0;                                             // maximum over all joints with limits
   std::optional<double> effort_share;                                // likewise, if evaluated
   Clearance clearance;                                               // minimum, if evaluated
   double clearance_time = 0;                                         // [s]
   double base_turn = 0;                                              // maximum [rad]
-  std::vector<double> wheel_share;                                   // maximum per wheel of WaySetup::wheels
+  std::vector<double> wheel_share;                                   // maximum per wheel of PathConstraints::wheels
 };
 
 /// A solution that satisfies the path constraints, or the one closest to satisfying them.
-struct WayEnd {
+struct ConstrainedSolution {
   bool kept = false;
   std::string trouble;  // if not: the largest violation, its value and time
   double violation = 0;
-  bool obstructed = false;   // by nearest_way(): a distance between bodies is among the largest violations
+  bool obstructed = false;   // by nearest_feasible_path(): a distance between bodies is among the largest violations
   bool may_improve = false;  // the step limit ended the search before the objective converged
   int knots = 0;
   std::vector<double> position, rate, coefficients;
   double objective = 0;
   std::vector<double> terms;  // of the objective, in the order of Objective::terms(), without weights
-  WayFigures figures;
-  std::shared_ptr<Shot> shot;
+  PathFigures figures;
+  std::shared_ptr<ShootingIterate> shot;
   long rhs_evaluations = 0;
 };
 
@@ -113,15 +113,16 @@ struct WayEnd {
 inline constexpr int kAsItIs = -1, kAtAllNodes = -2, kOnwards = -3;
 /// Step limit of each run of sequential quadratic programming.
 inline constexpr int kMostSteps = 150;
-WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
-                int steps = kMostSteps);
+ConstrainedSolution solve_with_path_constraints(FloatingBase& base, const ReachProblem& problem,
+                                                const ShootingIterate& solution, int knots, int attempt,
+                                                int steps = kMostSteps);
 
 /// Initial coefficients of an attempt.
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
-                                               const Shot& solution, int knots, int attempt);
+                                               const ShootingIterate& solution, int knots, int attempt);
 
 /// Whether the problem has path constraints or an objective that depends on the path.
-bool asks_of_way(const ReachProblem& problem);
+bool depends_on_path(const ReachProblem& problem);
 /// Whether the minimum distance is a term of the objective.
 bool wants_clearance(const ReachProblem& problem);
 

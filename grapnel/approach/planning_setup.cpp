@@ -1,4 +1,4 @@
-#include "grapnel/approach/way_setup.hpp"
+#include "grapnel/approach/planning_setup.hpp"
 
 #include <algorithm>
 #include <set>
@@ -160,12 +160,13 @@ WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& mo
   return result;
 }
 
-std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const CaptureSystem& servicer,
-                                            std::function<TargetMotion(std::size_t target, double time)> target_at) {
+std::shared_ptr<const ConstraintBodies> constraint_bodies(
+    const CaptureProblem& stated, const CaptureSystem& servicer,
+    std::function<TargetMotion(std::size_t target, double time)> target_at) {
   const CaptureProblem problem = rigid_problem(stated);
   const CaptureSystem system = make_capture_system(problem);
   const Model& model = system.model;
-  auto bodies = std::make_shared<WayBodies>();
+  auto bodies = std::make_shared<ConstraintBodies>();
   bodies->model = make_clearance_model(problem, system, std::vector<bool>(problem.grasps.size(), true));
   // Targets move as planned, with their panels at rest.
   struct Placed {
@@ -196,7 +197,7 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const 
   for (const GraspSetup& g : problem.grasps) {
     const Frame& frame = model.frames()[model.frame_index(g.end_effector)];
     const std::vector<int> hand = tied_to(model, frame.body);
-    WayBodies::Hand h;
+    ConstraintBodies::Hand h;
     h.frame = servicer.model.frame_index(g.end_effector);
     h.target = target_body_index(system, target_index(problem, g.target));
     h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;

@@ -1,4 +1,4 @@
-#include "grapnel/plan/way.hpp"
+#include "grapnel/plan/path_constraints.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "grapnel/dense/decompositions.hpp"
-#include "grapnel/plan/segment_way.hpp"
+#include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/sequential_quadratic.hpp"
 
 namespace grapnel {
@@ -16,14 +16,14 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kWayPanels[] = {8, 2};  // minimum number of panels of 16 nodes
 
-using Kept = WayLook::Kept;
-using Instant = WayLook::Instant;
-using Found = WayLook::Found;
+using Kept = PathConstraintCheck::Kept;
+using Instant = PathConstraintCheck::Instant;
+using Found = PathConstraintCheck::Found;
 
 // The exchange method for one start: nearly violated constraints at the nodes are constraints of the program.
 class Exchange : private NonlinearProgram {
  public:
-  Exchange(SegmentWay& way, SegmentWay& finer, int steps)
+  Exchange(ConstrainedSegment& way, ConstrainedSegment& finer, int steps)
       : way_(way), finer_(finer), setup_(way.problem().way), n_(way.joints()), steps_(steps) {
     for (const Objective::Term& t : way.problem().objective.terms()) {
       if (t.kind == Objective::Kind::clearance) clearance_weight_ = t.weight;
@@ -39,14 +39,14 @@ class Exchange : private NonlinearProgram {
 
   // Solution and coefficients => feasible local minimum (1): sequential quadratic programming at the nodes, then a
   // check between them with an increased margin if necessary.
-  WayEnd run(const Shot& solution, std::vector<double> coefficients, bool improves) {
+  ConstrainedSolution run(const ShootingIterate& solution, std::vector<double> coefficients, bool improves) {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
     y.resize(static_cast<std::size_t>(way_.unknowns()));
     last_valid_ = solution;
     last_valid_.K.resize(0, 0);
     last_valid_.coefficients.assign(y.begin() + n_, y.end());
-    WayEnd end;
+    ConstrainedSolution end;
     if (!go_to(y)) {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
       return end;
@@ -141,7 +141,7 @@ class Exchange : private NonlinearProgram {
     }
     const double band = kBand + margin_, kept = setup_.clearance.value_or(-kInfinite);
     const auto look = [&](double wanted) {
-      WayFigures figures;
+      PathFigures figures;
       std::vector<Found> found = way_.scan(band, wanted, wants_clearance() ? &figures : nullptr);
       least_ = figures.clearance.distance;
       const double asked = std::max(0.0, wanted - band - kept);
@@ -172,7 +172,7 @@ class Exchange : private NonlinearProgram {
   std::optional<double> row(long number, Eigen::VectorXd* gradient) {
     const long i = number / kKinds;
     const auto of = static_cast<Of>(number % kKinds);
-    const Shot& shot = way_.shot();
+    const ShootingIterate& shot = way_.shot();
     if (of == Of::instant || of == Of::level) {
       if (i < first_) return std::nullopt;
       const Instant& at = instants_[static_cast<std::size_t>(i - first_)];
@@ -200,7 +200,7 @@ class Exchange : private NonlinearProgram {
     scan();
     level_ = known_least();
     known_ = first_ + static_cast<long>(instants_.size()), known_first_ = first_;
-    const Shot& shot = way_.shot();
+    const ShootingIterate& shot = way_.shot();
     const Eigen::Index unknowns = way_.unknowns(), size = unknowns + (wants_clearance() ? 1 : 0);
     Linearized at;
     at.error = shot.error;
@@ -262,17 +262,17 @@ class Exchange : private NonlinearProgram {
   }
 
   // Refines the goals by Newton's method, and checks the path densely.
-  WayEnd finish(const std::vector<double>& found) {
-    WayEnd end;
+  ConstrainedSolution finish(const std::vector<double>& found) {
+    ConstrainedSolution end;
     std::vector<double> y = found, lower = way_.problem().lower, upper = way_.problem().upper;
     lower.resize(y.size(), -kInfinite), upper.resize(y.size(), kInfinite);
     for (std::size_t i = static_cast<std::size_t>(way_.joints()); i < y.size(); ++i) {
       if (way_.is_held(static_cast<int>(i) % way_.joints())) lower[i] = upper[i] = 0;
     }
     for (std::size_t j = 0; j < y.size(); ++j) y[j] = std::clamp(y[j], lower[j], upper[j]);
-    Shot like = last_valid_;
+    ShootingIterate like = last_valid_;
     for (int i = 0; i < 8; ++i) {
-      const Shot& shot = finer_.shoot(y, like, SegmentAccuracy::full);
+      const ShootingIterate& shot = finer_.shoot(y, like, SegmentAccuracy::full);
       if (!shot.valid) break;
       like = shot;
       if (shot.largest_error() <= 1e-2 * kArrived) break;
@@ -281,12 +281,12 @@ class Exchange : private NonlinearProgram {
         y[j] = std::clamp(y[j] + step.d[static_cast<Eigen::Index>(j)], lower[j], upper[j]);
       }
     }
-    const Shot& shot = finer_.shot();
+    const ShootingIterate& shot = finer_.shot();
     if (!shot.valid) {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
       return end;
     }
-    end.shot = std::make_shared<Shot>(shot);
+    end.shot = std::make_shared<ShootingIterate>(shot);
     end.knots = finer_.problem().start.knots;
     end.position = shot.position, end.rate = shot.rate, end.coefficients = shot.coefficients;
     end.violation = -kInfinite;
@@ -316,16 +316,16 @@ class Exchange : private NonlinearProgram {
     return end;
   }
 
-  SegmentWay& way_;
-  SegmentWay& finer_;
-  const WaySetup& setup_;
+  ConstrainedSegment& way_;
+  ConstrainedSegment& finer_;
+  const PathConstraints& setup_;
   int n_, steps_;
   double clearance_weight_ = 0;
   std::vector<int> limited_, free_;  // joints with limits of their final rates; free unknowns
   double margin_ = 0;
   bool settled_ = false;
   Eigen::MatrixXd B_;
-  Shot last_valid_;
+  ShootingIterate last_valid_;
   // Results of scan() at the last shot.
   bool is_scanned_ = false;
   double worst_ = -kInfinite, least_ = kInfinite;
@@ -338,8 +338,8 @@ class Exchange : private NonlinearProgram {
 
 }  // namespace
 
-bool asks_of_way(const ReachProblem& problem) {
-  return problem.way.keeps_something() || !problem.objective.depends_on_end_alone() ||
+bool depends_on_path(const ReachProblem& problem) {
+  return problem.way.has_constraints() || !problem.objective.depends_on_end_alone() ||
          problem.way.knots.value_or(0) > 0;
 }
 
@@ -350,7 +350,7 @@ bool wants_clearance(const ReachProblem& problem) {
 }
 
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
-                                               const Shot& solution, int knots, int attempt) {
+                                               const ShootingIterate& solution, int knots, int attempt) {
   std::vector<double> coefficients(static_cast<std::size_t>(base.joints() * knots), 0.0);
   if (attempt > 0) {
     std::mt19937_64 generator(problem.seed + static_cast<std::uint64_t>(attempt));
@@ -366,18 +366,18 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
 
 // Problem and solution => result of the exchange method; repeats it with all nodes if the path between the nodes is
 // infeasible.
-WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
-                int steps) {
+ConstrainedSolution solve_with_path_constraints(FloatingBase& base, const ReachProblem& problem,
+                                                const ShootingIterate& solution, int knots, int attempt, int steps) {
   constexpr int kFiner = 4;
-  const bool at_all_times = problem.way.keeps_something() || wants_clearance(problem);
+  const bool at_all_times = problem.way.has_constraints() || wants_clearance(problem);
   const int panels = kWayPanels[at_all_times ? 0 : 1];
-  SegmentWay way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
+  ConstrainedSegment way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
   std::vector<double> coefficients = coefficients_to_begin_with(base, problem, solution, knots, attempt);
   Exchange exchange(attempt == kAtAllNodes ? finer : way, finer, steps);
-  WayEnd end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
+  ConstrainedSolution end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
   // Violations between the nodes may exceed those at the nodes, for example near a grasp point.
   if (!end.kept && end.shot && exchange.settled()) {
-    WayEnd closer = Exchange(finer, finer, steps).run(*end.shot, end.coefficients, true);
+    ConstrainedSolution closer = Exchange(finer, finer, steps).run(*end.shot, end.coefficients, true);
     if (closer.kept) end = std::move(closer);
   }
   end.rhs_evaluations = way.rhs_evaluations() + finer.rhs_evaluations();

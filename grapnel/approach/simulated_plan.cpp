@@ -82,7 +82,7 @@ State ApproachPlanner::fly_disturbed(const ReachProblem& reach, const std::vecto
 }
 
 State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
-  PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
+  PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, simulated_start_, joints, true));
   watch.each_step = each_step();
   IntegrationSetup integration = problem_.integration;
   if (watch.probe) {
@@ -91,7 +91,7 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
     const double most = (end - begin_) / kSteps;
     integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
   }
-  const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, integration, watch);
+  const PhaseOutcome outcome = simulate_phase(dynamics, simulated_start_, begin_, end, integration, watch);
   if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
   plan_.report.rhs_evaluations += outcome.rhs_evaluations;
   return outcome.end_state;
@@ -145,7 +145,7 @@ ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach,
   plan_.report.rhs_evaluations += plain.rhs_evaluations;
   if (plain.found) return plain;
   std::optional<Drift> d;
-  if (!asks_of_way(reach)) d = drift(reach);
+  if (!depends_on_path(reach)) d = drift(reach);
   if (!d || (d->distance() < kFar && d->turn() < kFar)) refuse_unreachable(reach, plain, what);
   // Goals as a base sees them that has not drifted.
   ReachProblem seen = reach;
@@ -185,14 +185,14 @@ std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::
   return text;
 }
 
-FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
-                                        const std::vector<double>& rate, const Spline& spline) {
+SimulatedEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
+                                            const std::vector<double>& rate, const Spline& spline) {
   const State flown = fly_disturbed(reach, position, rate, spline);
   const State end = without_inner_motion(flown_, flown, servicer_);
   const std::vector<Goal> goals = less_bending(reach.goals, flown, end);
   const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
   base_.place(position);
-  FlownEnd result;
+  SimulatedEnd result;
   goal_error(base_, X_WB, goals, result.error);
   result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
   if (reach.demand == RateDemand::given) return result;
@@ -214,14 +214,14 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
   const Flight flight = [&](const std::vector<double>& position, const std::vector<double>& rate) {
     return disturbed_end(reach, position, rate, spline);
   };
-  const FlownSolution flown =
-      solve_by_flights(flight, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
+  const SimulatedSolution flown =
+      solve_by_simulations(flight, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
   solution.iterations += flown.iterations;
   solution.position = flown.position, solution.rate = flown.rate;
   solution.miss = misses(reach.goals, flown.end.error);
   solution.unmet_rate = flown.end.unmet;
   if (flown.found) {
-    if (asks_of_way(reach) && is_to_be_said_what_flies()) {
+    if (depends_on_path(reach) && is_to_be_said_what_flies()) {
       plan_.warnings.push_back(fmt::format(
           "approach: the plan satisfies joint limits, clearance and other path constraints for a robot that {}; the "
           "simulated robot uses corrected final values, and the run checks its limits and clearance{}",
@@ -248,11 +248,11 @@ std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, 
                                                      const std::vector<double>& undisturbed) {
   // The final poses are given; their error is not considered.
   const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
-    FlownEnd end = disturbed_end(reach, p, r, {});
+    SimulatedEnd end = disturbed_end(reach, p, r, {});
     end.error.setZero();
     return end;
   };
-  const FlownSolution flown = solve_by_flights(flight, position, undisturbed, {}, {}, kArrived);
+  const SimulatedSolution flown = solve_by_simulations(flight, position, undisturbed, {}, {}, kArrived);
   if (flown.found) {
     plan_.report.unmet_rate = flown.end.unmet;
     return flown.rate;

@@ -1,4 +1,4 @@
-#include "grapnel/capture/law_run.hpp"
+#include "grapnel/capture/coordinated_control.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ double room(const JointLimits& limits, double position) {
 
 struct LawEntry {
   PostImpactSetup::Joints joints;
-  std::unique_ptr<LawOfRun> (*make)(const CaptureProblem& problem);
+  std::unique_ptr<CoordinatedLaw> (*make)(const CaptureProblem& problem);
 };
 constexpr LawEntry kLaws[] = {
     {PostImpactSetup::Joints::detumble, detumbling_of_run},
@@ -30,7 +30,7 @@ constexpr LawEntry kLaws[] = {
 
 }  // namespace
 
-std::unique_ptr<LawOfRun> law_of_post_impact(const CaptureProblem& problem) {
+std::unique_ptr<CoordinatedLaw> coordinated_law_of_post_impact(const CaptureProblem& problem) {
   if (!problem.post_impact) return {};
   for (const LawEntry& law : kLaws) {
     if (law.joints == problem.post_impact->joints) return law.make(problem);
@@ -72,25 +72,25 @@ std::string held_target(const CaptureProblem& problem, const std::string& named)
   return target;
 }
 
-LawRun::LawRun(const CaptureProblem& problem) : problem_(problem) {
-  approach_.part = law_of_approach(problem);
-  after_.part = law_of_post_impact(problem);
+CoordinatedControl::CoordinatedControl(const CaptureProblem& problem) : problem_(problem) {
+  approach_.part = coordinated_law_of_approach(problem);
+  after_.part = coordinated_law_of_post_impact(problem);
   if (approach_.part) now_ = &approach_;
 }
 
-void LawRun::begin_post_impact(const CaptureSystem& system, const State& known) {
+void CoordinatedControl::begin_post_impact(const CaptureSystem& system, const State& known) {
   now_ = after_.part ? &after_ : nullptr;
   if (now_) now_->part->begin_post_impact(system, known);
 }
 
-void LawRun::next_phase(CaptureResult& result) {
+void CoordinatedControl::next_phase(CaptureResult& result) {
   if (after_.part) after_.part->write(result);
   law_.reset();
   now_ = nullptr;
-  after_ = {law_of_post_impact(problem_)};
+  after_ = {coordinated_law_of_post_impact(problem_)};
 }
 
-bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
+bool CoordinatedControl::ends_by_release(const CaptureSystem& system, double time) {
   if (!now_ || !now_->begun || now_->over || now_->part->has_work(system)) return false;
   // The motion up to the release is known from the end of the previous piece.
   now_->part->released_at(time);
@@ -98,8 +98,9 @@ bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   return true;
 }
 
-std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, const State& known,
-                                              double time, std::shared_ptr<const Model> law_model) {
+std::shared_ptr<JointLaw> CoordinatedControl::begin_piece(const CaptureSystem& system, const State& state,
+                                                          const State& known, double time,
+                                                          std::shared_ptr<const Model> law_model) {
   law_.reset();
   law_model_ = std::move(law_model);
   if (!now_ || now_->over || !now_->part->has_work(system)) return {};
@@ -109,7 +110,7 @@ std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const
   return law_;
 }
 
-LawRun::Margin LawRun::least_margin(double time, const State& state) {
+CoordinatedControl::Margin CoordinatedControl::least_margin(double time, const State& state) {
   Margin least{std::numeric_limits<double>::infinity(), LawEnd::rank_lost, ""};
   if (!law_->goes_on()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;
   const auto consider = [&](double value, LawEnd end, const std::string& joint) {
@@ -123,9 +124,9 @@ LawRun::Margin LawRun::least_margin(double time, const State& state) {
   return least;
 }
 
-double LawRun::margin(double time, const State& state) { return least_margin(time, state).value; }
+double CoordinatedControl::margin(double time, const State& state) { return least_margin(time, state).value; }
 
-void LawRun::step(const PhaseStep& step) {
+void CoordinatedControl::step(const PhaseStep& step) {
   if (!works()) return;
   for (const double t : {step.begin, 0.5 * (step.begin + step.end), step.end}) {
     const PhaseSample sample = step.at(t);
@@ -133,12 +134,12 @@ void LawRun::step(const PhaseStep& step) {
   }
 }
 
-void LawRun::end(LawEnd how, const std::string& joint) {
+void CoordinatedControl::end(LawEnd how, const std::string& joint) {
   now_->over = true;
   now_->part->end(how, joint);
 }
 
-bool LawRun::end_piece(const State& state, double time, bool stopped, double other) {
+bool CoordinatedControl::end_piece(const State& state, double time, bool stopped, double other) {
   if (!works()) return false;
   now_->part->describe(state, time);
   if (!stopped) return false;
@@ -148,7 +149,7 @@ bool LawRun::end_piece(const State& state, double time, bool stopped, double oth
   return true;
 }
 
-void LawRun::write(CaptureResult& result) const {
+void CoordinatedControl::write(CaptureResult& result) const {
   for (const Phase* phase : {&approach_, &after_}) {
     if (phase->part) phase->part->write(result);
   }

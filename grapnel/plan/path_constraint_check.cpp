@@ -1,4 +1,4 @@
-#include "grapnel/plan/way_look.hpp"
+#include "grapnel/plan/path_constraint_check.hpp"
 
 #include <fmt/format.h>
 
@@ -16,12 +16,12 @@ constexpr double kDifference = 1e-6;  // increment of finite differences of effo
 
 }  // namespace
 
-WayLook::WayLook(FloatingBase& base, const ReachProblem& problem)
+PathConstraintCheck::PathConstraintCheck(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), setup_(problem.way), efforts_(base, problem.motion.gravity), n_(base.joints()) {}
 
 // States at the nodes => local maxima of all violations above -band, and the figures of the path.
-std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, double band, double wanted,
-                                          WayFigures* figures) {
+std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, const PointAt& point_at, double band,
+                                                                  double wanted, PathFigures* figures) {
   std::vector<Found> found;
   std::map<std::tuple<Kept, int, int>, std::vector<double>> series;
   const auto note = [&](Kept kept, int index, double sign, int node, double v) {
@@ -30,13 +30,13 @@ std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, do
     if (s.empty()) s.assign(static_cast<std::size_t>(nodes), -kUnbounded);
     s[static_cast<std::size_t>(node)] = v;
   };
-  const bool efforts = looks_at_efforts();
+  const bool efforts = checks_efforts();
   std::vector<double> effort(static_cast<std::size_t>(n_));
   Kinematics at;
   for (int node = 0; node < nodes; ++node) {
-    const PathSegment::WayPoint w = point_at(node);
+    const PathSegment::SegmentPoint w = point_at(node);
     for (int j = 0; j < n_; ++j)
-      look_at_joint(j, w, figures, [&](Kept k, double sign, double v) {
+      check_joint_limits(j, w, figures, [&](Kept k, double sign, double v) {
         if (setup_.limits) note(k, j, sign, node, v);
       });
     if (efforts) {
@@ -64,7 +64,7 @@ std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, do
     }
     if (!setup_.bodies || setup_.bodies->model.pairs().empty()) continue;
     place(w, at);
-    look_at_distances(node, w, at, band, wanted, figures, note);
+    check_distances(node, w, at, band, wanted, figures, note);
   }
   for (const auto& [key, s] : series) {
     for (int i = 0; i < nodes; ++i) {
@@ -79,7 +79,7 @@ std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, do
 }
 
 // Violation => message with the constraint, its value, limit and time.
-std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) const {
+std::string PathConstraintCheck::describe(const Found& f, const PathSegment::SegmentPoint& w) const {
   const auto joint = [&] { return base_.model().bodies()[base_.model().joints()[f.at.index]].description.joint.name; };
   const auto j = static_cast<std::size_t>(f.at.index);
   switch (f.at.kept) {
@@ -111,21 +111,21 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
                      *setup_.clearance);
 }
 
-bool WayLook::looks_at_efforts() const {
+bool PathConstraintCheck::checks_efforts() const {
   return setup_.limits && std::any_of(setup_.effort_limit.begin(), setup_.effort_limit.end(),
                                       [](double limit) { return std::isfinite(limit); });
 }
 
-void WayLook::evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
-                               const std::vector<double>& acceleration, const Posed& X_WB, double time,
-                               std::span<double> effort) {
+void PathConstraintCheck::evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
+                                           const std::vector<double>& acceleration, const Posed& X_WB, double time,
+                                           std::span<double> effort) {
   // Momentum and the centre of mass determine the base's position; its attitude is independent.
   base_.place(position);
   const Posed X{X_WB.R, base_.floats() ? problem_.motion.com_at(time) - X_WB.R * base_.com() : X_WB.p};
   efforts_.evaluate(position, rate, acceleration, X, problem_.motion.in_base(time, X), effort);
 }
 
-double WayLook::violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d) {
+double PathConstraintCheck::violation(const Instant& at, const PathSegment::SegmentPoint& w, PerMotion* d) {
   const auto j = static_cast<std::size_t>(at.index);
   switch (at.kept) {
     case Kept::position:
@@ -159,7 +159,8 @@ double WayLook::violation(const Instant& at, const PathSegment::WayPoint& w, Per
 }
 
 template <class At>
-void WayLook::look_at_joint(int joint, const PathSegment::WayPoint& w, WayFigures* figures, At&& at) {
+void PathConstraintCheck::check_joint_limits(int joint, const PathSegment::SegmentPoint& w, PathFigures* figures,
+                                             At&& at) {
   if (base_.is_held(joint)) return;
   const auto j = static_cast<std::size_t>(joint);
   const double above = w.position[j] - problem_.upper[j], below = problem_.lower[j] - w.position[j];
@@ -172,7 +173,7 @@ void WayLook::look_at_joint(int joint, const PathSegment::WayPoint& w, WayFigure
   figures->rate_share = std::max(figures->rate_share, std::abs(share));
 }
 
-double WayLook::effort_violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d) {
+double PathConstraintCheck::effort_violation(const Instant& at, const PathSegment::SegmentPoint& w, PerMotion* d) {
   const double scale = at.sign / setup_.effort_limit[static_cast<std::size_t>(at.index)];
   std::vector<double> effort(static_cast<std::size_t>(n_));
   evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
@@ -186,8 +187,8 @@ double WayLook::effort_violation(const Instant& at, const PathSegment::WayPoint&
 
 // Weights on efforts => derivatives with respect to the motion at a node, by reverse differentiation or, for rotors
 // with stated axes, by finite differences.
-void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
-                                const Eigen::VectorXd& weights, PerMotion& d) {
+void PathConstraintCheck::add_effort_change(const PathSegment::SegmentPoint& w, const std::vector<double>& effort,
+                                            const Eigen::VectorXd& weights, PerMotion& d) {
   if (base_.model().rotors().empty()) {
     // Linear momentum requires no effort; without it h_B is independent of the joints.
     const Momentumd h_B{transposed_times(w.X_WB.R, problem_.motion.h.angular), Vector3d::zero()};
@@ -223,12 +224,13 @@ void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vecto
   }
 }
 
-double WayLook::wheel_share(int wheel, const PathSegment::WayPoint& w) const {
+double PathConstraintCheck::wheel_share(int wheel, const PathSegment::SegmentPoint& w) const {
   return setup_.wheels->share(static_cast<std::size_t>(wheel), w.time,
                               FloatingBase::momentum_of_rates(w.links(), w.rate));
 }
 
-void WayLook::add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d) {
+void PathConstraintCheck::add_wheel_change(const PathSegment::SegmentPoint& w, std::span<const double> weights,
+                                           PerMotion& d) {
   Vector3d row = Vector3d::zero();
   for (std::size_t i = 0; i < weights.size(); ++i) row += weights[i] * setup_.wheels->wheels[i].row;
   std::vector<Vector3d> g(static_cast<std::size_t>(n_));
@@ -240,8 +242,8 @@ void WayLook::add_wheel_change(const PathSegment::WayPoint& w, std::span<const d
 }
 
 // State at a node => poses of all bodies of the clearance model.
-void WayLook::place(const PathSegment::WayPoint& w, Kinematics& at) {
-  const WayBodies& bodies = *setup_.bodies;
+void PathConstraintCheck::place(const PathSegment::SegmentPoint& w, Kinematics& at) {
+  const ConstraintBodies& bodies = *setup_.bodies;
   at.X_WB.resize(bodies.link.size());
   auto [others, fresh] = others_.try_emplace(w.time);
   if (fresh) {
@@ -255,18 +257,18 @@ void WayLook::place(const PathSegment::WayPoint& w, Kinematics& at) {
   }
 }
 
-bool WayLook::may_touch(int pair, const PathSegment::WayPoint& w, const Kinematics& at) const {
-  const WayBodies& bodies = *setup_.bodies;
+bool PathConstraintCheck::may_touch(int pair, const PathSegment::SegmentPoint& w, const Kinematics& at) const {
+  const ConstraintBodies& bodies = *setup_.bodies;
   const int index = bodies.hand[static_cast<std::size_t>(pair)];
   if (index < 0) return false;
-  const WayBodies::Hand& hand = bodies.hands[static_cast<std::size_t>(index)];
+  const ConstraintBodies::Hand& hand = bodies.hands[static_cast<std::size_t>(index)];
   const Frame& frame = base_.model().frames()[hand.frame];
   const BodyPlacement& placement = base_.model().bodies()[frame.body].placement;
   const Posed X_WE = w.X_WB * w.links().X_BL[static_cast<std::size_t>(placement.link)] * placement.X_LB * frame.X_BE;
   return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(hand.target)] * hand.p_TG) <= hand.near;
 }
 
-bool WayLook::may_touch(const Instant& at, const PathSegment::WayPoint& w) {
+bool PathConstraintCheck::may_touch(const Instant& at, const PathSegment::SegmentPoint& w) {
   if (at.kept != Kept::clearance) return false;
   Kinematics kinematics;
   place(w, kinematics);
@@ -275,8 +277,8 @@ bool WayLook::may_touch(const Instant& at, const PathSegment::WayPoint& w) {
 
 // State at a node => distances of all pairs that lower bounds do not exclude.
 template <class Note>
-void WayLook::look_at_distances(int node, const PathSegment::WayPoint& w, const Kinematics& at, double band,
-                                double wanted, WayFigures* figures, Note&& note) {
+void PathConstraintCheck::check_distances(int node, const PathSegment::SegmentPoint& w, const Kinematics& at,
+                                          double band, double wanted, PathFigures* figures, Note&& note) {
   const ClearanceModel& model = setup_.bodies->model;
   const double kept = setup_.clearance.value_or(-kUnbounded);
   for (int p = 0; p < static_cast<int>(model.pairs().size()); ++p) {
@@ -292,7 +294,7 @@ void WayLook::look_at_distances(int node, const PathSegment::WayPoint& w, const 
   }
 }
 
-double WayLook::distance(int pair, const PathSegment::WayPoint& w, PerMotion* d) {
+double PathConstraintCheck::distance(int pair, const PathSegment::SegmentPoint& w, PerMotion* d) {
   Kinematics at;
   place(w, at);
   const ShapeDistance found = setup_.bodies->model.distance(pair, at);
@@ -304,9 +306,9 @@ double WayLook::distance(int pair, const PathSegment::WayPoint& w, PerMotion* d)
   return found.distance;
 }
 
-// Point of a body => its displacement along n per joint value and base rotation, (2) of way.hpp.
-void WayLook::add_point(int body, const Vector3d& p_W, const Vector3d& n, const PathSegment::WayPoint& w,
-                        PerMotion& d) {
+// Point of a body => its displacement along n per joint value and base rotation, (2) of path_constraints.hpp.
+void PathConstraintCheck::add_point(int body, const Vector3d& p_W, const Vector3d& n,
+                                    const PathSegment::SegmentPoint& w, PerMotion& d) {
   const int link = setup_.bodies->link[static_cast<std::size_t>(body)];
   if (link < 0) return;
   const PlacedLinks& links = w.links();

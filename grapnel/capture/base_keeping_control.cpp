@@ -1,4 +1,4 @@
-#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/capture/coordinated_law.hpp"
 #include "grapnel/control/base_keeping.hpp"
 
 namespace grapnel {
@@ -8,9 +8,9 @@ namespace {
 // errors.
 constexpr double kNoTurning = 1e-9;
 
-class BaseKeepingOfRun : public LawOfRun {
+class BaseKeepingControl : public CoordinatedLaw {
  public:
-  explicit BaseKeepingOfRun(const CaptureProblem& problem) : problem_(problem) {}
+  explicit BaseKeepingControl(const CaptureProblem& problem) : problem_(problem) {}
 
   void begin_post_impact(const CaptureSystem& system, const State& known) override {
     R_WD_ = root_pose(system.model, known, system.base).R;
@@ -65,8 +65,8 @@ class BaseKeepingOfRun : public LawOfRun {
 
 }  // namespace
 
-std::unique_ptr<LawOfRun> base_keeping_of_run(const CaptureProblem& problem) {
-  return std::make_unique<BaseKeepingOfRun>(problem);
+std::unique_ptr<CoordinatedLaw> base_keeping_of_run(const CaptureProblem& problem) {
+  return std::make_unique<BaseKeepingControl>(problem);
 }
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/approach/flown_solution.hpp"
+#include "grapnel/approach/simulated_solution.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -19,7 +19,7 @@ struct Sensitivities {
   Eigen::MatrixXd error_position, error_rate, gap_position, gap_rate;
 };
 
-Sensitivities sensitivities(const Flight& flight, const FlownSolution& at, bool with_positions) {
+Sensitivities sensitivities(const Flight& flight, const SimulatedSolution& at, bool with_positions) {
   const auto n = static_cast<Eigen::Index>(at.position.size());
   const Eigen::Index rows = at.end.error.size();
   Sensitivities s{Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(n, n),
@@ -28,7 +28,7 @@ Sensitivities sensitivities(const Flight& flight, const FlownSolution& at, bool 
   const auto difference = [&](double& x, auto&& error, auto&& gap) {
     const double before = x;
     x += kDifference;
-    const FlownEnd end = flight(position, rate);
+    const SimulatedEnd end = flight(position, rate);
     error = (end.error - at.end.error) / kDifference;
     gap = (end.gap - at.end.gap) / kDifference;
     x = before;
@@ -49,7 +49,7 @@ struct Step {
 
 // Newton step. With g + G_q dq + G_r dr = 0 the rates follow from the positions: dr = r0 + K dq; then minimum norm in
 // dq.
-Step newton_step(const Sensitivities& s, const FlownSolution& at, const std::vector<double>& lower,
+Step newton_step(const Sensitivities& s, const SimulatedSolution& at, const std::vector<double>& lower,
                  const std::vector<double>& upper, bool rates_given) {
   const Eigen::Index n = s.gap_rate.rows();
   Eigen::VectorXd r0 = Eigen::VectorXd::Zero(n);
@@ -70,7 +70,7 @@ Step newton_step(const Sensitivities& s, const FlownSolution& at, const std::vec
 
 }  // namespace
 
-double FlownEnd::size() const {
+double SimulatedEnd::size() const {
   double largest = 0;
   for (const Eigen::VectorXd* v : {&error, &gap}) {
     if (v->size() > 0) largest = std::max(largest, v->lpNorm<Eigen::Infinity>());
@@ -79,10 +79,11 @@ double FlownEnd::size() const {
   return largest;
 }
 
-FlownSolution solve_by_flights(const Flight& flight, std::vector<double> position, std::vector<double> rate,
-                               const std::vector<double>& lower, const std::vector<double>& upper, double tolerance) {
+SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
+                                       const std::vector<double>& lower, const std::vector<double>& upper,
+                                       double tolerance) {
   constexpr int kMost = 40, kHalvings = 7;
-  FlownSolution now{false, std::move(position), std::move(rate), {}, 0};
+  SimulatedSolution now{false, std::move(position), std::move(rate), {}, 0};
   now.end = flight(now.position, now.rate);
   std::optional<Sensitivities> s;
   for (; now.iterations < kMost && now.end.size() > tolerance; ++now.iterations) {
@@ -92,7 +93,7 @@ FlownSolution solve_by_flights(const Flight& flight, std::vector<double> positio
     const bool rates_given = s->gap_rate.isZero(0) && now.end.gap.isZero(0);
     const Step step = newton_step(*s, now, lower, upper, rates_given);
     double fraction = std::min(1.0, kLongestStep / step.longest());
-    FlownSolution next = now;
+    SimulatedSolution next = now;
     bool better = false;
     for (int i = 0; i < kHalvings && !better; ++i, fraction *= 0.5) {
       for (std::size_t j = 0; j < now.position.size(); ++j) {

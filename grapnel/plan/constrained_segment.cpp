@@ -1,47 +1,48 @@
-#include "grapnel/plan/segment_way.hpp"
+#include "grapnel/plan/constrained_segment.hpp"
 
 #include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 
-SegmentWay::SegmentWay(FloatingBase& base, const ReachProblem& problem, int knots, int panels)
+ConstrainedSegment::ConstrainedSegment(FloatingBase& base, const ReachProblem& problem, int knots, int panels)
     : base_(base),
       problem_(with_knots(problem, knots)),
       setup_(problem_.way),
       shooting_(base, problem_),
       look_(base, problem_),
       n_(base.joints()) {
-  shooting_.segment().keep_way(panels);
+  shooting_.segment().solve_with_path_constraints(panels);
 }
 
-const Shot& SegmentWay::shoot(std::span<const double> y, const Shot& like, SegmentAccuracy accuracy) {
+const ShootingIterate& ConstrainedSegment::shoot(std::span<const double> y, const ShootingIterate& like,
+                                                 SegmentAccuracy accuracy) {
   const std::vector<double> position(y.begin(), y.begin() + n_), c(y.begin() + n_, y.begin() + unknowns());
   shot_ = shooting_.shoot(position, like.rate_at(position, c), accuracy, c);
   return shot_;
 }
 
-double SegmentWay::value(const Instant& at, Eigen::VectorXd* gradient) {
-  const PathSegment::WayPoint w = segment().way_point(at.node);
+double ConstrainedSegment::value(const Instant& at, Eigen::VectorXd* gradient) {
+  const PathSegment::SegmentPoint w = segment().path_point(at.node);
   PerMotion d(n_);
   const double result = look_.violation(at, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, at.node);
   return result;
 }
 
-double SegmentWay::distance(int pair, int node, Eigen::VectorXd* gradient) {
-  const PathSegment::WayPoint w = segment().way_point(node);
+double ConstrainedSegment::distance(int pair, int node, Eigen::VectorXd* gradient) {
+  const PathSegment::SegmentPoint w = segment().path_point(node);
   PerMotion d(n_);
   const double result = look_.distance(pair, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, node);
   return result;
 }
 
-std::vector<SegmentWay::Found> SegmentWay::scan(double band, double wanted, WayFigures* figures) {
+std::vector<ConstrainedSegment::Found> ConstrainedSegment::scan(double band, double wanted, PathFigures* figures) {
   return look_.scan(
-      segment().way_points(), [&](int node) { return segment().way_point(node); }, band, wanted, figures);
+      segment().path_points(), [&](int node) { return segment().path_point(node); }, band, wanted, figures);
 }
 
-double SegmentWay::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
+double ConstrainedSegment::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
   const Objective& objective = problem_.objective;
   if (gradient) gradient->setZero(unknowns());
   double sum = 0;
@@ -75,14 +76,14 @@ double SegmentWay::objective(Eigen::VectorXd* gradient, std::vector<double>* ter
   return sum;
 }
 
-ReachProblem SegmentWay::with_knots(const ReachProblem& problem, int knots) {
+ReachProblem ConstrainedSegment::with_knots(const ReachProblem& problem, int knots) {
   ReachProblem result = problem;
   result.start.knots = knots;
   result.objective = problem.objective.with_knots(knots);
   return result;
 }
 
-Eigen::VectorXd SegmentWay::per_unknown(const PerMotion& d, const PathSegment::WayPoint& w, int node) {
+Eigen::VectorXd ConstrainedSegment::per_unknown(const PerMotion& d, const PathSegment::SegmentPoint& w, int node) {
   const auto with = [&](const JointPoint& basis) {
     return (basis.position * d.position + basis.rate * d.rate + basis.acceleration * d.acceleration).eval();
   };
@@ -94,13 +95,13 @@ Eigen::VectorXd SegmentWay::per_unknown(const PerMotion& d, const PathSegment::W
   return through_rates(all);
 }
 
-Eigen::VectorXd SegmentWay::through_rates(const Eigen::VectorXd& all) const {
+Eigen::VectorXd ConstrainedSegment::through_rates(const Eigen::VectorXd& all) const {
   Eigen::VectorXd y(unknowns());
   y << all.head(n_), all.tail(unknowns() - n_);
   return y + shot_.K.transpose() * all.segment(n_, n_);
 }
 
-double SegmentWay::end_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::end_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
   Objective::Gradient g;
   if (gradient) {
     g.position.assign(static_cast<std::size_t>(n_), 0.0), g.rate.assign(static_cast<std::size_t>(n_), 0.0);
@@ -116,7 +117,7 @@ double SegmentWay::end_term(const Objective::Term& term, Eigen::VectorXd* gradie
   return value;
 }
 
-double SegmentWay::measure_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::measure_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
   std::vector<double> position = shot_.position, rate = shot_.rate;
   const auto measure = [&](const Posed& X_WB) { return setup_.end_measure(term.kind, position, rate, X_WB); };
   const double value = measure(shot_.X_WB);
@@ -147,19 +148,19 @@ double SegmentWay::measure_term(const Objective::Term& term, Eigen::VectorXd* gr
   return value;
 }
 
-double SegmentWay::attitude_term(double weight, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::attitude_term(double weight, Eigen::VectorXd* gradient) {
   const Vector3d phi =
       rotation_vector(transpose(setup_.R_WB0) * shot_.X_WB.R);  // in B or in the initial frame, with equal components
   if (gradient) *gradient += weight * shot_.per_unknown.topRows(3).transpose() * column(phi);
   return 0.5 * dot(phi, phi);
 }
 
-double SegmentWay::motion_term(double weight, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::motion_term(double weight, Eigen::VectorXd* gradient) {
   const double T = problem_.start.end - problem_.start.begin;
   Eigen::VectorXd all = Eigen::VectorXd::Zero(unknowns() + n_);
   double sum = 0;
-  for (int i = 0; i < segment().way_points(); ++i) {
-    const PathSegment::WayPoint w = segment().way_point(i);
+  for (int i = 0; i < segment().path_points(); ++i) {
+    const PathSegment::SegmentPoint w = segment().path_point(i);
     sum += 0.5 * T * w.weight * dot(w.w_B, w.w_B);
     if (gradient) all += (weight * T * w.weight) * segment().w_per_unknown(i).transpose() * column(w.w_B);
   }
@@ -167,12 +168,12 @@ double SegmentWay::motion_term(double weight, Eigen::VectorXd* gradient) {
   return sum;
 }
 
-double SegmentWay::effort_term(double weight, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::effort_term(double weight, Eigen::VectorXd* gradient) {
   const double T = problem_.start.end - problem_.start.begin;
   std::vector<double> effort(static_cast<std::size_t>(n_));
   double sum = 0;
-  for (int i = 0; i < segment().way_points(); ++i) {
-    const PathSegment::WayPoint w = segment().way_point(i);
+  for (int i = 0; i < segment().path_points(); ++i) {
+    const PathSegment::SegmentPoint w = segment().path_point(i);
     look_.evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
     sum += 0.5 * w.weight / T * as_vector(effort).squaredNorm();
     if (!gradient) continue;
@@ -183,12 +184,12 @@ double SegmentWay::effort_term(double weight, Eigen::VectorXd* gradient) {
   return sum;
 }
 
-double SegmentWay::wheel_term(double weight, Eigen::VectorXd* gradient) {
+double ConstrainedSegment::wheel_term(double weight, Eigen::VectorXd* gradient) {
   const double T = problem_.start.end - problem_.start.begin;
   std::vector<double> weights(setup_.wheels->wheels.size());
   double sum = 0;
-  for (int i = 0; i < segment().way_points(); ++i) {
-    const PathSegment::WayPoint w = segment().way_point(i);
+  for (int i = 0; i < segment().path_points(); ++i) {
+    const PathSegment::SegmentPoint w = segment().path_point(i);
     for (std::size_t k = 0; k < weights.size(); ++k) {
       const double share = look_.wheel_share(static_cast<int>(k), w);
       sum += 0.5 * w.weight / T * share * share;

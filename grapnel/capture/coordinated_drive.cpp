@@ -1,4 +1,4 @@
-#include "grapnel/capture/law_drive.hpp"
+#include "grapnel/capture/coordinated_drive.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +14,13 @@ double resolution_at(double time) {
 
 }  // namespace
 
-LawDrive::LawDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
-                   std::shared_ptr<ControlClock> clock, SensorRun* sensors)
+CoordinatedDrive::CoordinatedDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
+                                   std::shared_ptr<ControlClock> clock, SensorRun* sensors)
     : law_(std::move(law)), system_(system), begin_(begin), clock_(std::move(clock)), sensors_(sensors) {
   if (sensors_) sensors_->begin_piece(system_);
 }
 
-double LawDrive::next_break(double t) const {
+double CoordinatedDrive::next_break(double t) const {
   double next = std::numeric_limits<double>::infinity();
   if (!clock_) return next;
   const double now = begin_ + t, after = now + resolution_at(now);
@@ -29,7 +29,7 @@ double LawDrive::next_break(double t) const {
   return next;
 }
 
-void LawDrive::begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) {
+void CoordinatedDrive::begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) {
   const double now = begin_ + t, same = resolution_at(now);
   if (!clock_ || !clock_->tick(now, same)) return;
   law_->sense(wrenches);
@@ -45,8 +45,8 @@ void LawDrive::begin_piece(double t, const State& state, std::span<const Externa
   clock_->command(std::move(command), now, same);
 }
 
-void LawDrive::efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
-                       std::span<double> effort) {
+void CoordinatedDrive::efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
+                               std::span<double> effort) {
   const Model& model = system_.model;
   const auto velocity_of = [&](int joint) { return static_cast<std::size_t>(model.bodies()[model.joints()[joint]].v); };
   if (clock_) {

@@ -1,4 +1,4 @@
-#include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/syntax_mistake.hpp"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ struct BlockLine {
 struct TextScan {
   std::vector<BlockLine> lines;
   // The first error among brackets, quotes and characters that are not YAML; the scan ends there.
-  std::optional<SyntaxSlip> slip;
+  std::optional<SyntaxMistake> slip;
   std::size_t slip_line = 0;  // from 0
 };
 
@@ -81,7 +81,7 @@ class Scanner {
   bool at_comment() const { return here() == '#' && (at_ == 0 || ends_word(text_[at_ - 1])); }
   void fail(std::size_t at, std::size_t line, std::string message) {
     if (scan_.slip) return;
-    scan_.slip = SyntaxSlip{at, std::move(message)};
+    scan_.slip = SyntaxMistake{at, std::move(message)};
     scan_.slip_line = line;
   }
   static std::string in_line(std::size_t line) { return fmt::format(" in line {}", line + 1); }
@@ -448,8 +448,8 @@ bool lacks_blank_behind_dash(std::string_view text) {
 
 // The slip in the shape of the line where the parser failed, or of the one before it: a line without a colon becomes
 // part of a text, and the parser fails at the next one.
-std::optional<SyntaxSlip> slip_of_lines(std::string_view text, const std::vector<BlockLine>& lines,
-                                        std::size_t error_line, std::size_t& at) {
+std::optional<SyntaxMistake> slip_of_lines(std::string_view text, const std::vector<BlockLine>& lines,
+                                           std::size_t error_line, std::size_t& at) {
   Levels levels;
   for (std::size_t i = 0; i < lines.size() && lines[i].number <= error_line; ++i) {
     const BlockLine& line = lines[i];
@@ -466,7 +466,7 @@ std::optional<SyntaxSlip> slip_of_lines(std::string_view text, const std::vector
     }
     if (fault.empty()) continue;
     at = line.number;
-    return SyntaxSlip{place, fault};
+    return SyntaxMistake{place, fault};
   }
   return {};
 }
@@ -496,7 +496,7 @@ std::string key_advice(std::string_view text) {
          in_quotes(std::string(meant->key) + ": " + std::string(meant->value));
 }
 
-std::optional<SyntaxSlip> likely_slip(std::string_view text, std::size_t error_line) {
+std::optional<SyntaxMistake> likely_slip(std::string_view text, std::size_t error_line) {
   const TextScan scan = scan_text(text);
   std::size_t line = 0;
   const auto of_lines = slip_of_lines(text, scan.lines, error_line, line);

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/capture/coordinated_law.hpp"
 
 namespace grapnel {
 
-class LawRun {
+class CoordinatedControl {
  public:
   /// The problem must outlive this.
-  explicit LawRun(const CaptureProblem& problem);
+  explicit CoordinatedControl(const CaptureProblem& problem);
 
   /// Begins the motion after the impact, in which the law may act.
   void begin_post_impact(const CaptureSystem& system, const State& known);
@@ -50,7 +50,7 @@ class LawRun {
   };
   /// A phase's law.
   struct Phase {
-    std::unique_ptr<LawOfRun> part;  // null: none
+    std::unique_ptr<CoordinatedLaw> part;  // null: none
     bool begun = false, over = false;
   };
   Margin least_margin(double time, const State& state);

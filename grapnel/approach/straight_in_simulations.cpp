@@ -126,10 +126,10 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
     if (now > kNoGain * before) shift_goals(gaps, in);
     before = now;
   };
-  warn_of_flown_miss(correct_by_flights({plan, fly, correct}, kMost));
+  warn_of_simulated_miss(correct_by_simulations({plan, fly, correct}, kMost));
 }
 
-ApproachPlanner::Flown ApproachPlanner::correct_by_flights(const ByFlights& steps, int most) {
+ApproachPlanner::Flown ApproachPlanner::correct_by_simulations(const BySimulations& steps, int most) {
   constexpr int kPatience = 2;  // corrections without improvement; not every correction improves the plan
   const ApproachPlan before = plan_;
   const double time = time_;
@@ -257,7 +257,7 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
   };
 }
 
-void ApproachPlanner::warn_of_flown_miss(const Flown& flown) {
+void ApproachPlanner::warn_of_simulated_miss(const Flown& flown) {
   const std::string missed = in_words(flown.gaps);
   if (missed.empty()) return;
   plan_.warnings.push_back(
@@ -279,7 +279,7 @@ void ApproachPlanner::come_in_bending(StraightInProblem& in) {
   };
   const auto fly_it = [&] { return gaps_in_flight(meant, fly(plan_.joints, in.end)); };
   const auto correct = [&](const Gaps& gaps) { shift_goals(gaps, in); };
-  const std::string missed = in_words(correct_by_flights({plan, fly_it, correct}, kMost).gaps);
+  const std::string missed = in_words(correct_by_simulations({plan, fly_it, correct}, kMost).gaps);
   plan_.warnings.push_back(fmt::format(
       "approach: straight_in brings the end-effectors of the flexible robot to {} at its end; it is planned for a "
       "rigid robot, and the path of the end-effectors differs by the deflection{}",

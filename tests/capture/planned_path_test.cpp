@@ -14,7 +14,7 @@
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
-namespace planned_way_test {
+namespace planned_path_test {
 
 using Objective = PlanSetup::Objective;
 using ::testing::HasSubstr;
@@ -402,7 +402,7 @@ TEST(StraightIn, MatchedRollFollowsTarget) {
 
 // The plan is of the rigid robot, with final values that bring the one that bends to its points: what it keeps is kept
 // to within what bending does to it.
-TEST(PlannedWay, HoldsForFlexibleRobots) {
+TEST(PlannedPath, HoldsForFlexibleRobots) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
   p.post_impact.reset();
@@ -478,7 +478,7 @@ void control_base(CaptureProblem& p, bool feedforward) {
 }
 
 // With control that feeds forward what the joints take the base keeps its attitude exactly, as the plan has it.
-TEST(PlannedWay, HoldsWithControlledBase) {
+TEST(PlannedPath, HoldsWithControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, true);
@@ -507,7 +507,7 @@ TEST(PlannedWay, HoldsWithControlledBase) {
 }
 
 // Without feedforward the base lags, and constraints are violated by the lag.
-TEST(PlannedWay, HoldsUpToLagOfControlledBase) {
+TEST(PlannedPath, HoldsUpToLagOfControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, false);
@@ -520,7 +520,7 @@ TEST(PlannedWay, HoldsUpToLagOfControlledBase) {
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 5e-3);
 }
 
-TEST(PlannedWay, ControlledBaseHasNoRotation) {
+TEST(PlannedPath, ControlledBaseHasNoRotation) {
   CaptureProblem p = first_plan();
   control_base(p, false);
   plan_of(p).base_turn = 0.1, plan_of(p).objective = Objective::base_motion;
@@ -536,7 +536,7 @@ TEST(PlannedWay, ControlledBaseHasNoRotation) {
   EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to hold the attitude")));
 }
 
-TEST(PlannedWay, CorrectsPlanForLoads) {
+TEST(PlannedPath, CorrectsPlanForLoads) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   LoadSetup push;
@@ -550,5 +550,5 @@ TEST(PlannedWay, CorrectsPlanForLoads) {
   EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("a robot that has no loads; the simulated")));
 }
 
-}  // namespace planned_way_test
+}  // namespace planned_path_test
 }  // namespace grapnel::testing

@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace slips_test {
+namespace mistakes_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -14,7 +14,7 @@ std::string at(const std::string& place, const std::string& message) {
   return "scenario.yaml:" + place + ": error: " + message;
 }
 
-TEST(SyntaxSlips, Brackets) {
+TEST(SyntaxMistakes, Brackets) {
   EXPECT_THAT(faults_of("a: [1, {b: 2]\n"), ElementsAre(at("1:8", "this '{' is not closed before the ']'")));
   EXPECT_THAT(faults_of("é: [1,\n  {b: 2\n  ]\n"),
               ElementsAre(at("2:3", "this '{' is not closed before the ']' in line 3")));
@@ -31,14 +31,14 @@ TEST(SyntaxSlips, Brackets) {
               ElementsAre(at("5:4", "this '[' is not closed")));
 }
 
-TEST(SyntaxSlips, Commas) {
+TEST(SyntaxMistakes, Commas) {
   EXPECT_THAT(faults_of("a: {b: 1 c: 2}\n"),
               ElementsAre(at("1:8", "a second ': ' in one entry; is a comma missing before the key?")));
   EXPECT_THAT(faults_of("{\n \"a\": \"b\"\n \"c\": \"d\"\n}\n"),
               ElementsAre(at("3:2", "a comma is missing before this")));
 }
 
-TEST(SyntaxSlips, Quotes) {
+TEST(SyntaxMistakes, Quotes) {
   EXPECT_THAT(faults_of("a: \"b\nc: \"d\"\n"),
               ElementsAre(at("1:4", "this quote is not closed; line 2 begins with a key")));
   EXPECT_THAT(faults_of("a: \"the \"best\" one\"\n"),
@@ -46,7 +46,7 @@ TEST(SyntaxSlips, Quotes) {
   EXPECT_THAT(faults_of("a: @b\n"), ElementsAre(at("1:4", "a text that begins with '@' needs quotes")));
 }
 
-TEST(SyntaxSlips, Lines) {
+TEST(SyntaxMistakes, Lines) {
   EXPECT_THAT(faults_of("a:\n  b:2\n  c: 3\n"),
               ElementsAre(at("2:3", "a key needs a colon and a blank after it: 'b: 2'")));
   EXPECT_THAT(faults_of("a:\r\n  b = 2\r\n  c: 3\r\n"),
@@ -60,7 +60,7 @@ TEST(SyntaxSlips, Lines) {
                   "2:1", "the mark of an unresolved merge conflict; keep one of the two sides and remove the marks")));
 }
 
-TEST(SyntaxSlips, Indentation) {
+TEST(SyntaxMistakes, Indentation) {
   EXPECT_THAT(faults_of("a:\n  b: 1\n    c: 2\n"),
               ElementsAre(at("3:5", "this line is indented by 4, its neighbour in line 2 by 2")));
   EXPECT_THAT(
@@ -78,7 +78,7 @@ TEST(SyntaxSlips, Indentation) {
                              "line ends)")));
 }
 
-TEST(NumberSlips, SuggestCorrections) {
+TEST(NumberMistakes, SuggestCorrections) {
   const std::pair<const char*, const char*> cases[] = {
       {"10,5", "; use a decimal point, write 10.5"},
       {"1,000", "; write 1.000 or 1000"},
@@ -100,7 +100,7 @@ TEST(NumberSlips, SuggestCorrections) {
   }
 }
 
-TEST(NumberSlips, TooSmallIsNotTooLarge) {
+TEST(NumberMistakes, TooSmallIsNotTooLarge) {
   const auto why = [](const std::string& number) {
     return faults_of(edited(kSmallScenario, {{"duration: 20", "duration: " + number}})).at(0);
   };
@@ -110,7 +110,7 @@ TEST(NumberSlips, TooSmallIsNotTooLarge) {
     EXPECT_THAT(why(huge), testing::EndsWith("is above the range of a double"));
 }
 
-TEST(NumberSlips, DecimalCommasInLists) {
+TEST(NumberMistakes, DecimalCommasInLists) {
   EXPECT_THAT(
       faults_of(edited(kSmallScenario, {{"{shoulder: 0.5, ", "{shoulder: 0,5, "}})),
       ElementsAre(at(
@@ -135,5 +135,5 @@ TEST(KeySlips, AreOneFaultEach) {
               ElementsAre(at("32:3", "unknown key 'duratio' in approach; did you mean 'duration'?")));
 }
 
-}  // namespace slips_test
+}  // namespace mistakes_test
 }  // namespace grapnel::test

@@ -1,7 +1,7 @@
 /// Feasibility restoration: against the minimum peak rate that a spline can have, computed independently, and on random
 /// arms.
 
-#include "grapnel/plan/way_restoration.hpp"
+#include "grapnel/plan/path_restoration.hpp"
 
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ double least_peak_rate(int knots) {
   return least;
 }
 
-TEST(WayRestoration, MinimizesTheViolation) {
+TEST(PathRestoration, MinimizesTheViolation) {
   constexpr double kAngle = 1.3, kDuration = 8, kLimit = 0.1;
   for (const int knots : {0, 1, 4}) {
     SCOPED_TRACE(knots);
@@ -80,8 +80,8 @@ TEST(WayRestoration, MinimizesTheViolation) {
     one.problem.rate_limit = {kLimit};
     one.problem.way.limits = true;
     Shooting shooting(base, one.problem);
-    const Shot shot = shooting.shoot(solution.position, solution.rate);
-    const WayEnd end = nearest_way(base, one.problem, shot, knots, 0, kTolerated);
+    const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
+    const ConstrainedSolution end = nearest_feasible_path(base, one.problem, shot, knots, 0, kTolerated);
     const double least = least_peak_rate(knots) * kAngle / kDuration / kLimit - 1;
     std::printf("[ measured ] %d knots: %.6f, least %.6f\n", knots, end.violation, least);
     EXPECT_NEAR(end.violation, least, 0.02 * least);
@@ -92,7 +92,7 @@ TEST(WayRestoration, MinimizesTheViolation) {
 }
 
 // A limit slightly above the minimum peak rate is satisfied, one slightly below is not.
-TEST(WayRestoration, DistinguishesFeasibleFromInfeasible) {
+TEST(PathRestoration, DistinguishesFeasibleFromInfeasible) {
   constexpr double kAngle = 1.3, kDuration = 8;
   const double least = least_peak_rate(4) * kAngle / kDuration;
   for (const double share : {1.01, 0.97}) {
@@ -123,31 +123,31 @@ TEST_P(Restored, EnforcesRatesAndBaseRotation) {
   const ReachSolution solution = plan_reach(base, arms.problem);
   ASSERT_TRUE(solution.found) << solution.failure;
   Shooting shooting(base, arms.problem);
-  const Shot shot = shooting.shoot(solution.position, solution.rate);
+  const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
   ReachProblem p = arms.problem;
   p.way.limits = true;
   p.way.base_turn = 1e-4, p.way.R_WB0 = p.start.X_WB.R;
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 1e-3);
   // Both values of the solution itself.
-  const WayEnd as_it_is = nearest_way(base, p, shot, 4, 0, 1e9);
+  const ConstrainedSolution as_it_is = nearest_feasible_path(base, p, shot, 4, 0, 1e9);
   ASSERT_TRUE(as_it_is.shot);
   const double fastest = 1e-3 * (1 + as_it_is.violation);
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.85 * fastest);
   p.way.base_turn = std::numeric_limits<double>::infinity();
-  const WayEnd slower = nearest_way(base, p, shot, 4, 0, kTolerated);
+  const ConstrainedSolution slower = nearest_feasible_path(base, p, shot, 4, 0, kTolerated);
   EXPECT_LE(slower.violation, kTolerated) << slower.trouble;
   EXPECT_LT(slower.shot->largest_error(), 1e-3);
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), std::numeric_limits<double>::infinity());
   p.way.base_turn = 1e-4;
-  const double turn = nearest_way(base, p, shot, 4, 0, 1e9).violation + 1e-4;
+  const double turn = nearest_feasible_path(base, p, shot, 4, 0, 1e9).violation + 1e-4;
   p.way.base_turn = 0.7 * turn;
-  const WayEnd stiller = nearest_way(base, p, shot, 4, 0, kTolerated);
+  const ConstrainedSolution stiller = nearest_feasible_path(base, p, shot, 4, 0, kTolerated);
   EXPECT_LE(stiller.violation, kTolerated) << stiller.trouble;
   EXPECT_LT(stiller.shot->largest_error(), 1e-3);
 }
 
 // A light base rotates so far that integrations need different numbers of nodes from step to step.
-TEST(WayRestoration, SupportsChangingNodes) {
+TEST(PathRestoration, SupportsChangingNodes) {
   SKIP_UNDER_SANITIZERS();
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);
@@ -156,15 +156,15 @@ TEST(WayRestoration, SupportsChangingNodes) {
     const ReachSolution solution = plan_reach(base, arms.problem);
     if (!solution.found) continue;
     Shooting shooting(base, arms.problem);
-    const Shot shot = shooting.shoot(solution.position, solution.rate);
+    const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
     ReachProblem p = arms.problem;
     p.way.limits = true;
     p.way.base_turn = 0.2, p.way.R_WB0 = p.start.X_WB.R;
     p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.1);
     for (int attempt = 0; attempt <= 3; ++attempt) {
-      const WayEnd restored = nearest_way(base, p, shot, 4, attempt, kTolerated);
+      const ConstrainedSolution restored = nearest_feasible_path(base, p, shot, 4, attempt, kTolerated);
       EXPECT_TRUE(std::isfinite(restored.violation) || !restored.shot);
-      const WayEnd kept = keep_way(base, p, shot, 4, attempt);
+      const ConstrainedSolution kept = solve_with_path_constraints(base, p, shot, 4, attempt);
       EXPECT_TRUE(!kept.kept || kept.violation <= kTolerated);
     }
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Private to this module: the interface between LawRun and a law, and the available laws.
+/// Private to this module: the interface between CoordinatedControl and a law, and the available laws.
 
 #include <functional>
 #include <memory>
@@ -16,15 +16,15 @@
 namespace grapnel {
 
 /// A law in a run: converts a problem's settings to the law of each motion segment, and to its report.
-class LawOfRun {
+class CoordinatedLaw {
  public:
   /// Receives conditions that end a law: a margin that falls to zero, the kind of end, and the joint.
   using Consider = std::function<void(double margin, LawEnd end, const std::string& joint)>;
 
-  LawOfRun() = default;
-  LawOfRun(const LawOfRun&) = delete;
-  LawOfRun& operator=(const LawOfRun&) = delete;
-  virtual ~LawOfRun() = default;
+  CoordinatedLaw() = default;
+  CoordinatedLaw(const CoordinatedLaw&) = delete;
+  CoordinatedLaw& operator=(const CoordinatedLaw&) = delete;
+  virtual ~CoordinatedLaw() = default;
 
   /// Begins the motion after the impact. `known`: the state with the posture as the laws know it.
   virtual void begin_post_impact(const CaptureSystem& system, const State& known) {
@@ -56,29 +56,29 @@ class LawOfRun {
 };
 
 /// The problem must outlive the returned objects. Null if it has no such law.
-std::unique_ptr<LawOfRun> law_of_post_impact(const CaptureProblem& problem);
-std::unique_ptr<LawOfRun> law_of_approach(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> coordinated_law_of_post_impact(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> coordinated_law_of_approach(const CaptureProblem& problem);
 
 /// A contact that closes.
-struct MeetingContact {
+struct ClosingContact {
   std::string end_effector, target;
   CompliantContact contact;
 };
 /// The effective masses that contacts meet, in the system and state at the start of the impact.
 std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
-                                            const State& state, std::span<const MeetingContact> contacts);
+                                            const State& state, std::span<const ClosingContact> contacts);
 /// The law during a compliant impact that begins now, with the `masses` of its contacts; null: none. `law_model`: the
 /// model that the law uses.
 std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system,
                                         const Model& law_model, const State& state, double time,
-                                        std::span<const MeetingContact> contacts,
+                                        std::span<const ClosingContact> contacts,
                                         std::span<const EffectiveMass> masses);
 
 // The laws, each in a separate file.
-std::unique_ptr<LawOfRun> detumbling_of_run(const CaptureProblem& problem);
-std::unique_ptr<LawOfRun> base_keeping_of_run(const CaptureProblem& problem);
-std::unique_ptr<LawOfRun> impedance_of_run(const CaptureProblem& problem);
-std::unique_ptr<LawOfRun> grasp_force_of_run(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> detumbling_of_run(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> base_keeping_of_run(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> impedance_of_run(const CaptureProblem& problem);
+std::unique_ptr<CoordinatedLaw> grasp_force_of_run(const CaptureProblem& problem);
 
 // Common functions of reports.
 inline void raise_to(double& most, double& when, double value, double time) {

@@ -13,13 +13,13 @@
 ///   xi' = A xi + V_theta dtheta + V_rate dtheta'                                                                   (3)
 /// with rho's derivatives from (1) of goal.hpp, A and the base's twist V from (3) of floating_base.hpp. The problem is
 ///   min |c|^2   with   g_i(c; t) <= 0 for all t                                                                    (4)
-/// |c|^2 is the mean square of z, since the phi_k are orthonormal; the g_i are the constraints of WayLook. It is solved
-/// by sequential quadratic programming. The g_i are linearized by (2) and (3) at the instants at which an iterate
-/// nearly violates them; the nearest c that satisfies the linearization is a least-distance program. The Hessian of (4)
-/// is the identity and needs no estimate. A step moves each joint by at most half a radian; the bounds of all rows are
-/// relaxed equally by the amount that this requires, and the linearization predicts the remaining violation. The search
-/// first finds any feasible c, then the minimum near it. The result is integrated exactly and checked between the
-/// nodes. If a violation there exceeds the tolerance, the constraints are tightened by that amount.
+/// |c|^2 is the mean square of z, since the phi_k are orthonormal; the g_i are the constraints of PathConstraintCheck.
+/// It is solved by sequential quadratic programming. The g_i are linearized by (2) and (3) at the instants at which an
+/// iterate nearly violates them; the nearest c that satisfies the linearization is a least-distance program. The
+/// Hessian of (4) is the identity and needs no estimate. A step moves each joint by at most half a radian; the bounds
+/// of all rows are relaxed equally by the amount that this requires, and the linearization predicts the remaining
+/// violation. The search first finds any feasible c, then the minimum near it. The result is integrated exactly and
+/// checked between the nodes. If a violation there exceeds the tolerance, the constraints are tightened by that amount.
 
 #include <optional>
 
@@ -37,13 +37,13 @@ struct StartFreedom {
 /// Of the segment that `reach` describes, at a solution of it.
 StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const ReachSolution& solution);
 
-struct StraightWay {
+struct ConstrainedStraightIn {
   bool kept = false;
   StraightInPath path;     // exact, with the self-motion; empty if only the nodes were evaluated (not kept)
   SelfMotion self_motion;  // empty if the minimum-norm rates suffice
   std::string trouble;     // if not kept: the largest violation, its value and time
   double violation = 0;
-  WayFigures figures;
+  PathFigures figures;
   int self_motions = 0;       // maximum number of independent self-motions along the approach
   std::vector<double> start;  // other initial joint values to use, if there is freedom to choose them
   long rhs_evaluations = 0;
@@ -51,9 +51,9 @@ struct StraightWay {
 
 /// Finds the final straight approach with the minimum self-motion that satisfies the path constraints of `kept` (its
 /// limits, motion and constraints are read), or the one closest to satisfying them. With `freedom` the approach may
-/// begin elsewhere; then only StraightWay::start is set: the initial joint values that satisfy the constraints to first
-/// order in the freedom.
-StraightWay keep_straight_in(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& kept,
-                             const StartFreedom* freedom = nullptr);
+/// begin elsewhere; then only ConstrainedStraightIn::start is set: the initial joint values that satisfy the
+/// constraints to first order in the freedom.
+ConstrainedStraightIn constrain_straight_in(FloatingBase& base, const StraightInProblem& problem,
+                                            const ReachProblem& kept, const StartFreedom* freedom = nullptr);
 
 }  // namespace grapnel

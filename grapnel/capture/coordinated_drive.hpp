@@ -13,13 +13,13 @@
 
 namespace grapnel {
 
-class LawDrive : public ImpactDrive {
+class CoordinatedDrive : public ImpactDrive {
  public:
   /// `begin`: of the impact, on the scenario's clock. `clock`: of sampled control; null: the law acts continuously.
   /// `sensors`: read at its sample times, if they measure motion; null: the law receives true values. `system`, clock
   /// and sensors outlive it.
-  LawDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
-           std::shared_ptr<ControlClock> clock, SensorRun* sensors = nullptr);
+  CoordinatedDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
+                   std::shared_ptr<ControlClock> clock, SensorRun* sensors = nullptr);
 
   double next_break(double t) const override;
   void begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) override;
