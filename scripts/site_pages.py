@@ -125,9 +125,9 @@ class Typesetting:
 
     BLOCK = re.compile(r"^```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
     # A letter with a subscript or superscript, in prose: X_WB, J_b, h_Cᵀ, M⁻¹; no units such as m².
-    SCRIPTS = "[⁰¹²³⁴-⁹⁺⁻ᵀ]"
-    SYMBOL = re.compile(rf"(?<![\w/.\\^#(-])((?![ms](?:[²³]|⁻[¹²])(?!_))[A-Za-zΑ-Ωα-ωÀ-ÿĀ-ſẋẏẍż][\u0300-\u036f]?"
-                        rf"(?:{SCRIPTS}*_[A-Za-zα-ω0-9]{{1,12}}(?:,[a-z])?{SCRIPTS}*|{SCRIPTS}+))(?![\w_(.]\w|\w|[²³⁺⁻ᵀ])")
+    SCRIPTS = "[⁰¹²³⁴-⁹⁺⁻ᵀ₀-₉]"
+    SYMBOL = re.compile(rf"(?<![\w/.\\^#-])([Δδ∂]?(?![ms](?:[²³]|⁻[¹²])(?!_))[A-Za-zΑ-Ωα-ωÀ-ÿĀ-ſẋẏẍż][\u0300-\u036f]?"
+                        rf"(?:(?:\^[a-z])?{SCRIPTS}*_[A-Za-zα-ω0-9]{{1,12}}(?:,[a-z])?{SCRIPTS}*|{SCRIPTS}+))(?![_.]\w|\w|[²³⁺⁻ᵀ])")
     NUMBER = re.compile(r"(?<![\w\]`])\((\d+\.\d+[a-z]?)\)")
 
     def __init__(self, texts, pages, katex):
@@ -138,7 +138,7 @@ class Typesetting:
             for block in self.BLOCK.findall(text):
                 if rows := self.rows(block):
                     for left, right, number in rows:
-                        self.items |= {(tex, True): None for tex in (left, right) if tex}
+                        self.items |= {(tex, True): None for tex in (left, *right.split(equations.GAP)) if tex}
                         if number:
                             self.places[number] = pages[page]
         self.theory = {page for page in texts if any(page == folder or page.startswith(folder + "/") for folder in ("docs/theory", "docs/theory.md"))}
@@ -154,7 +154,7 @@ class Typesetting:
         done = subprocess.run(["node", str(ROOT / "docs" / "site" / "typeset.mjs")], text=True, stdout=subprocess.PIPE, check=True,
                               input=json.dumps([{"tex": tex, "display": display} for tex, display in keys]),
                               env={**os.environ, "SITE_PACKAGES": katex})
-        self.html = {key: result.get("html") for key, result in zip(keys, json.loads(done.stdout))}
+        self.html = {key: result.get("html", "").replace("\n", " ") for key, result in zip(keys, json.loads(done.stdout))}
 
     @staticmethod
     def rows(block):
@@ -181,7 +181,7 @@ class Typesetting:
 
     def block(self, match):
         rows = self.rows(match[1])
-        if not rows or not all(self.html.get((tex, True)) for left, right, _ in rows for tex in (left, right) if tex):
+        if not rows or not all(self.html.get((tex, True)) for left, right, _ in rows for tex in (left, *right.split(equations.GAP)) if tex):
             self.plain += bool(re.search(equations.NUMBER.pattern, match[1], re.MULTILINE))
             return match[0]
         aligned = any(left for left, _, _ in rows)
@@ -189,7 +189,8 @@ class Typesetting:
         for left, right, number in rows:
             place = f' id="eq-{number.replace(".", "-")}"' if number else ""
             cells += [f'<div class="left">{self.html[left, True]}</div>' if left else ""] if aligned else []
-            cells.append(f'<div class="right">{self.html[right, True]}</div><div class="number"{place}>{f"({number})" if number else ""}</div>')
+            statements = " ".join(f'<span class="statement">{self.html[tex, True]}</span>' for tex in right.split(equations.GAP) if tex)
+            cells.append(f'<div class="right">{statements}</div><div class="number"{place}>{f"({number})" if number else ""}</div>')
         source = html.escape(match[1].strip(), quote=True).replace("\n", "&#10;")
         return f'<div class="equations{" aligned" if aligned else ""}" role="math" aria-label="{source}">{"".join(cells)}</div>'
 
@@ -229,7 +230,8 @@ def children(text, place, places):
     here = pathlib.PurePosixPath(place)
     folder = here.parent if here.name == "index.md" else here.with_suffix("")
     inner = [os.path.relpath(p, here.parent) for p in sorted(places) if pathlib.PurePosixPath(p).parent == folder and p != place]
-    inner.sort(key=lambda name: text.find(f"({name}") if f"({name}" in text else len(text))
+    rows = {link: i for i, link in enumerate(re.findall(r"^\| \[[^\]]*\]\(([^)#]+)", text, re.MULTILINE))}
+    inner.sort(key=lambda name: (rows.get(name, len(rows)), text.find(f"({name}") if f"({name}" in text else len(text)))
     return "\n```{toctree}\n:hidden:\n\n" + "\n".join(inner) + "\n```\n" if inner else ""
 
 

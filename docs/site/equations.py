@@ -11,6 +11,7 @@ Words of prose stay upright. Blocks that are mostly words, and those with unknow
 import re
 import unicodedata
 
+GAP = "\0"  # in TeX: between statements of a line
 NUMBER = re.compile(r"\s\((\d+\.\d+[a-z]?)\)\s*$")
 MARKS = {"\u0307": "dot", "\u0308": "ddot", "\u0302": "hat", "\u0303": "tilde", "\u0304": "bar"}
 SUPERSCRIPTS = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁿᵀ⁽⁾ⁱ", [*"0123456789", "+", "-", "n", r"\mathsf{T}", "(", ")", "i"]))
@@ -93,7 +94,7 @@ class Line:
                 if gap == 1 and parts and self.at < len(self.s):
                     parts.append(r"\mkern2mu ")
                 elif parts and self.at < len(self.s):
-                    parts.append(r"\;" if inside else r"\quad " if gap == 2 else r"\qquad ")
+                    parts.append(r"\;" if inside else GAP)
                 continue
             parts.append(self.atom())
         return "".join(parts)
@@ -389,7 +390,7 @@ def drawn(lines, pairs, sigma):
         between = ["".join(line[position:None if last else own[k][0]]) for line, position, own in zip(lines, positions, pairs)]
         text = " ".join(part.strip() for part in between if part.strip())
         if parts and len(between[0]) > 3 and not any(c in RELATIONS + "+−" for c in text[:1]):
-            parts.append(r"\qquad " if text else r"\;")
+            parts.append(GAP if text else r"\;")
         parts.append(Line(text, sigma).all())
         if last:
             break
@@ -434,7 +435,7 @@ def left_and_right(source):
 
 
 def rows_of(text):
-    """What a block says: a list of (left side or "", right side, number or None), in TeX."""
+    """The rows of a block: (left side or "", right side, number or None), in TeX with GAP between statements."""
     if mostly_words(text):
         raise NotAnEquation("it is mostly words")
     lines, numbers = [], []
@@ -458,5 +459,5 @@ def rows_of(text):
             else:
                 rows.append(("", Line(source, sigma).all(), number))
     if len(rows) == 1 or not all(left for left, _, _ in rows):
-        rows = [("", left + right, number) for left, right, number in rows]
+        rows = [("", left + ("" if right.startswith("{}") or not left else GAP) + right, number) for left, right, number in rows]
     return rows
