@@ -455,7 +455,9 @@ def rows_of(text):
             source = source.strip()
             at = left_and_right(source)
             if at:
-                rows.append((Line(source[:at], sigma).all(), "{}" + Line(source[at:].strip(), sigma).all(), number))
+                right = source[at:].strip()
+                relation = "{}" if right[0] in RELATIONS + "+" else ""  # for its space
+                rows.append((Line(source[:at], sigma).all(), relation + Line(right, sigma).all(), number))
             else:
                 rows.append(("", Line(source, sigma).all(), number))
     if len(rows) == 1 or not all(left for left, _, _ in rows):
