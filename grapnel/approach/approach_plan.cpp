@@ -50,6 +50,8 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
   if (approach_.base_control && base_.floats()) keep_attitude();
 }
 
+// Problem => plan_: stated trajectories, or one segment per waypoint, then the final segment or the stand-off with the
+// final straight approach. Throws Unplannable.
 void ApproachPlanner::run() {
   if (approach_.sampled || !approach_.pieces.empty()) {
     follow_stated();
@@ -107,6 +109,8 @@ void ApproachPlanner::hold_idle_joints() {
   base_.hold(std::move(held));
 }
 
+// Final values and spline of a segment => its pieces in plan_, and time, joints, rates and base pose at its end. The
+// base is integrated by (6.5) only if a later segment or a check needs its pose.
 void ApproachPlanner::advance(double end, const std::vector<double>& position, const std::vector<double>& rate,
                               int knots, const std::vector<double>& coefficients) {
   SegmentStart start = segment_to(end);
@@ -126,6 +130,8 @@ void ApproachPlanner::advance(double end, const std::vector<double>& position, c
   time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
 }
 
+// End time, goals and demand => problem of one segment from the present state: limits (held joints: their values), the
+// present joints as the guess, excursion (6.8a) as the objective.
 ReachProblem ApproachPlanner::reach_to(double end, std::vector<Goal> goals, RateDemand demand) const {
   ReachProblem reach;
   reach.start = segment_to(end);
@@ -142,6 +148,8 @@ ReachProblem ApproachPlanner::reach_to(double end, std::vector<Goal> goals, Rate
   return reach;
 }
 
+// approach.plan => search, objective and path constraints (6.20) of `reach`. Throws Unplannable if a setting cannot be
+// evaluated: wheel momentum without attitude control, clearance without pairs of bodies.
 void ApproachPlanner::set_search(ReachProblem& reach) {
   const PlanSetup& plan = *approach_.plan;
   reach.starts = plan.starts, reach.seed = plan.seed;
@@ -170,6 +178,8 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
     way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
 }
 
+// State at the segment's begin => `reach` with the required clearance, which is reduced, with a warning, if the
+// approach is replanned and the bodies are nearer. Otherwise throws Unplannable with the nearest pairs.
 void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (!reach.way.clearance) return;
   constexpr double kRounding = 1e-6;  // [m]; plans satisfy the clearance to this tolerance
@@ -220,6 +230,8 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
       time_ == 0 ? "change initial.joints or initial.base" : "change the waypoint at which the segment begins"));
 }
 
+// Wheels, momentum and attitude => momentum model (6.26) and its limit in `way`. If the begin of the segment exceeds
+// the limit: Unplannable, or a larger limit with a warning if the approach is replanned.
 void ApproachPlanner::set_wheels(PathConstraints& way) {
   if (!attitude_kept()) {
     throw Unplannable(
@@ -281,6 +293,8 @@ void ApproachPlanner::refuse_unreachable(const ReachProblem& reach, const ReachS
   throw Unplannable(fmt::format("planning the approach{}: {}{}", what, solution.failure, base));
 }
 
+// Solution of a search => plan_.report: objective and its terms, errors per end-effector, numbers of the search. If
+// nothing was found, the planner keeps the final values of the nearest iterate.
 void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& solution) {
   PlanReport& r = plan_.report;
   r.searched = true;
@@ -306,6 +320,8 @@ void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& sol
   if (!solution.found) position_ = solution.position, rate_ = solution.rate;
 }
 
+// Figures of a solution => report of its path: smallest margins and clearance, largest shares of limits, base rotation
+// [rad] and wheel shares (6.27).
 PlannedPath ApproachPlanner::planned_way(const ReachProblem& reach, const ReachSolution& solution) const {
   const PathFigures& f = *solution.way;
   PlannedPath way;
@@ -325,6 +341,8 @@ PlannedPath ApproachPlanner::planned_way(const ReachProblem& reach, const ReachS
   return way;
 }
 
+// Waypoint => segment to it: to its joints and rates, or to joints that bring the end-effectors to its positions and
+// linear velocities, in W or in a target's frame at that time. Throws Unplannable.
 void ApproachPlanner::pass(const Waypoint& w) {
   if (!w.joints.empty() || w.places.empty()) {
     advance(w.time, w.joints, w.rates ? *w.rates : std::vector<double>(w.joints.size(), 0.0));
@@ -359,6 +377,8 @@ std::function<void(double)> ApproachPlanner::each_step() const {
   return [this](double) { watch_.count(kOfOneStep); };
 }
 
+// End time => last segment to the grasp points: a search if approach.plan exists, otherwise stated final joints with
+// rates by (6.4). Forward simulations correct both if disturbances act. Throws Unplannable.
 void ApproachPlanner::final_segment(double end) {
   ReachProblem reach = reach_to(end, capture_goals(problem_, servicer_.model, targets_), rate_demand(approach_));
   if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
@@ -381,6 +401,8 @@ void ApproachPlanner::final_segment(double end) {
   advance(end, position, rate, knots, coefficients);
 }
 
+// Final joints => final rates: the stated ones (default zero), or the solution of (6.4) by Newton's method. Throws
+// Unplannable if that does not converge.
 std::vector<double> ApproachPlanner::settled_rates(const ReachProblem& reach, const std::vector<double>& position) {
   const std::size_t n = position.size();
   if (reach.demand == RateDemand::given)
@@ -419,6 +441,8 @@ void ApproachPlanner::warn_of_approximation(const ReachProblem& reach, const Rea
   }
 }
 
+// Final rates => warnings: rates beyond their limits, and joints that overshoot by more than 2 pi rad or m, by the term
+// T e(x) of (6.1).
 void ApproachPlanner::warn_of_rates(const std::vector<double>& rates, double end) {
   constexpr double kSwing = 0.19;                 // of rate times duration: the largest |e(x)| of (6.1)
   constexpr double kWide = 2 * std::numbers::pi;  // [rad or m]
@@ -458,6 +482,8 @@ void ApproachPlanner::follow_stated() {
   }
 }
 
+// Problem, target motion and begin => plan; a failed search or an exceeded evaluation limit becomes its `failure`.
+// Other exceptions pass.
 ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
                            const CaptureProgress& progress, double begin) {
   ApproachPlan plan;

@@ -34,6 +34,8 @@ constexpr int kBetweenTries = 8;  // number of times without a plan between two 
 // grasp's end-effector from there.
 class Servicer {
  public:
+  // Problem => servicer at the start of the approach: motion of its centre of mass and, per grasp, the maximum reach
+  // (6.18), the point it is measured from and the arm's first joint, in W.
   explicit Servicer(const CaptureProblem& problem) : system_(make_servicer(problem)) {
     const Model& model = system_.model;
     const CaptureSystem flown = make_moving_servicer(problem);
@@ -102,6 +104,8 @@ class WindowSearch {
     for (const GraspSetup& grasp : seen_.grasps) fastest_.push_back(fastest_change(grasp));
   }
 
+  // Window => capture time and the problem with that duration: times that (6.19) does not exclude are planned, then the
+  // choice is refined between them. Without a plan, `failure` names the cause.
   CaptureTime run() {
     report_.time = kNone;
     if (!fastest_.empty()) report_.not_before = first_within_reach();
@@ -263,6 +267,8 @@ class WindowSearch {
 
   static double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
+  // Time of the point => reachability, reason and objective of the point; remembers the closest failed plan and its
+  // final iterate. Throws std::runtime_error at the evaluation limit.
   void plan(WindowPoint& point) {
     if (evaluations_ >= most_) {
       throw std::runtime_error(
@@ -303,6 +309,8 @@ class WindowSearch {
     return plan.failure.find(kUnexplained) == std::string::npos ? plan : plan_at(t, few);
   }
 
+  // Capture time and search settings => plan, in the frame of the runs and with estimated targets; errors of planning
+  // become its `failure`. Adds the evaluations made.
   ApproachPlan plan_at(double t, const PlanSetup& setup) {
     CaptureProblem at = problem_;
     at.approach->duration = t;

@@ -20,8 +20,11 @@ void add_swings(const ExcitationSetup& excitation, double begin, double duration
 
 }  // namespace
 
+// Settings after the impact => whether held joints move: to a posture, or as excitation.
 bool moves_afterwards(const PostImpactSetup& post) { return post.move || (post.identify && post.identify->excitation); }
 
+// Settings after the impact and hold value of a joint => its reference: constant, or swings for an identification
+// (20.7) and then the move to a posture, from rest to rest.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint) {
   const double hold = control.hold[joint];
   if (control.approaching || !moves_afterwards(post)) return JointTrajectory::at_rest(hold);

@@ -39,6 +39,8 @@ std::vector<EstimateReport> estimate_errors(const CaptureProblem& problem, const
   return errors;
 }
 
+// Problem and state at `time` => problem of the remaining approach: joints at their reference, wheels and gimbals as
+// they are, later waypoints only. Unless joints track exactly, the momentum replaces the base's twist.
 CaptureProblem rest_of_approach(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
                                 double time, const std::vector<JointPoint>& joints, const std::vector<double>& planned,
                                 const std::optional<Rotationd>& attitude) {

@@ -43,6 +43,8 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
 
 }  // namespace
 
+// Stated loads => loads on the bodies of this model, point and surface normal in the body's own frame; loads on bodies
+// that the model lacks are omitted.
 std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads) {
   std::vector<ExternalLoad> result;
   for (const LoadSetup& load : loads) {
@@ -145,6 +147,8 @@ std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot) {
   return std::make_shared<ThrusterBank>(std::vector<Thruster>(robot.thrusters.begin(), robot.thrusters.end()), com);
 }
 
+// Setting of post_impact => control of each joint. Controllers that command all joints together (detumbling, impedance
+// and the like) leave pd to the others; braked joints are prescribed.
 JointControl control_of(PostImpactSetup::Joints joints) {
   switch (joints) {
     case PostImpactSetup::Joints::free:
@@ -165,6 +169,8 @@ JointControl control_of(PostImpactSetup::Joints joints) {
   return JointControl::prescribed;
 }
 
+// Problem, state and control of one part of the run => setup of its phases: base and its actuators, drives that track
+// or hold, and the controller that replaces the drives of its joints.
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
   const MotionPhases& post = problem.post_impact;

@@ -65,6 +65,8 @@ std::vector<int> hand_of(const CaptureSystem& system, const GraspSetup& grasp) {
 
 }  // namespace
 
+// Problem and system => pairs of shapes to check. Excluded: parts of one target, neighbouring segments of flexible
+// links, pairs of clearance.ignore, and gripper with its target unless its grasp is `checked`.
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
                                     const std::vector<bool>& checked) {
   const Model& model = system.model;
@@ -100,6 +102,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
+// Checked grasps => indices of the model's pairs of gripper and target, sorted, each once.
 std::vector<int> hand_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
                             const std::vector<bool>& checked) {
   std::vector<int> pairs;
@@ -128,6 +131,8 @@ std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   return terms;
 }
 
+// Wheels, momentum of the servicer and desired attitude => terms of (6.26) as shares of the maximum momenta: H = R_D^T
+// L, rows of A^+ and null motion of each wheel.
 WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
                              const Rotationd& R_WD, double begin) {
   const BaseControlSetup& control = *problem.approach->base_control;
@@ -160,6 +165,8 @@ WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& mo
   return result;
 }
 
+// Problem and target motion => bodies for clearance along a path, with the robot rigid: robot bodies are placed by
+// their links, targets by `target_at`; per grasp, the distance within which gripper and target may touch.
 std::shared_ptr<const ConstraintBodies> constraint_bodies(
     const CaptureProblem& stated, const CaptureSystem& servicer,
     std::function<TargetMotion(std::size_t target, double time)> target_at) {
@@ -221,6 +228,8 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
   return bodies;
 }
 
+// Problem and targets at the capture => function of final joints, rates and base pose that builds the state just before
+// the impact and returns its planned impulse (docs/theory, section 7) or the index (13.5).
 std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
                      const Posed& X_WB)>
 capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,

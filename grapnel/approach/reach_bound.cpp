@@ -6,6 +6,8 @@
 
 namespace grapnel {
 
+// Model and frame => bound of the distance between the frame's origin and the centre of mass, or the base's mount of
+// the arm, for any joints: the sum of |v_k| of (6.18), from the tips to the root.
 ReachBound reach_bound(const Model& model, int root, int frame, bool floats) {
   const std::vector<Body>& bodies = model.bodies();
   const std::size_t n = bodies.size();

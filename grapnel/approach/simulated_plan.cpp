@@ -12,6 +12,8 @@ bool ApproachPlanner::disturbed() const {
   return bends() || loaded() || approach_.base_control.has_value() || problem_.orbit.has_value() || has_rotors();
 }
 
+// Settings => differences between planned and simulated robot as a predicate ("is rigid and has no loads"); empty if
+// none.
 std::string ApproachPlanner::planned_robot() const {
   std::vector<std::string> differs;
   if (bends()) differs.push_back("is rigid");
@@ -51,6 +53,8 @@ bool ApproachPlanner::targets_loaded() const {
   });
 }
 
+// Goals and end states of the flexible and the rigid servicer => goals for the rigid one, shifted by the deflection of
+// pose and twist (22.10); unchanged without flexible links.
 std::vector<Goal> ApproachPlanner::less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const {
   if (!bends()) return goals;
   const Kinematics bent = forward_kinematics(flown_.model, flown),
@@ -81,6 +85,8 @@ State ApproachPlanner::fly_disturbed(const ReachProblem& reach, const std::vecto
   return fly(joints, reach.start.end, watch);
 }
 
+// Joint trajectories => state of the servicer at `end` in a simulation of all loads with exact tracking; with a probe
+// in at least 400 steps. Throws std::runtime_error if the simulation fails.
 State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
   PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, simulated_start_, joints, true));
   watch.each_step = each_step();
@@ -97,6 +103,8 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
   return outcome.end_state;
 }
 
+// Segment => base pose and twist at its end with fixed joints, simulated with loads and orbital field, and by constant
+// momentum. Empty without such effects or if the latter integration fails.
 std::optional<ApproachPlanner::Drift> ApproachPlanner::drift(const ReachProblem& reach) {
   if (!base_.floats() || !(loaded() || problem_.orbit)) return {};
   const std::vector<double> at_rest(position_.size(), 0.0);
@@ -115,6 +123,8 @@ std::optional<ApproachPlanner::Drift> ApproachPlanner::drift(const ReachProblem&
   return d;
 }
 
+// Segment of a failed search => part of the message: the path of the centre of mass by momentum and, above 1 mm or 1
+// mrad, the drift by loads and the orbital field.
 std::string ApproachPlanner::explain_base(const ReachProblem& reach) {
   constexpr double kWorthMention = 1e-3;  // [m and rad]
   if (!base_.floats()) return {};
@@ -139,6 +149,8 @@ std::string ApproachPlanner::explain_base(const ReachProblem& reach) {
                      d->distance(), moved[0], moved[1], moved[2], d->turn());
 }
 
+// Segment => solution without loads or, if there is none and the base drifts by more than 1 cm or 0.01 rad, one to
+// goals that are moved back by the drift. Throws Unplannable.
 ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach, const std::string& what) {
   constexpr double kFar = 1e-2;  // [m and rad]; a nearer base is found by corrections
   ReachSolution plain = plan_reach(base_, reach);
@@ -162,6 +174,8 @@ ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach,
   return led;
 }
 
+// Final values and spline => part of a warning: largest base rotation and wheel rates over their limits in a simulation
+// with exact tracking; empty if the base does not float.
 std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::vector<double>& position,
                                           const std::vector<double>& rate, const Spline& spline) {
   if (!base_.floats()) return {};
@@ -185,6 +199,8 @@ std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::
   return text;
 }
 
+// Final values and spline => errors at the end of their simulation: of the goals, and of the rates against (6.3) with
+// the momentum at that end.
 SimulatedEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
                                             const std::vector<double>& rate, const Spline& spline) {
   const State flown = fly_disturbed(reach, position, rate, spline);
@@ -208,6 +224,8 @@ SimulatedEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std
   return result;
 }
 
+// Solution without disturbances => solution whose simulation meets the goals, by Newton's method on simulations
+// (docs/theory, section 6.2), with a warning if path constraints apply. Throws Unplannable.
 ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, ReachSolution solution,
                                                      const std::string& what) {
   const Spline spline{solution.knots, solution.coefficients};
@@ -244,6 +262,8 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
                   what, disturbances(), flown.iterations, text));
 }
 
+// Stated final joints and rates without disturbances => rates that meet the demand at the end of a simulation, or the
+// given ones with a warning if they do not converge.
 std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
                                                      const std::vector<double>& undisturbed) {
   // The final poses are given; their error is not considered.

@@ -19,6 +19,8 @@ struct Sensitivities {
   Eigen::MatrixXd error_position, error_rate, gap_position, gap_rate;
 };
 
+// Simulation and iterate => derivatives of error and rate gap by forward differences, one simulation per rate and,
+// `with_positions`, per position.
 Sensitivities sensitivities(const Flight& flight, const SimulatedSolution& at, bool with_positions) {
   const auto n = static_cast<Eigen::Index>(at.position.size());
   const Eigen::Index rows = at.end.error.size();
@@ -79,6 +81,8 @@ double SimulatedEnd::size() const {
   return largest;
 }
 
+// First guess => final positions and rates whose simulation has error and gap up to 10 times `tolerance`. Damped Newton
+// steps; sensitivities are reused while a step reduces the error to at most a twentieth.
 SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
                                        const std::vector<double>& lower, const std::vector<double>& upper,
                                        double tolerance) {

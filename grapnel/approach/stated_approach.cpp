@@ -3,6 +3,8 @@
 
 namespace grapnel {
 
+// Problem whose joint motion is fully stated => its trajectories (6.1) without planning; empty if the approach needs a
+// plan.
 std::optional<ApproachPlan> stated_approach(const CaptureProblem& problem, const CaptureSystem& system) {
   const ApproachSetup& a = *problem.approach;
   if (a.plan || a.sampled || a.match || a.straight_in || !a.waypoints.empty()) return {};

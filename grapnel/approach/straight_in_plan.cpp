@@ -39,6 +39,8 @@ double random_number(std::mt19937_64& generator) {
 
 }  // namespace
 
+// Time of the stand-off => segment to it and the final straight approach (docs/theory, section 6.3); disturbances and
+// flexible links are compensated by simulations. Throws Unplannable.
 void ApproachPlanner::stand_off_and_in(double begin) {
   const StraightIn& setup = *approach_.straight_in;
   StraightInProblem in;
@@ -60,6 +62,8 @@ void ApproachPlanner::stand_off_and_in(double begin) {
   }
 }
 
+// Straight approach and guess => joints at the stand-off and the problem they solve; with path constraints also the
+// self-motion (6.9a) of the straight approach, stored in `in`. Throws Unplannable.
 ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProblem& in,
                                                                  const std::vector<double>& guess) {
   ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.begin), RateDemand::task);
@@ -95,6 +99,8 @@ ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, c
   return result;
 }
 
+// Stand-off of the search => stand-off from which the straight approach satisfies (6.9c): the same one, others proposed
+// by its linearization, or near random configurations. Throws Unplannable with the smallest violation.
 ApproachPlanner::StandOff ApproachPlanner::enforce_path_constraints(StraightInProblem in, const ReachProblem& reach,
                                                                     ReachSolution solution) {
   constexpr int kElsewhere = 6, kEnough = 2, kEnoughFar = 1;
@@ -163,6 +169,8 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::begin_where_it_keeps(S
   return stand_off_near(in, reach, guess, 1);
 }
 
+// Guess => nearest stand-off configuration and its straight approach. The path to it is planned only if that approach
+// is feasible. Empty if no configuration was found.
 std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(StraightInProblem in,
                                                                          const ReachProblem& reach,
                                                                          const std::vector<double>& guess, int starts) {
@@ -196,6 +204,7 @@ void ApproachPlanner::take_objective(const ReachProblem& reach, ReachSolution& s
   solution.objective = end.objective, solution.terms = end.terms;
 }
 
+// Best attempt => report of it, and Unplannable with the violated constraint and possible remedies.
 void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const ReachProblem& reach, const StandOff& best,
                                          int tried) {
   report(reach, best.solution);
@@ -214,6 +223,8 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
                 "guess may help"));
 }
 
+// Planned straight approach => errors in the report. Above 1 mm or 1 mrad throws Unplannable with the cause: a
+// singularity or a demand that the joints cannot meet; above 1e-9 a warning.
 void ApproachPlanner::require_arrival(const StraightInPath& path) {
   constexpr double kMissed = 1e-3;  // [m and rad]; a smaller error gives a warning
   report_gaps(path.gaps);
@@ -244,6 +255,8 @@ void ApproachPlanner::require_arrival(const StraightInPath& path) {
                                 "or another approach_direction may help")));
 }
 
+// Planned straight approach => its pieces in plan_, joints and rates at its end, report, and warnings of damped
+// singularities (6.9) and unmet demands. Throws Unplannable if it failed.
 void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
   plan_.report.rhs_evaluations += path.rhs_evaluations;
   if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);

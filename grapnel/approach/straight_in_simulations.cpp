@@ -89,6 +89,8 @@ std::string in_words(const std::vector<GoalGap>& gaps) {
 
 }  // namespace
 
+// Straight approach under disturbances => plan whose simulation has final errors (6.9d) within tolerance: momentum and
+// target motion of each simulation enter the next plan; remaining errors are subtracted from the demands.
 void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   constexpr int kMost = 14;
   PlannedStandOff planned = plan_stand_off(in, {});
@@ -129,6 +131,8 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   warn_of_simulated_miss(correct_by_simulations({plan, fly, correct}, kMost));
 }
 
+// Steps plan, simulate and correct, and their maximum number => best plan, kept in plan_, and its errors. Ends within
+// tolerance or after three corrections without improvement; passes Unplannable of the first plan.
 ApproachPlanner::Flown ApproachPlanner::correct_by_simulations(const BySimulations& steps, int most) {
   constexpr int kPatience = 2;  // corrections without improvement; not every correction improves the plan
   const ApproachPlan before = plan_;
@@ -197,6 +201,8 @@ Vector3d ApproachPlanner::turn_beside(const State& servicer) const {
   return transposed_times(X_WB.R, root_twist(servicer_.model, servicer, servicer_.base).angular);
 }
 
+// Plan => final errors of its simulation, and in `around` the centre of mass, momentum and residual angular velocity of
+// the servicer as Chebyshev series of time.
 ApproachPlanner::Gaps ApproachPlanner::fly_over(const StraightInProblem& in, StraightInSurroundings& around) {
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfServicer);
   std::size_t next = 0;
@@ -222,6 +228,8 @@ ApproachPlanner::Gaps ApproachPlanner::fly_over(const StraightInProblem& in, Str
   return gaps_in_flight(in, end);
 }
 
+// Targets at the capture => their motion during the straight approach under loads and orbital field, propagated
+// backwards and stored as Chebyshev series; quaternions keep their sign from sample to sample.
 std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const StraightInProblem& in) const {
   const std::size_t count = problem_.targets.size();
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfTarget * count);
@@ -268,6 +276,8 @@ void ApproachPlanner::warn_of_simulated_miss(const Flown& flown) {
                                               : "the joints cannot produce the required motion"));
 }
 
+// Straight approach of a flexible robot => plan of the rigid robot whose simulation has the demanded final values; the
+// errors are subtracted from the goals in the targets' frames (22.10). Warns of the deflection on the path.
 void ApproachPlanner::come_in_bending(StraightInProblem& in) {
   constexpr int kMost = 12;
   const StraightInProblem meant = in;

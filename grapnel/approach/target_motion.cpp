@@ -58,6 +58,8 @@ TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, do
 
 }  // namespace
 
+// Motion at t0 => motion at t1, which may be earlier. Without loads only the rotation at constant angular momentum is
+// integrated, with loads or an orbital field the whole motion (5.1). Throws std::runtime_error if that fails.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
                               std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step,
@@ -89,6 +91,8 @@ TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& 
                           problem.orbit);
 }
 
+// Problem => motion of each target at the start and at the capture; the instant that is not stated is propagated from
+// the other.
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step) {
   const double T = problem.approach ? problem.approach->duration : 0.0;
   TargetPlan plan;
@@ -119,6 +123,8 @@ Vector3d approach_axis(const CaptureProblem& problem, const GraspSetup& grasp) {
 
 }  // namespace
 
+// Grasps and targets at the capture => goals: pose and twist of each grasp point in W plus the demanded relative twist,
+// direction, and half of the capture envelope as accepted errors.
 std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets) {
   std::vector<Goal> goals;
   for (const GraspSetup& grasp : problem.grasps) {
@@ -156,6 +162,8 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
   return goals;
 }
 
+// Approach settings => demand of (6.2): stated rates first, then approach.match; without either, twist for a search and
+// given (zero) rates for stated joints.
 RateDemand rate_demand(const ApproachSetup& approach) {
   if (approach.final_rates) return RateDemand::given;
   if (!approach.match) return approach.plan ? RateDemand::twist : RateDemand::given;

@@ -33,6 +33,8 @@ bool has_valid_size(const Geometry& geometry) {
   return true;
 }
 
+// Shapes and ignored pairs => nothing; throws std::invalid_argument with the name of the body if a body index, a size
+// or a mesh is invalid.
 void check(const Model& model, const std::vector<BodyShape>& shapes, std::span<const std::pair<int, int>> ignored) {
   const auto is_body = [&](int i) { return i >= 0 && i < static_cast<int>(model.bodies().size()); };
   for (const BodyShape& s : shapes) {
@@ -58,6 +60,8 @@ void check(const Model& model, const std::vector<BodyShape>& shapes, std::span<c
 // identified by the number of bodies.
 class Groups {
  public:
+  // Bodies, parent before child => their groups, the parent of each group along the tree, and which groups have shapes.
+  // Held bodies form groups without a parent, whatever their joint.
   Groups(const Model& model, const std::vector<BodyShape>& shapes, std::span<const int> held) {
     const int world = static_cast<int>(model.bodies().size());
     group_.resize(world);
@@ -93,6 +97,8 @@ class Groups {
 
 }  // namespace
 
+// Shapes, ignored pairs and held bodies => bounds of each shape and all pairs of shapes except those of one group, of
+// adjacent groups and of ignored bodies.
 ClearanceModel::ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
                                std::span<const std::pair<int, int>> ignored_pairs, std::span<const int> held)
     : shapes_(std::move(shapes)) {
@@ -113,6 +119,8 @@ ClearanceModel::ClearanceModel(const Model& model, std::vector<BodyShape> shapes
   }
 }
 
+// Shape => bounding sphere and bounding capsule about the axis of a cylinder or the longest axis of a box, in the
+// body's frame [m].
 ClearanceModel::Bounds ClearanceModel::bounds_of(const Geometry& geometry) {
   const ConvexCore core = core_of(geometry);
   int longest = 2;
@@ -174,6 +182,8 @@ double ClearanceModel::speed_bound(int pair, const Kinematics& kinematics) const
   return norm(v_B - v_A) + norm(V_WB.angular - V_WA.angular) * bounds_[p.shape_b].reach;
 }
 
+// Body poses => minimum distance of all pairs that are not left out, with nearest points. Bounding spheres, then
+// capsules exclude pairs; the remaining distances are exact.
 Clearance ClearanceModel::minimum(const Kinematics& kinematics, const std::vector<bool>& left_out) const {
   Clearance best;
   std::vector<int> counted;
@@ -289,6 +299,7 @@ CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
   return {distance, point - distance * normal, point, normal};
 }
 
+// Distance from A to B => distance from B to A: points exchanged, normal reversed.
 CoreDistance reversed(const CoreDistance& d) { return {d.distance, d.point_b, d.point_a, -d.normal}; }
 
 // Refines the nearest points of separated cores, which are not exact for cylinders: each in turn is replaced by the

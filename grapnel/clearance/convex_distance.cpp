@@ -132,6 +132,8 @@ ConvexDistance result_of(const Simplex& simplex, bool separated) {
 
 }  // namespace
 
+// Two cores => nearest points in the first one's frame, by Gilbert, Johnson and Keerthi; at most 200 steps. The result
+// states overlap if the simplex contains the origin or the distance is a rounding error.
 ConvexDistance convex_distance(const CorePair& pair) {
   constexpr int kMostSteps = 200;  // cylinders need up to about 30, boxes 10
   constexpr double kRelative = 1e-14;
@@ -170,6 +172,7 @@ ConvexDistance convex_distance(const CorePair& pair) {
   return result_of(simplex, bound > 0);
 }
 
+// Ends of two segments => nearest points, the best of five candidates.
 ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Vector3d& q1, const Vector3d& q2) {
   const Vector3d d = p2 - p1, e = q2 - q1, r = p1 - q1;
   const double dd = dot(d, d), ee = dot(e, e), de = dot(d, e);
@@ -303,6 +306,8 @@ void search_sphere(LeastDepth& least) {
 struct Directions {
   std::vector<Vector3d> normals, edges;
 };
+// Core and its rotation => unit normals of its faces and directions of its edges; of a round core only the axis, since
+// its lateral surface is treated separately.
 Directions directions_of(const ConvexCore& core, const Rotationd& R) {
   Directions d;
   if (core.hull) {
@@ -364,6 +369,8 @@ void offer_primitives(const CorePair& pair, LeastDepth& least) {
 
 }  // namespace
 
+// Overlapping cores => minimum depth, its normal and contact points, in the first one's frame. Candidate normals first,
+// then refinement by the nearest points of the cores after their separation.
 Penetration penetration(const CorePair& pair) {
   LeastDepth least{pair};
   if (pair.a.hull || pair.b.hull)

@@ -59,6 +59,8 @@ ClearanceWatch::ClearanceWatch(double required) : required_(required) {
   if (std::isnan(required)) throw std::invalid_argument("ClearanceWatch: the required clearance is not a number");
 }
 
+// Models and parting pairs of a phase => state for its samples. Only pairs that are still parting keep the largest
+// distance reached before, and with it their reduced required clearance.
 void ClearanceWatch::begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
                                  std::span<const int> parting) {
   if (phase_) throw std::logic_error("ClearanceWatch: phase '" + phase_->name + "' has not ended");
@@ -124,6 +126,8 @@ void ClearanceWatch::fill(double time, const State& state, Sample& sample) const
   }
 }
 
+// Time and state => minimum clearance at this sample; updates the minimum of the phase and its events, in between as
+// well, and the largest distance that parting pairs have reached.
 Clearance ClearanceWatch::sample(double time, const State& state) {
   if (!phase_) throw std::logic_error("ClearanceWatch: sample outside a phase");
   if (phase_->has_sample && !(time >= phase_->last.time)) {
@@ -191,6 +195,8 @@ void ClearanceWatch::watch_first() {
   }
 }
 
+// Last two samples => searches of pairs that may come nearer than required, or than the minimum so far. Bounds of
+// increasing cost exclude the others by their distances at both samples and their speeds.
 void ClearanceWatch::watch_between() {
   const Sample& last = phase_->last;
   const Sample& next = phase_->next;
@@ -214,6 +220,8 @@ void ClearanceWatch::watch_between() {
   }
 }
 
+// Distances of a pair at both samples => its events and minimum in between. If it approaches and then separates, golden
+// section finds the minimum and divides the interval into two monotonic pieces.
 void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const ShapeDistance& at_next) {
   const Sample& last = phase_->last;
   const Sample& next = phase_->next;
@@ -289,10 +297,13 @@ namespace {
 // Relative to the limit.
 constexpr double kTolerance = 1e-9;
 
+// Limit => its magnitude, 0 if it is infinite.
 double finite_size(double limit) { return std::isfinite(limit) ? std::abs(limit) : 0; }
 
 }  // namespace
 
+// Model => one monitor per finite limit and sign, with a tolerance of 1e-9 of the limit; saturation counts from 1e-9
+// below the effort limit on.
 std::vector<LimitWatch::Monitor> LimitWatch::monitors_of(const Model& model) const {
   std::vector<Monitor> monitors;
   const auto add = [&](LimitKind kind, int joint, double sign, double limit, double tolerance) {
@@ -319,6 +330,8 @@ void LimitWatch::begin_phase(std::string name, const Model& model) {
   phase_.emplace(Phase{std::move(name), &model, monitors_of(model), false, 0, zero_state(model)});
 }
 
+// Time, state and efforts => events of effort limits; of position and rate limits only if the phase has no steps.
+// Throws std::logic_error outside a phase, std::invalid_argument for decreasing times or wrong sizes.
 void LimitWatch::sample(double time, const State& state, std::span<const double> efforts) {
   if (!phase_) throw std::logic_error("LimitWatch: sample outside a phase");
   const Model& model = *phase_->model;
@@ -345,6 +358,8 @@ void LimitWatch::sample(double time, const State& state, std::span<const double>
   phase_->state = state;
 }
 
+// Motion inside a step => events of position and rate limits. States between the ends are evaluated only if some joint
+// can reach its limit in the step.
 void LimitWatch::step(double begin, double end, bool fresh, const StateAt& at) {
   if (!phase_) throw std::logic_error("LimitWatch: step outside a phase");
   const bool continues = phase_->by_steps && !fresh && phase_->time == begin;
@@ -508,12 +523,15 @@ void LimitWatch::note_event(Monitor& monitor, const Point& point) {
     event.worst_value = point.value, event.worst_time = point.time;
 }
 
+// Model => storage for one cubic per coordinate.
 MotionSegment::MotionSegment(const Model& model)
     : model_(&model),
       cubics_(model.coordinates()),
       rates_begin_(model.coordinates()),
       rates_end_(model.coordinates()) {}
 
+// States at t0 and t1 => cubic Hermite polynomial of every coordinate; final quaternions have the sign that is nearer
+// to the initial ones.
 void MotionSegment::set(double t0, const State& begin, double t1, const State& end) {
   t0_ = t0;
   coordinate_rates(*model_, begin.q, begin.v, rates_begin_);

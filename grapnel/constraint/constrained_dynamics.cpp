@@ -283,6 +283,7 @@ LoopSolver::~LoopSolver() = default;
 LoopSolver::LoopSolver(LoopSolver&&) noexcept = default;
 LoopSolver& LoopSolver::operator=(LoopSolver&&) noexcept = default;
 
+// Closures, and results of the last solution.
 const std::vector<LoopClosure>& LoopSolver::closures() const { return implementation_->closures; }
 int LoopSolver::rows() const { return implementation_->row_total; }
 std::span<const double> LoopSolver::multipliers() const { return implementation_->rows; }

@@ -7,6 +7,8 @@
 
 namespace grapnel {
 
+// Grasp => rows of a twist [angular; linear] in W that it prevents: the three translations, and for `rigid` all
+// rotations, for `hinge` two normal to its axis.
 Eigen::MatrixXd constrained_directions(const Grasp& grasp) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(row_count(grasp.model), 6);
   const int linear_row = row_count(grasp.model) - 3;

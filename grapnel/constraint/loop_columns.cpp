@@ -507,6 +507,7 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
   return {inverse(X_Lb) * X_LC};
 }
 
+// Place of a closure => pose of D in C, whose deviation from the identity is the defect (8.4).
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
 
 // Place of a closure => position defect as rows of C minus D, rotations as rotation vectors (8.4).

@@ -189,6 +189,7 @@ Eigen::VectorXd damping_efforts(const DetumblingLaw& law, const State& state, co
 
 }  // namespace
 
+// Angular momentum [N m s] and torque [N m] => time until it vanishes under a constant opposite torque [s].
 double detumbling_time(const Vector3d& angular_momentum, double torque) { return norm(angular_momentum) / torque; }
 
 // State and forces => efforts by (15.5): affine in the rate k, with the largest k up to (15.3) within all limits, plus

@@ -24,6 +24,8 @@ HeldBody held_body(const Model& model, const Kinematics& kinematics, std::span<c
   return held;
 }
 
+// Held bodies => their angular momentum about their centre of mass and the velocity of that centre relative to the
+// centre of mass of the whole tree, in W; relative to the ground on a fixed root.
 TargetMotion3d target_motion(const Model& model, const Kinematics& kinematics, std::span<const int> bodies) {
   const HeldBody held = held_body(model, kinematics, bodies);
   TargetMotion3d motion{held.inertia * held.motion.angular, held.motion.linear};

@@ -301,6 +301,8 @@ JointLawCommand Impedance::say(double time, const State& state, std::span<const 
   return command;
 }
 
+// End-effector, time and state => distance [m] and angle [rad] from its reference, in the controlled directions of W
+// only.
 Impedance::Deviation Impedance::deviation(std::size_t hand, double time, const State& state) {
   const Model& model = response_.model();
   forward_kinematics(model, state, kinematics_);
@@ -336,6 +338,8 @@ double effective_mass(const Model& model, const State& state, int body, const Ve
   return mobility > 0 ? 1 / mobility : std::numeric_limits<double>::infinity();
 }
 
+// Contact law, reduced mass [kg] and approach speed [m/s] => coefficient of restitution of section 21.2: closed form
+// for kelvin_voigt, bisection of (12.14) for hunt_crossley, else 1.
 double restitution_of(const CompliantContact& contact, double reduced_mass, double speed) {
   if (contact.model == ContactForceModel::hertz || contact.damping == 0) return 1;
   if (contact.model == ContactForceModel::kelvin_voigt) {
@@ -358,6 +362,8 @@ double restitution_of(const CompliantContact& contact, double reduced_mass, doub
   return 0.5 * (low + high);
 }
 
+// Contact law, target mass and approach speed => mass m with e(m) m = m_t (21.9), by bisection; infinite if there is
+// none up to 1e9 target masses.
 double matching_mass(const CompliantContact& contact, double target_mass, double speed) {
   const auto excess = [&](double mass) {
     const double reduced = mass * target_mass / (mass + target_mass);

@@ -30,6 +30,8 @@ Vector3d rotor_momentum(const Model& model, const Kinematics& kinematics, int bo
   return kinematics.X_WB[b.parent].R * (b.description.X_PF.R * b.description.joint.rotor_momentum());
 }
 
+// Body => its momentum [angular about its centre of mass; linear] and centre of mass in W, including the spins of the
+// rotors that it carries (19.6).
 BodyMomentum body_momentum(const Model& model, const Kinematics& kinematics, int body) {
   const BodyDescription& d = model.bodies()[body].description;
   const Posed& X_WB = kinematics.X_WB[body];
@@ -67,6 +69,8 @@ Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const
   return total;
 }
 
+// State => kinetic energy of the trees with these roots [J], summed over bodies, with reflected inertias and the
+// coupling of rotors with specified axes (19.6).
 double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
                       std::span<const int> roots) {
   double twice = 0;

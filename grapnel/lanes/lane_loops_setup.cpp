@@ -100,6 +100,8 @@ LaneRows lane_rows(const Model& model, const LoopClosure& closure) {
 
 }  // namespace
 
+// Closures of a phase => reason why lanes cannot integrate them; empty if they can: one tree on a floating base, closed
+// by projection (8.9), (8.10).
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   if (setup.closures.empty()) return {};
   // Projection changes the coordinates of all roots; a fixed root has none.
@@ -124,6 +126,7 @@ std::vector<LoopTable> loop_tables(const Model& model, const PhaseSetup& setup) 
   return tables;
 }
 
+// Closures => kLoopNumbers each: poses of C and D in their links, hinge, rows of rotation and scales of the rows.
 std::vector<double> loop_numbers(const Model& model, const PhaseSetup& setup) {
   std::vector<double> numbers(setup.closures.size() * kLoopNumbers);
   double* out = numbers.data();

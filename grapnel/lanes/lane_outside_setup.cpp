@@ -39,6 +39,7 @@ LoadTable load_table(const Model& model, const ExternalLoad& load) {
   return table;
 }
 
+// Setup => which external effects exist: gravity, orbit, loads, torque on the actuated root, wheels, thrusters, ground.
 OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
   OutsideTable table{};
   table.has_gravity = dot(setup.gravity, setup.gravity) > 0;
@@ -118,6 +119,8 @@ void write_load(const Model& model, const ExternalLoad& load, double* out) {
 
 }  // namespace
 
+// Setup => external effects and loads of `structure`, with the place of each load's numbers in a block. Throws
+// std::invalid_argument for invalid loads, loads on no body or in the axes of a missing orbit.
 void describe_outside(LaneStructure& structure, const Model& model, const PhaseSetup& setup) {
   structure.outside = outside_table(model, setup);
   structure.loads.clear();
@@ -172,6 +175,8 @@ void write_thrust(const Model& model, const BaseActuation& base, double begin, d
   put(end > begin ? (1 / (end - begin)) * (on_link(end) - first) : Wrenchd::zero(), line + kLoadLineRate);
 }
 
+// Setup => numbers of the external effects of one case: gravity, orbit (14.1), attitude control (6.13), loads, wheels
+// (17.2); in the layout of the structure, zero where an effect is absent.
 std::vector<double> outside_numbers(const LaneStructure& structure, const Model& model, const PhaseSetup& setup) {
   std::vector<double> numbers(static_cast<std::size_t>(structure.outside_numbers()), 0.0);
   if (numbers.empty()) return numbers;

@@ -31,6 +31,8 @@ class Exchange {
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
 
+  // Lane => record with pointers to the numbers of the next case, which stay valid until its end; false if the source
+  // is empty. Throws std::invalid_argument if the case does not match the structure.
   bool next(int lane, CaseRecord& record) {
     LaneCase& next = cases_[lane];
     if (!source_(next)) return false;
@@ -53,6 +55,8 @@ class Exchange {
     return true;
   }
 
+  // Result of a lane => outcome of its case, passed to the sink: state, integrals, statistics, commands in delay and a
+  // captured exception.
   void done(int lane, const CaseResult& r) {
     LaneOutcome& o = outcome_;
     o.id = cases_[lane].id;
@@ -82,6 +86,8 @@ class Exchange {
     watch_(view_);
   }
 
+  // Case at the begin of an interval or at an edge => its command and the command's end. An exception of the control is
+  // stored for the outcome; NaN then ends the case.
   double turn(int lane, const CaseTurn& t, double* command) {
     turn_.id = cases_[lane].id;
     turn_.is_first = t.is_first;
@@ -110,6 +116,8 @@ class Exchange {
     view.v.assign(v, v + structure_.velocities);
   }
 
+  // Case => nothing; throws std::invalid_argument if sizes, motion or commands do not match the structure, or the
+  // maximum step is not positive.
   void check(const LaneCase& c) const {
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     if (c.links.size() != structure_.links.size() * size(kLinkNumbers) ||
@@ -182,6 +190,8 @@ struct Trees {
   int driven = -1;  // the first with joints; none: -1
 };
 
+// Structure => tables for the kernel. The dimension of the error norm counts every integral that PhaseDynamics has, so
+// that steps are the same. Throws std::invalid_argument for invalid tolerances.
 PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   const auto usable = [](double tolerance) { return tolerance > 0 && std::isfinite(tolerance); };
   if (!(s.integration.relative_tolerance >= 0) || !usable(s.integration.absolute_tolerance) ||
@@ -223,6 +233,7 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
 }
 
 using Unit = void (*)(const PhaseTables&, CaseExchange&);
+// Instruction set => kernel compiled for it; one lane for sets that this build lacks.
 Unit unit_of(InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set) {
@@ -242,6 +253,7 @@ Unit unit_of(InstructionSet set) {
 
 }  // namespace
 
+// Outcome => one sentence with the cause and the time of the end of a case.
 std::string explanation(const LaneOutcome& outcome) {
   switch (outcome.status) {
     case LaneStatus::step_too_small:
@@ -272,6 +284,8 @@ std::string explanation(const LaneOutcome& outcome) {
   return explain(StepStatus::finished, outcome.time);
 }
 
+// Structure and cases => outcomes, by the kernel of the instruction set, which calls back for each case through a table
+// of functions. Throws std::invalid_argument if the set is not supported or the control is missing.
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
                const LaneWatch& watch, const LaneGate& gate, const LaneControl& control) {
   if (!is_supported(set)) {

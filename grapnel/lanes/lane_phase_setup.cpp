@@ -133,6 +133,8 @@ std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
   return times;
 }
 
+// Setup => channels, wheels and maximum number of delayed commands (6.14), and whether cases evaluate their control
+// themselves.
 ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>& links) {
   if (!setup.clock) return {false, 0, 0, false, false, 0};
   if (is_said_by_case(setup)) {
@@ -176,6 +178,8 @@ void write_hold(double position, double rate, double* out) {
   out[kPieceSeries] = position;
 }
 
+// Piece of a trajectory => its numbers in a block: Chebyshev series, travel of a cycloidal profile, middle and inverse
+// half length. Throws std::invalid_argument if the structure has fewer coefficients.
 void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
   if (coefficients(piece) > table.series) {
     throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides");
@@ -239,6 +243,7 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 }  // namespace
 
+// Model, setup and method => first feature that lanes do not integrate; empty if there is none.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A structured binding: a new member of these structures fails to compile here until lanes handle it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
@@ -286,6 +291,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   return loop_obstacle(model, setup);
 }
 
+// The same for the interval t0 to t1: also rejects prescribed joints with a rate beyond the ends of their trajectories.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration, double t0,
                           double t1) {
   const std::string obstacle = lane_obstacle(model, setup, integration);
@@ -304,6 +310,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   return {};
 }
 
+// Model, setup and method => structure of all cases: links, layout of pieces and noise, control, external effects,
+// loops. Throws std::invalid_argument with the obstacle if lanes cannot integrate the phase.
 LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   const std::string obstacle = lane_obstacle(model, setup, integration);
   if (!obstacle.empty()) throw std::invalid_argument("lane_structure: " + obstacle);
@@ -360,6 +368,8 @@ void advance(ControlClock& clock, double t, double same, LaneInterval& interval)
 
 }  // namespace
 
+// Setup and interval => blocks of trajectory and load numbers, one per smooth interval, and the intervals between all
+// breaks with the actions of the clock in each. A copy of the clock is advanced.
 std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
                                               const PhaseSetup& setup, double t0, double t1) {
   if (!(t1 >= t0)) throw std::invalid_argument("lane_motion: the end lies before the start");
@@ -395,6 +405,8 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
   return motion;
 }
 
+// Scalar dynamics of a case and its state => command until the returned time: motor efforts per channel, external
+// torque on the base and, with thrusters, their wrench and its rate.
 double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const LaneTurn& turn,
                  std::span<double> command) {
   const Model& model = dynamics.model();
@@ -420,6 +432,7 @@ double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const 
   return until;
 }
 
+// Outcome of a case => clock with the samples up to its end and with the commands that the lane has computed.
 void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock) {
   const double same = break_resolution(motion.start_time, motion.end_time);
   double begin = motion.start_time;
@@ -443,6 +456,8 @@ void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlCl
   clock.put(std::move(commands));
 }
 
+// Model, setup and state => numbers of one case: links, gains, friction, springs, noise, loops, external effects and
+// delayed commands. Throws std::invalid_argument if the structure differs.
 void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
                std::shared_ptr<const LaneMotion> motion, LaneCase& result) {
   const std::vector<LinkTable> own = link_tables(model, setup);

@@ -17,6 +17,7 @@ namespace {
 
 using RunRollout = void (*)(const RolloutTables&, const RolloutCases&);
 
+// Instruction set => kernel compiled for it; one lane for sets that this build lacks.
 RunRollout rollout_of([[maybe_unused]] InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set) {
@@ -47,10 +48,13 @@ void check_size(std::size_t found, std::int64_t cases, std::int64_t expected, bo
                                 std::to_string(cases * expected) + " are expected");
 }
 
+// Stop token behind a RolloutCases context => whether a stop was requested.
 bool is_stopped(void* context) { return static_cast<const std::stop_token*>(context)->stop_requested(); }
 
 }  // namespace
 
+// Model and setup => tables of links, driven joints and held roots, and the kernel of the best instruction set. Throws
+// std::invalid_argument for an invalid step, number of substeps or held root, and for modal joints.
 Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
   if (!(setup.step > 0 && std::isfinite(setup.step)))
     throw std::invalid_argument("rollout: the step must be positive and finite");
@@ -83,6 +87,8 @@ Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
   width_ = lane_count(set);
 }
 
+// Initial states and controls => states, by threads that take batches of lanes as they become free; results do not
+// depend on the number of threads. The last exception of a thread is rethrown.
 void Rollout::run(const RolloutData& data, int threads, const std::stop_token& stop) const {
   if (data.cases < 0 || data.steps < 0) throw std::invalid_argument("rollout: negative number of cases or steps");
   check_size(data.initial.size(), data.cases, state_size(), false, "the initial states");

@@ -7,6 +7,7 @@ namespace {
 
 using RunStates = void (*)(const StatesTables&, const StateCases&);
 
+// Instruction set => kernel compiled for it; one lane for sets that this build lacks.
 RunStates states_of([[maybe_unused]] InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set) {

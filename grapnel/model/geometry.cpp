@@ -11,6 +11,8 @@
 
 namespace grapnel {
 
+// Vertices [m] and triangles => mesh with its convex hull. Throws std::invalid_argument with the name if there is no
+// triangle, an index is invalid or the vertices have no volume.
 std::shared_ptr<const TriangleMesh> make_triangle_mesh(std::string name, std::vector<Vector3d> vertices,
                                                        std::vector<std::array<int, 3>> triangles) {
   const auto refuse = [&](const std::string& why) {
@@ -83,6 +85,8 @@ class Quickhull {
     return {{a, b, c}, {-1, -1, -1}, cross(at_[b] - at_[a], at_[c] - at_[a]), {}, true};
   }
 
+  // Points => first four faces, outward, with the other points assigned to them; false if all points are coplanar.
+  // Takes an extreme point and then the farthest from point, line and plane.
   bool first_tetrahedron() {
     const int count = static_cast<int>(at_.size());
     const auto farthest = [&](auto measure) {
@@ -264,6 +268,8 @@ std::vector<Vector3d> edge_directions(const std::vector<Face>& faces, const std:
 
 }  // namespace
 
+// Points => vertices, face normals, offsets and edge directions of their hull; empty if they are not finite, coplanar
+// or too small or large. Quickhull on an integer grid of the extent, so that orientations are exact.
 ConvexHull convex_hull(std::span<const Vector3d> points) {
   ConvexHull hull;
   if (points.size() < 4) return hull;

@@ -76,6 +76,7 @@ std::array<double, 3> eigenvalues(Symmetric3d A) {
   return values;
 }
 
+// Body => messages about its joint, appended to `faults`: axis, limits, friction, rotor, spring, stop and motor.
 void check_joint(const BodyDescription& body, std::vector<std::string>& faults) {
   const JointDescription& j = body.joint;
   const auto fault = [&](const std::string& text) {
@@ -106,6 +107,8 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
     fault("a motor's no-load rate must be positive, torque constant and resistance not negative");
 }
 
+// Body => messages about its placement, mass, inertia and joint, appended to `faults`; parts of a body may have any
+// finite mass.
 void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("body '{}': {}", body.name, text)); };
   if (const std::string text = placement_fault(body.X_PF); !text.empty()) fault("joint " + text);
@@ -123,6 +126,8 @@ void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
 
 }  // namespace
 
+// Inertia about the centre of mass => reason why no body has it; empty if it is positive definite and its principal
+// moments satisfy the triangle inequality to 1e-9.
 std::string inertia_fault(const Symmetric3d& inertia) {
   if (!finite(inertia)) return "inertia is not finite";
   const auto lambda = eigenvalues(inertia);
@@ -197,8 +202,11 @@ ModelBuilder& ModelBuilder::attach(std::string_view body, std::string_view paren
   return *this;
 }
 
+// Builder that is kept => model, from a copy.
 Model ModelBuilder::build() const& { return ModelBuilder(*this).build(); }
 
+// Bodies and frames => model: parents before children, coordinates and velocities numbered in that order, axes
+// normalized, links by make_tree(). Throws ModelError with all errors of the first stage that fails.
 Model ModelBuilder::build() && {
   std::vector<std::string> faults;
   std::unordered_map<std::string_view, std::size_t> given;

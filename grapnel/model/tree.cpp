@@ -93,6 +93,8 @@ std::map<std::string, std::vector<std::size_t>> bodies_of_chains(const std::vect
 
 }  // namespace
 
+// Sorted bodies => errors of chains of joints that move by modes (docs/theory, chapter 4): chains with a gap, rotors,
+// or modes that are dependent or not as many as each other.
 std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent) {
   std::vector<std::string> faults;
   for (const auto& chain : bodies_of_chains(bodies)) {
@@ -124,6 +126,8 @@ std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies
   return faults;
 }
 
+// Sorted bodies => links with frames aligned to their axes (4.13) and, in `placements`, link and pose of each body.
+// Fixed bodies join the link that carries them; chains of modal joints get orthonormal shapes.
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
                        const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements) {
   Tree<double> tree;

@@ -42,6 +42,8 @@ std::vector<ConstrainedSegment::Found> ConstrainedSegment::scan(double band, dou
       segment().path_points(), [&](int node) { return segment().path_point(node); }, band, wanted, figures);
 }
 
+// Last shot => weighted objective (6.20), its gradient by the unknowns and the unweighted terms. Clearance counts as
+// zero here: it is a separate unknown.
 double ConstrainedSegment::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
   const Objective& objective = problem_.objective;
   if (gradient) gradient->setZero(unknowns());
@@ -101,6 +103,8 @@ Eigen::VectorXd ConstrainedSegment::through_rates(const Eigen::VectorXd& all) co
   return y + shot_.K.transpose() * all.segment(n_, n_);
 }
 
+// Term in closed form (excursion, distances, manipulability) => its value; adds its weighted gradient, with the final
+// rates' derivatives K of (6.8).
 double ConstrainedSegment::end_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
   Objective::Gradient g;
   if (gradient) {
@@ -117,6 +121,8 @@ double ConstrainedSegment::end_term(const Objective::Term& term, Eigen::VectorXd
   return value;
 }
 
+// Impulse term => its value at the end of the segment; adds its weighted gradient by central differences over joints,
+// rates and base displacement.
 double ConstrainedSegment::measure_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
   std::vector<double> position = shot_.position, rate = shot_.rate;
   const auto measure = [&](const Posed& X_WB) { return setup_.end_measure(term.kind, position, rate, X_WB); };
@@ -168,6 +174,8 @@ double ConstrainedSegment::motion_term(double weight, Eigen::VectorXd* gradient)
   return sum;
 }
 
+// Weight => 1/2 sum of squared efforts (6.23), averaged over the segment by the quadrature of section 6.1; adds its
+// weighted gradient (6.23a).
 double ConstrainedSegment::effort_term(double weight, Eigen::VectorXd* gradient) {
   const double T = problem_.start.end - problem_.start.begin;
   std::vector<double> effort(static_cast<std::size_t>(n_));
@@ -184,6 +192,7 @@ double ConstrainedSegment::effort_term(double weight, Eigen::VectorXd* gradient)
   return sum;
 }
 
+// Weight => 1/2 sum of squared wheel shares (6.27), averaged over the segment; adds its weighted gradient.
 double ConstrainedSegment::wheel_term(double weight, Eigen::VectorXd* gradient) {
   const double T = problem_.start.end - problem_.start.begin;
   std::vector<double> weights(setup_.wheels->wheels.size());

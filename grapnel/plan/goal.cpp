@@ -377,6 +377,8 @@ Objective Objective::with_knots(int knots) const {
   return {terms_, start, guess_, lower_, upper_};
 }
 
+// Final values, rates and spline => excursion (6.8a) of all joints, a quadratic form per joint; adds `weight` times its
+// gradient.
 double Objective::excursion(std::span<const double> position, std::span<const double> rate,
                             std::span<const double> coefficients, double weight, Gradient* gradient) const {
   const double T = start_.end - start_.begin;
@@ -429,6 +431,8 @@ Eigen::MatrixXd Objective::curvature(const Eigen::MatrixXd& K) const {
   return B;
 }
 
+// Term and final values => its unweighted value: excursion, distance from the guess or from mid-range, or lost
+// manipulability (gradient by central differences); 0 for terms along the path. Adds the weighted gradient.
 double Objective::term(const Term& term, FloatingBase& base, std::span<const Goal> goals,
                        std::span<const double> position, std::span<const double> rate, Gradient* gradient,
                        std::span<const double> coefficients) const {

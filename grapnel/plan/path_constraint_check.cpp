@@ -16,6 +16,7 @@ constexpr double kDifference = 1e-6;  // increment of finite differences of effo
 
 }  // namespace
 
+// Base and problem, which must outlive it => check with storage for the efforts.
 PathConstraintCheck::PathConstraintCheck(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), setup_(problem.way), efforts_(base, problem.motion.gravity), n_(base.joints()) {}
 
@@ -125,6 +126,8 @@ void PathConstraintCheck::evaluate_efforts(const std::vector<double>& position, 
   efforts_.evaluate(position, rate, acceleration, X, problem_.motion.in_base(time, X), effort);
 }
 
+// One constraint at one point of the path => g_i of (6.20), positive if violated, and with `d` its derivatives by
+// joints, rates, accelerations and base rotation.
 double PathConstraintCheck::violation(const Instant& at, const PathSegment::SegmentPoint& w, PerMotion* d) {
   const auto j = static_cast<std::size_t>(at.index);
   switch (at.kept) {

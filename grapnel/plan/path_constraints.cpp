@@ -110,6 +110,8 @@ class Exchange : private NonlinearProgram {
     return way_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * known_least() : 0);
   }
 
+  // Last shot => largest violation over nodes, goal errors, bounds of the unknowns and final rate limits; infinite if
+  // the shot failed.
   double violation() override {
     if (!way_.shot().valid) return kInfinite;
     scan();
@@ -349,6 +351,8 @@ bool wants_clearance(const ReachProblem& problem) {
                      [](const Objective::Term& t) { return t.kind == Objective::Kind::clearance; });
 }
 
+// Number of an attempt => initial spline coefficients: those of the solution if they fit, otherwise zero; from attempt
+// 1 on random in [-1, 1), by seed and attempt, except of held joints.
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
                                                const ShootingIterate& solution, int knots, int attempt) {
   std::vector<double> coefficients(static_cast<std::size_t>(base.joints() * knots), 0.0);

@@ -218,6 +218,8 @@ class Restoration {
 
 }  // namespace
 
+// Solution of the goals => nearest path that satisfies all path constraints, by the steps (6.20a) on four panels;
+// `enough`: violation at which the search ends.
 ConstrainedSolution nearest_feasible_path(FloatingBase& base, const ReachProblem& problem,
                                           const ShootingIterate& solution, int knots, int attempt, double enough) {
   constexpr int kPanels = 4;

@@ -177,6 +177,9 @@ NodePanel PathSegment::panel_of(std::span<const double> position, std::span<cons
   return p;
 }
 
+// Panels and initial attitude => attitude at the end, by Gauss-Legendre collocation, and, with `sensitivities`, the
+// sums of (6.7). Returns the largest last Legendre coefficient of w, times the panel length [rad]; infinite if a panel
+// diverges.
 double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities, Quaterniond& q) {
   if (sensitivities) {
     phi_.setIdentity();

@@ -149,6 +149,8 @@ struct FreeChain {
     return {X_WB0.R * R, X_WB0.p + Vector3d{b[0], b[1], b[2]}};
   }
 
+  // Joints and base pose => half the squared goal errors of a free chain, and its gradient; the base is displaced by a
+  // position in W and a rotation vector in B.
   double half_square(const std::vector<double>& x, std::vector<double>& gradient) {
     const Posed X_WB = pose(x);
     const int n = base.joints();

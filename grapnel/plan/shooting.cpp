@@ -30,6 +30,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
   return {X.R * R, X.p + X.R * Vector3d{xi[3], xi[4], xi[5]}};
 }
 
+// Base and problem, which must outlive it => shooting on the segment that begins at problem.start.
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
@@ -131,6 +132,8 @@ struct Problem {
   }
 };
 
+// NLopt callback: final joints => objective at the final rates of (6.4) and its gradient with K of (6.8). Throws
+// nlopt::forced_stop if the shot fails.
 double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
   const ShootingIterate& shot = p.at(x);

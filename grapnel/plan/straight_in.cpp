@@ -414,6 +414,7 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
   return goals;
 }
 
+// Times during the straight approach => poses and twists of the targets, by integration of their free motion (5.1).
 std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times) {
   const Tumbling tumbling(problem, 0);
   Manifold manifold;

@@ -234,7 +234,7 @@ void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
   const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
+  pid_t child = ::fork();
   if (child < 0) {
     const int error = errno;
     ::close(ends[0]), ::close(ends[1]);

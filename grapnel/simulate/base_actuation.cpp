@@ -27,6 +27,8 @@ BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeCon
   q_ = model.bodies().at(root_).q, v_ = model.bodies().at(root_).v;
 }
 
+// Members after construction => nothing; throws std::invalid_argument if the settings of thrusters, gyros, wheels,
+// clock and attitude control contradict each other.
 void BaseActuation::check_actuators() const {
   const BaseActuators& a = actuators_;
   if (a.one_by_one) {
@@ -119,6 +121,9 @@ bool BaseActuation::holds_wheel(int velocity) const {
   return false;
 }
 
+// Commanded torque or actuator commands => motor efforts of the wheels, or forces on the root without actuators. Wheels
+// share the torque by (17.2), less that of dumping thrusters (18.5), and approach their stated rates in the null space
+// (18.7).
 void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
                           std::span<double> effort, std::span<double> force) {
   if (actuators_.one_by_one) {
@@ -146,6 +151,8 @@ void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& comman
   for (int k = 0; k < 3; ++k) force[v_ + k] = given_[k];
 }
 
+// State and the torque of drive() or commanded gimbal rates => prescribed accelerations of gimbals and rotors (17.6),
+// by the steering law (17.9); remembers the resulting torque (17.7).
 void BaseActuation::turn_gyros(double t, const State& state, const ActuatorCommands& commands,
                                const PrescribedRates& rates) {
   if (gyros_.empty()) return;
@@ -161,6 +168,8 @@ void BaseActuation::turn_gyros(double t, const State& state, const ActuatorComma
   turned_ = gyros_.torque_of(state.v, w_B);
 }
 
+// Forces of the prescribed rates, per velocity => efforts of gyro motors and of motors that hold wheels (force less
+// friction), and the torque on the base from wheels, gyros and thrusters.
 void BaseActuation::conclude(std::span<const double> force, std::span<const double> friction,
                              std::span<double> effort) {
   if (!gyros_.empty()) {
@@ -177,6 +186,8 @@ void BaseActuation::conclude(std::span<const double> force, std::span<const doub
   if (actuators_.one_by_one) given_ += thrust_torque_ + turned_;
 }
 
+// State => generalized forces added to `beside`: thrusts on the root, the torque of attitude control (6.13) on the root
+// or, by (17.2), at the wheels that are not held. Adds nothing under gyro steering.
 void BaseActuation::add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside) {
   if (!attitude_ || actuators_.steering) return;
   if (has_thrusters()) {
@@ -215,6 +226,8 @@ bool BaseActuation::triggers_by_state() const {
   return has_thrusters() && actuators_.modulation.kind == ThrusterModulation::Kind::schmitt && !clock_;
 }
 
+// Velocities => smallest margin of all modes, at most 1: thruster trigger levels, relative distance of free wheels from
+// their maximum rates, and the acceleration (17.3) of held wheels.
 double BaseActuation::margin(std::span<const double> v, const Evaluation& evaluate) {
   double least = 1;
   if (triggers_by_state()) {

@@ -21,6 +21,8 @@ ControlClock::ControlClock(const ControlTiming& timing, std::size_t channels) : 
   held_.effort.assign(channels, 0.0);
 }
 
+// Interval t0 to t1 => sample times and, with a delay, the times at which commands take effect (6.14), strictly
+// between. The two series are concatenated, not merged. Throws std::invalid_argument above 1e8 periods.
 std::vector<double> ControlClock::break_times(double t0, double t1) const {
   constexpr double kMost = 1e8;  // maximum number of sample times of a phase
   if (!((t1 - t0) / timing_.period < kMost))

@@ -22,6 +22,7 @@ bool finite(const Wrenchd& F) {
   return std::isfinite(dot(F.angular, F.angular)) && std::isfinite(dot(F.linear, F.linear));
 }
 
+// Table profile => nothing; throws std::invalid_argument unless it has at least two finite samples at increasing times.
 void validate_table(const LoadProfile& p) {
   if (p.times.size() < 2) throw std::invalid_argument("external load: a table needs at least two samples");
   if (p.values.size() != p.times.size()) {
@@ -64,6 +65,7 @@ Wrenchd wrench_at(const ExternalLoad& load, double t, double inside) {
   return factor_at(p, t, inside) * load.amplitude;
 }
 
+// Time t => factor on the amplitude; zero if `inside`, a time of the same smooth interval, is outside [start, end).
 double factor_at(const LoadProfile& p, double t, double inside) {
   if (inside < p.start || inside >= p.end) return 0;
   switch (p.shape) {
@@ -86,6 +88,7 @@ Vector3d stream_force(const Stream& stream, const Vector3d& direction, const Vec
   return force_on_facing_side(stream.pressure * stream.area, stream.specular, stream.diffuse, facing, direction, n);
 }
 
+// Load => finite times, in increasing order, at which its wrench jumps or has a kink: start, table samples, end.
 std::vector<double> break_times(const ExternalLoad& load) {
   const LoadProfile& p = load.profile;
   std::vector<double> times;
@@ -102,6 +105,8 @@ std::vector<double> break_times(const ExternalLoad& load) {
   return times;
 }
 
+// Load => nothing; throws std::invalid_argument for an empty interval, a half sine without finite ends, non-finite
+// numbers, or an invalid table or stream.
 void validate(const ExternalLoad& load) {
   const LoadProfile& p = load.profile;
   if (!(p.end > p.start)) throw std::invalid_argument("external load: it must end after it starts");

@@ -115,6 +115,8 @@ struct ExcessRows {
   VectorXd g, w;
 };
 
+// Family => rows g + G z <= w t, one per finite bound: the effort x0 + N z exceeds it by at most w t. The first row is
+// t >= -1.
 ExcessRows excess_rows(const EffortFamily& f) {
   std::vector<std::pair<Index, int>> sides;
   for (Index i = 0; i < f.x0.size(); ++i) {
@@ -174,6 +176,8 @@ class MinimaxSimplex {
     return B;
   }
 
+  // Basis matrix and entering row => whether a row left the basis in exchange. Ratio test on the dual variables y; of
+  // equal ratios the smallest row index leaves (Bland).
   bool replace(const MatrixXd& B, Index entering) {
     VectorXd column(k_ + 1);
     column.head(k_) = r_.G.row(entering).transpose();
@@ -249,8 +253,11 @@ VectorXd drawn_within(const EffortFamily& f, const VectorXd& x, const VectorXd& 
 
 }  // namespace
 
+// Program (19.17) => minimizer, its gradient and active bounds.
 BoxSolution minimize_in_box(const BoxProgram& program) { return BoxMinimizer(program).run(); }
 
+// Family => minimum over z of the largest weighted excess (19.20) and a minimizer. Without self-stresses (no columns of
+// N) the excess of x0, else the simplex method on the dual.
 LeastExcess least_excess(const EffortFamily& family) {
   const Index k = family.N.cols();
   if (k == 0) {
@@ -265,6 +272,8 @@ LeastExcess least_excess(const EffortFamily& family) {
   return {corner[k], family.x0 + family.N * corner.head(k)};
 }
 
+// Family and a feasible member => minimum-norm member within the bounds (19.21). If the projection of x0 is outside, a
+// least-distance program, solved by nonnegative least squares; `feasible` if that finds no solution.
 VectorXd least_norm_within(const EffortFamily& family, const VectorXd& feasible) {
   const Index k = family.N.cols();
   const VectorXd x = family.x0 - family.N * (family.N.transpose() * family.x0);
@@ -286,6 +295,8 @@ VectorXd least_norm_within(const EffortFamily& family, const VectorXd& feasible)
   return drawn_within(family, x - family.N * (left.head(k) / left[k]), feasible);
 }
 
+// Directions and sizes of their terms => orthonormal basis of the span (self-stresses N of (19.19)), by the singular
+// value decomposition of the normalized columns without entries that are rounding errors.
 MatrixXd basis_of(MatrixXd directions, const MatrixXd& terms) {
   for (Index j = 0; j < directions.cols(); ++j) {
     for (Index i = 0; i < directions.rows(); ++i) {

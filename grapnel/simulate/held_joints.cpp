@@ -20,6 +20,8 @@ void PhaseDynamics::hold_joints() {
   }
 }
 
+// Time and y => modes of all joints with static friction or stops, by JointModes::choose(), whose queries are answered
+// by evaluations at this fixed state: response, mobility (19.16) and released accelerations.
 void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
   JointModes::Dynamics dynamics;
   dynamics.respond = [&] {
@@ -83,6 +85,8 @@ JointModes::Mobility PhaseDynamics::mobility_of(std::span<const int> velocities)
   return mobility;
 }
 
+// Velocities of joints at rest => their accelerations b of (19.16), without friction and stops. Other forces are those
+// of the last evaluation, and these joints are not prescribed.
 Eigen::VectorXd PhaseDynamics::accelerations_released(std::span<const int> velocities) {
   for (std::size_t j = 0; j < motor_.size(); ++j)
     force_[model_.bodies()[model_.joints()[j]].v] = motor_[j] + friction_[j] + spring_[j];

@@ -47,10 +47,12 @@ HoldingRange holding_range(const JointModes::Joint& joint, double breakaway) {
           joint.end == JointModes::End::lower ? kNone : breakaway};
 }
 
+// Rate of a joint at a stop => rate into the stop, positive if it moves into it.
 double into_stop(const JointModes::Joint& joint, double rate) { return rate * static_cast<double>(joint.end); }
 
 }  // namespace
 
+// Model and prescribed velocities => one entry per joint with sticking friction or a stop; others have no modes.
 JointModes::JointModes(const Model& model, std::span<const std::uint8_t> prescribed) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
@@ -158,6 +160,8 @@ void JointModes::take_slacks(const Response& response) {
   }
 }
 
+// Holding efforts and self-stresses => the family h0 + N zeta (19.19) of the held joints, in units of each joint, with
+// bounds (19.1) or, at stops, (19.5).
 EffortFamily JointModes::held_family(std::span<const double> holding, const OpenEfforts& open) const {
   std::vector<const Joint*> held;
   for (const Joint& j : joints_) {
@@ -268,6 +272,8 @@ double JointModes::holding_margin(std::span<const double> holding, const OpenEff
   return std::min(1.0, 1 - held_excess(holding, open));
 }
 
+// Self-stresses and `holding` => `holding` with the minimum-norm admissible efforts (19.21) at undetermined joints, and
+// the velocities of these joints. If no set is admissible, the one with the smallest excess (19.20).
 std::vector<int> JointModes::share_out(const OpenEfforts& open, std::span<double> holding) {
   std::vector<int> changed;
   if (open.effort.cols() == 0) return changed;
@@ -304,6 +310,8 @@ std::vector<JointModes::RateChange> JointModes::overshoots(std::span<const doubl
   return changes;
 }
 
+// q and v with joints at stops => v after the impact (19.2), q at the exact ends, and records of each impact. `respond`
+// solves the system for given rate changes; the smallest restitution applies to all joints that arrive.
 bool JointModes::meet_stops(double time, std::span<double> q, std::span<double> v,
                             const std::function<ImpulseResponse(std::span<const RateChange>)>& respond) {
   std::vector<std::size_t> candidates;  // at stops

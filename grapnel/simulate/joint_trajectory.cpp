@@ -34,6 +34,7 @@ Shape start_rate_term(double x) {
 
 }  // namespace
 
+// Path and time since its begin [s] => position, rate and acceleration by (6.1); outside the path, its end values.
 JointPoint evaluate(const JointPath& path, double t) {
   const double T = path.duration;
   const double start_rate = path.profile == JointProfile::quartic ? 0.0 : path.start_rate;
@@ -121,8 +122,11 @@ JointTrajectory JointTrajectory::at_rest(double position) {
   return trajectory;
 }
 
+// Time t => point of the trajectory; at a common end of two pieces the later one.
 JointPoint evaluate(const JointTrajectory& trajectory, double t) { return evaluate(trajectory, t, t); }
 
+// Time t => point on the piece that contains `inside`, a time of the same smooth interval. Before the first piece and
+// after the last, the end position with the end rate and zero acceleration.
 JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside) {
   const auto& pieces = trajectory.pieces;
   if (pieces.empty()) return {};
@@ -139,6 +143,8 @@ JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside) 
   return evaluate_piece(*(next - 1), t);
 }
 
+// Trajectory => begin of every piece and end of the last, in order; without the outer ends of constant pieces, where
+// nothing changes.
 std::vector<double> break_times(const JointTrajectory& trajectory) {
   std::vector<double> times;
   if (trajectory.pieces.empty()) return times;
@@ -153,6 +159,8 @@ std::vector<double> break_times(const JointTrajectory& trajectory) {
   return times;
 }
 
+// Trajectory => nothing; throws std::invalid_argument if a piece is empty or not finite, leaves a gap, has a path of
+// another duration, or a series without coefficients.
 void validate(const JointTrajectory& trajectory) {
   const JointPiece* before = nullptr;
   for (const JointPiece& piece : trajectory.pieces) {
@@ -181,6 +189,8 @@ double chebyshev_point(double begin, double end, int k, int n) {
   return 0.5 * (begin + end) - 0.5 * (end - begin) * std::cos(std::numbers::pi * k / n);
 }
 
+// Values at n + 1 Chebyshev points cos(pi k/n), from x = -1 to x = +1 => coefficients of the interpolating series, by
+// the discrete cosine transform. Throws std::invalid_argument for fewer than two values.
 ChebyshevPiece chebyshev_interpolant(std::span<const double> values) {
   const int n = static_cast<int>(values.size()) - 1;
   if (n < 1) throw std::invalid_argument("chebyshev_interpolant: at least two values are needed");
@@ -197,6 +207,8 @@ ChebyshevPiece chebyshev_interpolant(std::span<const double> values) {
   return {std::move(c)};
 }
 
+// Samples => trajectory of Hermite cubics; without rates, those of the cubic spline. Throws std::invalid_argument for
+// fewer than two samples, different numbers, non-finite values or times that do not increase.
 JointTrajectory interpolate_samples(std::span<const double> times, std::span<const double> positions,
                                     std::span<const double> rates) {
   const std::size_t n = times.size();

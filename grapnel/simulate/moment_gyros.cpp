@@ -41,6 +41,8 @@ double largest_momentum(std::span<const MomentGyro> gyros) {
 
 }  // namespace
 
+// Gyros and steering => array with storage for h and h' (17.7), per gyro, and the largest momentum, to which (17.9)
+// refers. Throws std::invalid_argument for invalid axes, inertia, limits or steering parameters.
 GyroArray::GyroArray(std::vector<MomentGyro> gyros, const GyroSteering& steering)
     : gyros_(std::move(gyros)),
       steering_(steering),

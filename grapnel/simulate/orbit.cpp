@@ -29,6 +29,7 @@ double mean_motion(const ReferenceOrbit& orbit) {
   return std::sqrt(orbit.mu / a) / a;
 }
 
+// Orbit => constants of (14.1): mean motion, mean anomaly at t = 0 from the true anomaly by Kepler's equation, axes.
 OrbitConstants<double> orbit_constants(const ReferenceOrbit& orbit) {
   const double e = orbit.eccentricity, root = std::sqrt(1 - e * e);
   const double cos_0 = std::cos(orbit.true_anomaly), sin_0 = std::sin(orbit.true_anomaly);
@@ -61,6 +62,7 @@ OrbitalMotion orbital_motion(const ReferenceOrbit& orbit, const OrbitPoint& at, 
   return {r, v - cross(Vector3d{0, 0, at.rate}, r)};
 }
 
+// Orbit => first error in its numbers as the end of a sentence; empty if it is valid (closed, axes orthonormal).
 std::string fault_of(const ReferenceOrbit& orbit) {
   const auto is_finite = [](const Vector3d& v) { return std::isfinite(dot(v, v)); };
   if (!(orbit.mu > 0) || !std::isfinite(orbit.mu)) return "its gravitational parameter must be positive and finite";

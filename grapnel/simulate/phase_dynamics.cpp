@@ -38,6 +38,8 @@ double break_resolution(double t0, double t1) {
   return 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
 }
 
+// Setup and interval => break times of trajectories, loads and clock, sorted from t0 to t1. Times nearer than
+// break_resolution() to each other count once; those at the ends are omitted.
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) {
   const double resolution = break_resolution(t0, t1);
   const double first = std::min(t0, t1) + resolution, last = std::max(t0, t1) - resolution;
@@ -93,6 +95,8 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   check_and_classify();
 }
 
+// setup_ => flags per velocity (prescribed, commanded), joint modes, trees with their masses and which effects exist.
+// Throws std::invalid_argument for the errors listed at the constructor.
 void PhaseDynamics::check_and_classify() {
   const std::vector<Body>& bodies = model_.bodies();
   const auto is_free_root = [&](int body) {
@@ -198,6 +202,8 @@ void PhaseDynamics::check_wheels() {
   }
 }
 
+// setup_.gyros => their gimbal and rotor rates marked as prescribed. Throws std::invalid_argument unless each gyro is a
+// rotor in a gimbal on the actuated root, both on free joints.
 void PhaseDynamics::check_gyros() {
   for (const MomentGyro& gyro : setup_.gyros) {
     const int gimbal = model_.joints().at(gyro.gimbal), rotor = model_.joints().at(gyro.rotor);
@@ -231,6 +237,8 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   return y;
 }
 
+// State, time and integrals so far => y of a phase that continues: the inverse of integrals(). Throws
+// std::invalid_argument if the numbers of trees or measured joints differ.
 std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
   if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size())
     throw std::invalid_argument("PhaseDynamics: the integrals belong to another phase");
@@ -448,6 +456,8 @@ void PhaseDynamics::begin_control(double t, double end) {
   if (has_controller_) setup_.controller->begin_piece(law_model(), t);
 }
 
+// Velocities at a sample time => nothing; throws ControllerError with the time and the joint if a speed, except of
+// wheels and gyro rotors, exceeds kRunaway (docs/theory, section 6.6).
 void PhaseDynamics::refuse_runaway(double t) const {
   // Wheels may reach high rates.
   std::vector<double> speeds = now_.v;
@@ -486,6 +496,8 @@ void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
   now_ = std::move(seen);
 }
 
+// Time and y => at a sample time: sensor readings and a new command of all laws, handed to the clock, which delays it
+// (6.14). At other times only due commands begin to act.
 void PhaseDynamics::tick(double t, std::span<const double> y) {
   if (!setup_.clock || !setup_.clock->tick(t, same_time_)) return;
   sampling_ = true;
@@ -674,6 +686,8 @@ void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
 }
 
+// Time and y => y after impacts at stops (19.2). First, residual rates after reversals are set to zero by impulses;
+// energy lost and impulses are added to the integrals in y.
 void PhaseDynamics::meet_stops(double t, std::span<double> y) {
   if (modes_.empty()) return;
   const std::size_t nq = now_.q.size(), nv = now_.v.size();
@@ -796,6 +810,8 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   }
 }
 
+// Time and y => dy/dt: coordinate rates, accelerations by (4.8) to (4.12) or, with closures, (8.6), powers and external
+// wrenches as rates of the integrals. Contradicting closures give NaN, and trouble_ records the cause.
 void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<double> dydt) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   load(t, y);
@@ -827,6 +843,8 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   add_joint_integrals(integrals);
 }
 
+// Last evaluation => rates of the damper work per tree and, per measured joint, of motor work, friction work and copper
+// loss (19.14) [W].
 void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
   double* dampers = integrals.data() + integrals.size() - exchange_count() - damper_integral_count();
   for (const int body : has_dampers_ ? model_.springs() : std::vector<int>{}) {
@@ -855,6 +873,7 @@ const State& PhaseDynamics::state(double t, std::span<const double> y) {
   return now_;
 }
 
+// Time and y => y on the closures, by (8.9) and (8.10), and the size of the correction; the integrals do not change.
 ProjectionResult PhaseDynamics::project(double t, std::span<double> y, double negligible) {
   load(t, y);
   const std::size_t nq = now_.q.size();
@@ -899,6 +918,8 @@ MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
   return defect;
 }
 
+// y => works and impulses of the whole, per tree, per measured joint, of dampers, and the exchanged magnitudes (9.1) to
+// (9.3), from the layout of phase_integral.
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
   const std::size_t common = numbers.size() - exchange_count() - joint_integral_count() - damper_integral_count();

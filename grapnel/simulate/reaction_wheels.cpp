@@ -76,6 +76,7 @@ void WheelArray::set_mode(std::size_t wheel, Mode mode) {
   share_among_free();
 }
 
+// Modes => rows of A^+ (17.2) of the free wheels and, for each other wheel, the rows with that wheel included (17.3).
 void WheelArray::share_among_free() {
   const std::vector<Vector3d> axes = axes_of(wheels_);
   std::vector<bool> shares(wheels_.size());
@@ -100,6 +101,8 @@ double WheelArray::factor(const std::vector<Vector3d>& rows, const Vector3d& tor
   return factor;
 }
 
+// Torque on the base [N m] => motor efforts: wheels beyond their maximum rates only slow down; the free ones share the
+// rest by (17.2). A wheel that is tried free shares as well.
 void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
   // The torque of braking wheels beyond their rates, which reduces that of the others.
   Vector3d rest = torque;
@@ -126,6 +129,8 @@ void WheelArray::drive_each(std::span<const double> torques, std::span<double> e
   }
 }
 
+// Desired wheel torques => efforts plus their projection (1 - A^+ A) u on the free wheels (18.7), scaled by one factor
+// to the remaining motor torques. The torque on the base does not change.
 void WheelArray::add_in_null_space(std::span<const double> torques, std::span<double> effort) const {
   const std::vector<Vector3d>& rows = tried_ ? with_it_[*tried_] : shares_;
   Vector3d given = Vector3d::zero();  // A u of the free wheels

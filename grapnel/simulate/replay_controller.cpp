@@ -33,6 +33,8 @@ void ReplayController::begin_piece(const Model& model, double) {
   for (const std::string& name : names_) joints_.push_back(joint_named(model, name));
 }
 
+// Sample time => command of the last log row not later than it: joint efforts, base torque and actuator commands.
+// Before the first row the command does not change.
 void ReplayController::update(const ControlInput& input, ControlCommand& command) {
   const std::vector<double>& times = log_->times;
   // Samples and rows are multiples of a period with different rounding.

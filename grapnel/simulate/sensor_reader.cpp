@@ -9,6 +9,7 @@
 
 namespace grapnel {
 
+// Seed, sensor, channel and reading number => n_k of (20.1), standard normal, by Philox and Box-Muller; no state.
 double normal_number(std::uint64_t seed, std::uint32_t sensor, std::uint32_t channel, std::uint64_t reading) {
   // In (0, 1], with 53 random bits.
   const auto unit = [](std::uint32_t high, std::uint32_t low) {

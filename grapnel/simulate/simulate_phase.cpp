@@ -63,6 +63,8 @@ class PhaseRun {
         motor_(dynamics.model().joints().size()),
         friction_(motor_.size()) {}
 
+  // Start state, interval and output grid => outcome of the phase. Closes loops, handles stops at t0 and integrates
+  // over all breaks; a ControllerError ends the phase with its message as the failure.
   PhaseOutcome run(const State& start, double t0, double t1, const OutputGrid& grid) {
     direction_ = t1 < t0 ? -1 : 1;
     const double begin = resumed_ ? resumed_->begin : t0;
@@ -90,6 +92,8 @@ class PhaseRun {
   }
 
  private:
+  // Ends of the smooth intervals => stepper at t1, or at the first stop, failure or controller error. Each smooth piece
+  // chooses its modes again; edges of actuators divide intervals further.
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (std::size_t next = 0; next < ends.size();) {
@@ -274,6 +278,8 @@ class PhaseRun {
     return {t, dynamics_.evaluated_state(), integrals_, motor_, friction_, &dynamics_};
   }
 
+  // Final status of stepper, stop and controller => state, integrals, step counts and, for a failure, its message with
+  // the rank of the closures at that time.
   PhaseOutcome outcome() {
     const double t = stop_time_.value_or(stepper_.time());
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
@@ -332,6 +338,8 @@ class PhaseRun {
   std::optional<double> stop_time_;
 };
 
+// Dynamics, start, interval and settings => outcome, with the stepper of `integration`: RK4 at a fixed step, or
+// Dormand-Prince 8(5,3) with error control and an optional maximum step.
 PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, const OutputGrid& outputs,
                        const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
                        const StepWatch& watch, const StopCondition& stop,

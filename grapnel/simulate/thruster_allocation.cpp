@@ -17,6 +17,7 @@ Vector3d thrust_direction(const Thruster& thruster) {
   return std::cos(angle) * d + std::sin(angle) * cross(n, d) + (1 - std::cos(angle)) * dot(n, d) * n;
 }
 
+// Thruster => propellant at full force F/(I_sp g_0) [kg/s] (18.2).
 double mass_flow(const Thruster& thruster) { return thruster.force / (thruster.specific_impulse * kStandardGravity); }
 
 namespace {
@@ -29,6 +30,7 @@ constexpr double kUnmet = 1e-9;
 // Rows: equations, then the reduced costs. The last column is the right-hand side.
 class Simplex {
  public:
+  // A x = b => tableau of phase one with one artificial variable per row as the basis; rows are negated for b >= 0.
   Simplex(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) : n_(A.cols()) {
     T_ = Eigen::MatrixXd::Zero(A.rows() + 1, n_ + A.rows() + 1);
     for (Eigen::Index i = 0; i < A.rows(); ++i) {
@@ -63,6 +65,7 @@ class Simplex {
  private:
   Eigen::Index rows() const { return T_.rows() - 1; }
 
+  // Row and column of the tableau => tableau with that column as the basis of the row, by Gauss-Jordan elimination.
   void pivot(Eigen::Index row, Eigen::Index column) {
     T_.row(row) /= T_(row, column);
     for (Eigen::Index i = 0; i < T_.rows(); ++i) {
@@ -125,6 +128,8 @@ class Simplex {
 
 }  // namespace
 
+// A, b and costs c >= 0 => minimum-cost x >= 0 with A x = b, or empty if infeasible. Two-phase simplex method on scaled
+// columns; the corner is then solved from its basis. Throws std::invalid_argument for wrong sizes.
 std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                           const Eigen::VectorXd& c) {
   if (A.rows() != b.size() || A.cols() != c.size() || (c.size() > 0 && c.minCoeff() < 0))
@@ -158,6 +163,8 @@ std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen:
   return x;
 }
 
+// Thrusters and reference point p => torque rows of (18.2), plus force rows if the array gives, without a net force,
+// torques about all axes about which it can give one; costs are mass flows, or forces without a specific impulse.
 ThrusterAllocation::ThrusterAllocation(std::span<const Thruster> thrusters, const Vector3d& about) {
   const auto n = static_cast<Eigen::Index>(thrusters.size());
   Eigen::MatrixXd A(6, n);

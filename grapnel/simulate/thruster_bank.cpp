@@ -71,6 +71,8 @@ void ThrusterBank::advance(double t, double same) {
   }
 }
 
+// Time t => first edge of any valve or end of a force ramp after t, at most `end`; edges within `same` of either count
+// as equal.
 double ThrusterBank::next_edge(double t, double end, double same) const {
   double next = end;
   const auto consider = [&](double edge) {
@@ -109,8 +111,11 @@ bool ThrusterBank::is_locked(std::size_t i) const {
   return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
 }
 
+// Open valve => remaining time for which its minimum on-time keeps it open [s].
 double ThrusterBank::locked_for(std::size_t i) const { return valves_[i].opened + thrusters_[i].min_on_time - time_; }
 
+// Torque impulse of a period [N m s] => valves opened for the on-times of (18.2), scaled to the period; below the
+// minimum on-time with the hysteresis of docs/theory, section 18. Returns the mean torque [N m].
 Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation) {
   std::vector<double> times = allocation_.on_times(torque_impulse).value_or(std::vector<double>(size(), 0.0));
   const double longest = times.empty() ? 0 : *std::max_element(times.begin(), times.end());

@@ -19,6 +19,8 @@ double unit_interval(std::uint32_t high, std::uint32_t low) {
 
 }  // namespace
 
+// Noise settings and joint => amplitude, frequencies and phases of kTones cosines (docs/theory, section 6.4), drawn by
+// Philox from seed and joint. Throws std::invalid_argument for a negative deviation or a bandwidth not positive.
 NoiseSignal::NoiseSignal(const TrackingNoise& noise, std::uint32_t joint) {
   if (!(noise.position >= 0) || !std::isfinite(noise.position)) {
     throw std::invalid_argument("tracking noise: the standard deviation must be finite and not negative");

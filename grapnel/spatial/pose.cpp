@@ -4,6 +4,8 @@
 
 namespace grapnel {
 
+// Rotation matrix => unit quaternion with w >= 0; evaluates the formula of its largest component, in which no digits
+// cancel.
 Quaterniond quaternion_from(const Rotationd& R) {
   const double trace = R(0, 0) + R(1, 1) + R(2, 2);
   Quaterniond q;
@@ -31,6 +33,8 @@ Rotationd rotation_from_rpy(double roll, double pitch, double yaw) {
   return rotation_about({0, 0, 1}, yaw) * (rotation_about({0, 1, 0}, pitch) * rotation_about({1, 0, 0}, roll));
 }
 
+// Two unit vectors => smallest rotation that takes the first onto the second; for opposite vectors about an arbitrary
+// normal. NaN gives NaN.
 Rotationd rotation_between(const Vector3d& from, const Vector3d& to) {
   const double c = dot(from, to);
   if (!(c <= -0.5)) {  // so that NaN comes through instead of recursing for ever
