@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Checks every link and picture of a site on disk: the file must exist, with the target within it. Standard library only.
+"""Checks every link and picture of a site on disk: the file must exist, and the anchor within it. Standard library only.
 
 usage: scripts/site_links.py FOLDER     (scripts/docs calls it)
 
-Doxygen's pages are not read, since it checks its own; links into them are.
+Doxygen checks its own pages, and reports have no links. Links to both are checked.
 """
 import html.parser
 import pathlib
 import sys
 import urllib.parse
 
-FOREIGN = {"doxygen", "_static"}  # folders whose pages are not ours
+FOREIGN = {"doxygen", "reports", "_static"}  # folders whose pages other programs write
 
 
 class Page(html.parser.HTMLParser):
@@ -44,14 +44,14 @@ def main():
             place = urllib.parse.unquote(parts.fragment)
             where = None
             if not target.exists() or target.is_dir():
-                where = "no such file"
+                where = "the file does not exist"
             elif place and target in pages and place not in pages[target].places and place != "top":
-                where = f"no '#{place}' there"
+                where = f"the anchor '#{place}' does not exist"
             if where:
                 print(f"{path.relative_to(site)}: error: broken link '{link}': {where}", file=sys.stderr)
                 faults += 1
     if not pages or not checked:
-        print(f"{site}: error: {len(pages)} pages with {checked} links: nothing was checked", file=sys.stderr)
+        print(f"{site}: error: {len(pages)} pages with {checked} links: nothing to check", file=sys.stderr)
         faults += 1
     print(f"{len(pages)} pages, {checked} links, {faults} of them broken")
     sys.exit(1 if faults else 0)

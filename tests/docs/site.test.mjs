@@ -9,6 +9,7 @@ import { launch } from "../../web/test/browser.mjs";
 
 const site = process.env.GRAPNEL_SITE ?? "build/docs/html";
 const pictures = process.env.GRAPNEL_SITE_PICTURES;
+const theory = ["theory/README.html", "theory/index.html", "theory.html"].find((name) => existsSync(path.join(site, name)));
 const address = (name, query = "") => pathToFileURL(path.resolve(site, name)).href + query;
 
 const browser = await launch();
@@ -46,6 +47,7 @@ for (const [words, expected] of [
   ["generalized_jacobian", /cpp\/dynamics|free_floating|theory/],
   ["campaign success", /campaign/],
   ["approach_direction", /formats\/scenario|how-to\/plan-an-approach/],
+  ["reaction wheel", /how-to\/stabilize|theory/],
 ]) {
   test(`the search finds '${words}' from disk`, async () => {
     const { page, faults, close } = await open(address("search.html", `?q=${encodeURIComponent(words)}`));
@@ -62,15 +64,28 @@ for (const [words, expected] of [
   });
 }
 
+test("pages of the documentation precede the C++ reference in search results, with excerpts", async () => {
+  const { page, faults, close } = await open(address("search.html", "?q=impact"));
+  await page.locator(".search-summary").getByText(/finished/).waitFor({ timeout: 20000 });
+  const places = await page.locator("#search-results ul.search li a").evaluateAll((links) => links.map((link) => link.getAttribute("href")));
+  const reference = places.findIndex((place) => place.startsWith("cpp/"));
+  const last = places.findLastIndex((place) => /^(how-to|theory|formats)/.test(place));
+  assert.ok(reference < 0 || last < reference, `${places}`);
+  assert.ok(await page.locator("#search-results .context mark").count());
+  await takeScreenshot(page, "search-impact");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("a search without results gives a message", async () => {
   const { page, close } = await open(address("search.html", "?q=xyzzyplugh"));
   await page.locator("#search-results").getByText(/did not match any documents/).waitFor({ timeout: 20000 });
   await close();
 });
 
-test("the page of pictures shows every scenario", async () => {
-  const { page, faults, close } = await open(address("pictures.html"));
-  const images = page.locator('article img[alt^="Superposed"]');  // copy buttons contain pictures, too
+test("the gallery shows a picture of every scenario", async () => {
+  const { page, faults, close } = await open(address("gallery.html"));
+  const images = page.locator('article img[alt^="Picture of"]'); // copy buttons have pictures, too
   await images.evaluateAll((all) => all.forEach((image) => image.scrollIntoView()));
   const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
     await image.decode();
@@ -81,14 +96,47 @@ test("the page of pictures shows every scenario", async () => {
     .flatMap((folder) => readdirSync(path.join(source, folder)).filter((name) => name.endsWith(".yaml")));
   assert.equal(sizes.length, scenarios.length);
   assert.ok(sizes.every((width) => width > 100), `${sizes}`);
-  await images.first().scrollIntoViewIfNeeded();
+  await page.evaluate(() => window.scrollTo(0, 0));
   await takeScreenshot(page, "gallery");
+  await images.first().click();
+  await page.waitForLoadState();
+  assert.match(page.url(), /scenarios\//);
+  await takeScreenshot(page, "gallery-scenario");
+  const report = page.locator("article a", { hasText: "Report" }).first();
+  assert.ok(existsSync(new URL(await report.getAttribute("href"), page.url())));
   assert.deepEqual(faults, []);
   await close();
 });
 
+test("equations are typeset", { skip: !existsSync(path.join(site, "_static", "katex")) }, async () => {
+  const name = existsSync(path.join(site, "theory", "07-impact.html")) ? "theory/07-impact.html" : "theory.html";
+  const { page, faults, close } = await open(address(name));
+  const equation = page.locator(".equations").first();
+  assert.ok((await equation.locator(".katex").count()) > 0);
+  assert.ok((await page.evaluate(() => document.fonts.ready.then((fonts) => [...fonts].filter((font) => font.family.startsWith("KaTeX") && font.status === "loaded").length))) > 0);
+  await page.evaluate(() => document.querySelector(".equations").scrollIntoView({ block: "start" }));
+  await takeScreenshot(page, "equations");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("no page scrolls sideways", async () => {
+  const pages = readdirSync(site, { recursive: true }).map((name) => name.replaceAll("\\", "/"))
+    .filter((name) => name.endsWith(".html") && !/^(doxygen|reports|_static|scenarios)\//.test(name));
+  const { page, close } = await open("about:blank");
+  for (const name of pages) {
+    await page.goto(address(name), { waitUntil: "domcontentloaded" });
+    for (const [width, height] of [[1366, 768], [1600, 900]]) {
+      await page.setViewportSize({ width, height });
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(wide <= width, `${name} is ${wide} px wide on a screen of ${width}`);
+    }
+  }
+  await close();
+});
+
 test("pages are readable on a phone and in dark mode", async () => {
-  for (const name of ["index.html", "formats/scenario.html", "formats/scenario/impact.html", "theory/README.html"]) {
+  for (const name of ["index.html", "formats/scenario.html", "formats/scenario/impact.html", theory]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
