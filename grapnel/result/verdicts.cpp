@@ -416,7 +416,7 @@ Remark remark_on(const CaptureResult& result, const GraspOutcome& grasp) {
 Answer capture_answer(const CaptureResult& result) {
   Answer answer{"Capture", Tone::none, "Nothing to grasp", "This run has no grasps.", {}};
   for (const GraspOutcome& grasp : result.grasps) answer.remarks.push_back(remark_on(result, grasp));
-  const auto say = [&](Tone tone, const char* word, const std::string& text) {
+  const auto set_answer = [&](Tone tone, const char* word, const std::string& text) {
     answer.tone = tone, answer.word = word, answer.sentence = as_sentence(text);
   };
   if (!result.grasps.empty()) {
@@ -427,18 +427,18 @@ Answer capture_answer(const CaptureResult& result) {
         !met.empty() && std::ranges::all_of(met, [](const GraspImpulse& one) { return one.model == "contact"; });
     switch (result.capture_verdict()) {
       case Captured::yes:
-        say(is_beyond_validity(result) ? Tone::warn : Tone::good, "Captured", text);
+        set_answer(is_beyond_validity(result) ? Tone::warn : Tone::good, "Captured", text);
         break;
       case Captured::assumed:
-        say(Tone::warn, "Assumed, no envelope", text);
+        set_answer(Tone::warn, "Assumed, no envelope", text);
         break;
       case Captured::no:
-        only_contacts ? say(Tone::none, "Contact, no grasp", text) : say(Tone::bad, "Not captured", text);
+        only_contacts ? set_answer(Tone::none, "Contact, no grasp", text) : set_answer(Tone::bad, "Not captured", text);
         break;
     }
   }
-  if (result.status == CaptureStatus::failed) say(Tone::bad, "Run failed", result.failure);
-  if (result.status == CaptureStatus::not_run) say(Tone::warn, "Not run", "the scenario was not simulated");
+  if (result.status == CaptureStatus::failed) set_answer(Tone::bad, "Run failed", result.failure);
+  if (result.status == CaptureStatus::not_run) set_answer(Tone::warn, "Not run", "the scenario was not simulated");
   return answer;
 }
 
@@ -504,7 +504,11 @@ Answer control_answer(const CaptureResult& result) {
   const bool rated = std::ranges::any_of(result.peak_loads, [](const PeakLoad& l) { return std::isfinite(l.rating); });
   if (rated && ratings.empty()) add(unclear ? Tone::none : Tone::good, "Ratings kept", "ratings: none is exceeded");
   if (stable && unclear) add(Tone::none, "Not evaluated", stability_sentence(result));
-  if (findings.empty()) add(Tone::none, "Not evaluated", "no ratings and no feedback control");
+  // A failed run states only that it did not get there, whatever the scenario has.
+  const bool complete = result.status == CaptureStatus::completed;
+  if (findings.empty())
+    add(Tone::none, "Not evaluated",
+        complete ? "no ratings and no feedback control" : "the run ended before loads and control were evaluated");
   Answer answer{"Loads and control", findings.front().tone, findings.front().word, findings.front().text, {}};
   for (std::size_t i = 1; i < findings.size(); ++i) answer.remarks.push_back({findings[i].tone, "", findings[i].text});
   return answer;

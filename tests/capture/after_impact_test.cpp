@@ -184,7 +184,7 @@ TEST(Braked, GraspLoadsMatchTargetMotion) {
     const Vector3d gained = vector_at(r, path, s + 1) - vector_at(r, path, s);
     const Vector3d passed = r.impact->grasps[i].impulse + r.impact->brake->grasps[i].impulse;
     EXPECT_GT(norm(r.impact->brake->grasps[i].impulse), 1e-2);
-    EXPECT_LT(norm(gained + passed), 1e-12);  // the impulses act on the robot, hence the sign; measured 1e-15
+    EXPECT_LT(norm(gained + passed), 1e-12);  // opposite signs: impulses act on the robot; measured 1e-15
   }
   const Vector3d change = vector_at(r, "base/angular_velocity", s + 1) - vector_at(r, "base/angular_velocity", s);
   EXPECT_LT(norm(change - r.impact->base_angular_velocity_change - r.impact->brake->base_angular_velocity_change),

@@ -203,7 +203,7 @@ TEST(Measures, ImpulseFollowsFromInverseInertia) {
   }
 }
 
-// Without relative motion there is no line of impulse, hence no miss distance.
+// Without relative motion there is no line of impulse and no miss distance.
 TEST(Measures, NullWithoutImpulse) {
   CaptureProblem p = faster(contact_capture_case(1), 0);
   const CaptureResult r = simulate_capture(p);

@@ -410,7 +410,7 @@ void expect_a_stack_at_rest(const CaptureResult& r) {
 void expect_a_stopped_target(const CaptureResult& r) {
   ASSERT_TRUE(r.approach_impedance && r.impact && r.impact->effective_masses.size() == 1 && r.impedance);
   const EffectiveMass& m = r.impact->effective_masses[0];
-  std::printf("[ measured ] hand %.3g kg, as matched %.4g kg, target %.4g kg, e %.3g: %.4g to %.3g m/s\n",
+  std::printf("[ measured ] end-effector %.3g kg, as matched %.4g kg, target %.4g kg, e %.3g: %.4g to %.3g m/s\n",
               m.of_end_effector, m.apparent.value(), m.of_target, m.restitution, m.target_speed_before,
               m.target_speed_after);
   EXPECT_NEAR(m.restitution * *m.apparent, m.of_target, 1e-6 * m.of_target);

@@ -68,12 +68,15 @@ TEST(Verdicts, ContactsAreNotMeantToHold) {
   EXPECT_EQ(capture(result).remarks[0].tone, Tone::none);
 }
 
-TEST(Verdicts, AFailedRunGivesItsReason) {
+TEST(Verdicts, FailedRunReportsItsReason) {
   CaptureResult result = captured();
   result.status = CaptureStatus::failed, result.failure = "planning: no configuration is found";
   EXPECT_EQ(capture(result).tone, Tone::bad);
   EXPECT_EQ(capture(result).sentence, "Planning: no configuration is found.");
   EXPECT_EQ(capture(result).remarks.size(), 1U);
+  EXPECT_EQ(control(result).sentence, "The run ended before loads and control were evaluated.");
+  result.status = CaptureStatus::completed;
+  EXPECT_EQ(control(result).sentence, "No ratings and no feedback control.");
 }
 
 TEST(Verdicts, LedgerNamesFailedChecksOrTheClosest) {

@@ -2,7 +2,7 @@
 
 /// @file
 /// Counts heap allocations between construction and `stop()`: malloc and related functions, and operator new (which
-/// g++'s runtime may implement without them), hence all allocations of Eigen and the standard library. Include it in
+/// g++'s runtime may implement without them), so all allocations of Eigen and the standard library. Include it in
 /// one source of a program only: it defines these functions. Sanitizers define their own; then nothing is counted and
 /// kTrapWorks is false. Thread safety: one trap at a time.
 

@@ -131,11 +131,11 @@ describe("the page matches the results", () => {
 });
 
 describe("the verdicts are those of the summary", () => {
-  const said = async (page) => (await page.locator("#verdict").innerText()).replace(/\s+/g, " ");
+  const verdictText = async (page) => (await page.locator("#verdict").innerText()).replace(/\s+/g, " ");
   test("of a run, with their remarks", async () => {
     for (const name of ["open loop", "a rebound", "reaction wheels", "a run that failed"]) {
       const { page, context } = await open(browser, reportOf(kinds[name]()));
-      const text = await said(page);
+      const text = await verdictText(page);
       const { verdicts } = JSON.parse(readFileSync(path.join(kinds[name](), "summary.json"), "utf8"));
       assert.equal(verdicts.length, 4);
       for (const one of verdicts)
@@ -147,7 +147,7 @@ describe("the verdicts are those of the summary", () => {
 
   test("of two runs", async () => {
     const { page, context } = await open(browser, comparison());
-    const text = await said(page);
+    const text = await verdictText(page);
     for (const out of [openLoop(), kinds["closed loop"]()])
       for (const { sentence } of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).verdicts)
         assert.ok(text.includes(sentence), sentence);
