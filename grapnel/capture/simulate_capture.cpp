@@ -18,6 +18,7 @@
 #include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/problem/problem_scene.hpp"
 
 namespace grapnel {
@@ -254,7 +255,7 @@ struct CaptureSteps::Work {
 
 CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part,
                            SeriesSink* sink)
-    : work_(std::make_unique<Work>(problem, detail, std::move(progress), part, sink)) {}
+    : work_(std::make_unique<Work>(without_conflicts(problem), detail, std::move(progress), part, sink)) {}
 
 CaptureSteps::~CaptureSteps() = default;
 

@@ -19,15 +19,10 @@ auto find_named(const Items& items, const std::string& name) {
 }
 
 void check_grasps(const CaptureProblem& problem, std::vector<std::string>& faults) {
-  std::vector<std::string> used;
   for (const GraspSetup& g : problem.grasps) {
     if (find_named(problem.robot.end_effectors, g.end_effector) == problem.robot.end_effectors.end()) {
       faults.push_back(fmt::format("grasp: unknown end-effector '{}'", g.end_effector));
     }
-    if (std::find(used.begin(), used.end(), g.end_effector) != used.end()) {
-      faults.push_back(fmt::format("grasp: end-effector '{}' is used twice", g.end_effector));
-    }
-    used.push_back(g.end_effector);
     const auto target = find_named(problem.targets, g.target);
     if (target == problem.targets.end()) {
       faults.push_back(fmt::format("grasp: unknown target '{}'", g.target));
@@ -42,6 +37,8 @@ void check_grasps(const CaptureProblem& problem, std::vector<std::string>& fault
         faults.push_back(fmt::format(
             "grasp of '{}': orientation by axis needs an approach axis and an approach direction", g.end_effector));
     }
+    if (g.closes == GraspSetup::Closes::at_time && !(g.closes_at > 0))
+      faults.push_back(fmt::format("grasp of '{}': closes at {} s, must be positive", g.end_effector, g.closes_at));
     if (g.model == GraspModel::hinge && !(std::abs(norm(g.hinge_axis) - 1) < 1e-9)) {
       faults.push_back(fmt::format("grasp of '{}': hinge axis must be a unit vector", g.end_effector));
     }
@@ -54,20 +51,13 @@ bool finite(const std::vector<double>& values) {
 
 void check_waypoints(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const ApproachSetup& approach = *problem.approach;
-  const double last = approach.duration - (approach.straight_in ? approach.straight_in->duration : 0.0);
-  double before = 0;
-  bool moving = false;
   for (const Waypoint& w : approach.waypoints) {
-    if (!(w.time > before && w.time < last))
-      faults.push_back(fmt::format("waypoint at t = {}: times must increase within the approach", w.time));
-    before = w.time;
+    if (!(w.time > 0)) faults.push_back(fmt::format("waypoint at t = {}: the time must be positive", w.time));
     if (w.joints.empty() == w.places.empty() && joints > 0) faults.push_back("waypoint: give joints or places");
     if (!w.joints.empty() && (w.joints.size() != joints || !finite(w.joints)))
       faults.push_back(fmt::format("waypoint: {} joint values for {} joints", w.joints.size(), joints));
     if (w.rates && (w.rates->size() != joints || !finite(*w.rates)))
       faults.push_back(fmt::format("waypoint: {} joint rates for {} joints", w.rates->size(), joints));
-    moving = moving || !w.places.empty() ||
-             (w.rates && std::any_of(w.rates->begin(), w.rates->end(), [](double r) { return r != 0; }));
     for (const Waypoint::Place& place : w.places) {
       if (find_named(problem.robot.end_effectors, place.end_effector) == problem.robot.end_effectors.end())
         faults.push_back(fmt::format("waypoint: unknown end-effector '{}'", place.end_effector));
@@ -75,8 +65,6 @@ void check_waypoints(const CaptureProblem& problem, std::size_t joints, std::vec
         faults.push_back(fmt::format("waypoint: unknown target '{}'", place.target));
     }
   }
-  if (moving && approach.profile == JointProfile::quartic)
-    faults.push_back("waypoint: the quartic profile starts from rest; use quintic or cycloidal");
 }
 
 void check_straight_in(const CaptureProblem& problem, std::vector<std::string>& faults) {
@@ -86,16 +74,7 @@ void check_straight_in(const CaptureProblem& problem, std::vector<std::string>& 
   if (approach.final_rates || approach.match) faults.push_back("approach: with straight_in the final rates follow");
   if (!(in.stand_off > 0) || !(in.final_speed >= 0) || !std::isfinite(in.stand_off + in.final_speed))
     faults.push_back("approach: straight_in needs a positive stand-off and a final speed that is not negative");
-  if (!(in.duration > 0 && in.duration < approach.duration))
-    faults.push_back("approach: straight_in must be shorter than the approach");
-  for (const GraspSetup& g : problem.grasps) {
-    const auto target = find_named(problem.targets, g.target);
-    if (target == problem.targets.end()) continue;
-    const auto point = find_named(target->grasp_points, g.grasp_point);
-    if (point != target->grasp_points.end() && !point->approach_direction)
-      faults.push_back(fmt::format("approach: straight_in needs an approach direction of grasp point '{}' of '{}'",
-                                   g.grasp_point, g.target));
-  }
+  if (!(in.duration > 0)) faults.push_back("approach: straight_in: duration must be positive");
 }
 
 void check_samples(const SampledMotion& s, std::size_t joints, std::vector<std::string>& faults) {
@@ -134,7 +113,6 @@ void check_motion_form(const CaptureProblem& problem, std::size_t joints, std::v
     faults.push_back("approach: final joint positions: a value is not finite");
   }
   if (approach.plan) {
-    if (problem.grasps.empty()) faults.push_back("approach: planning needs grasps");
     if (approach.plan->starts < 1) faults.push_back("approach: plan: starts must be at least 1");
     const std::vector<double>& guess = approach.plan->guess;
     if (!guess.empty() && (guess.size() != joints || !finite(guess)))
@@ -169,29 +147,13 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   };
   for (const LoadSetup& load : problem.loads) {
     check_body("load", load.body);
-    if (load.frame == LoadFrame::orbit && !problem.orbit)
-      faults.push_back(fmt::format("load on '{}': its frame is that of an orbit, and there is none", load.body.name));
   }
   if (problem.orbit) {
     if (const std::string fault = fault_of(reference_orbit(*problem.orbit)); !fault.empty())
       faults.push_back("orbit: " + fault);
-    if (problem.robot.base_mode == RobotSetup::Base::fixed) faults.push_back("orbit: the robot's base is fixed");
   }
   for (const auto& [a, b] : problem.clearance.ignore) {
     for (const BodyName& body : {a, b}) check_body("clearance", body);
-  }
-  if (problem.robot.base_mode == RobotSetup::Base::fixed &&
-      ((problem.approach && problem.approach->base_control) ||
-       problem.post_impact.any([](const PostImpactSetup& phase) { return phase.base_control.has_value(); })))
-    faults.push_back("base control: the base is fixed");
-  if (problem.robot.base_mode == RobotSetup::Base::held && problem.approach && problem.approach->base_control)
-    faults.push_back("approach: base control: the base is held");
-  if (problem.approach && problem.approach->capture_at == ApproachSetup::CaptureAt::envelope) {
-    for (const GraspSetup& g : problem.grasps) {
-      const auto e = find_named(problem.robot.end_effectors, g.end_effector);
-      if (g.closes == GraspSetup::Closes::together && e != problem.robot.end_effectors.end() && !e->envelope)
-        faults.push_back(fmt::format("approach: capture at the envelope: end-effector '{}' has none", e->name));
-    }
   }
 }
 
@@ -223,11 +185,8 @@ void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& 
         !(hold->posture_rate > 0 && std::isfinite(hold->posture_rate)))
       add(".keep_base_attitude: rates must be positive");
   }
-  double before = 0;
   for (const PostImpactSetup::Release& release : post.releases) {
-    if (!(release.after > before && release.after < post.duration))
-      add(fmt::format(": release after {} s: times must increase within its duration", release.after));
-    before = release.after;
+    if (!(release.after > 0)) add(fmt::format(": release after {} s: the time must be positive", release.after));
     for (const std::string& name : release.end_effectors) {
       if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                        [&](const GraspSetup& g) { return g.end_effector == name; }))
@@ -244,8 +203,6 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       if (!std::isfinite(x)) faults.push_back(fmt::format("{}: a value is not finite", what));
     }
   };
-  if (!problem.approach && !problem.impact && !problem.post_impact)
-    faults.push_back("neither approach nor impact nor motion: there is nothing to simulate");
   check_size(problem.joint_position, "initial joint positions");
   if (!problem.joint_rate.empty()) check_size(problem.joint_rate, "initial joint rates");
   if (const auto& approach = problem.approach) {
@@ -257,54 +214,15 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     if (has_gains(approach->tracking.mode)) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
-    } else if (approach->tracking.mode == JointControl::prescribed && approach->profile == JointProfile::quartic &&
-               !approach->sampled && approach->pieces.empty() &&
-               std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
-      faults.push_back(
-          "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
     }
   }
   if (problem.impact && problem.grasps.empty()) faults.push_back("impact: there are no grasps");
   if (problem.impact && !(problem.impact->duration > 0)) faults.push_back("impact: duration must be positive");
-  if (problem.post_impact && !problem.impact && !problem.grasps.empty())
-    faults.push_back("motion is for problems without grasps; after grasps post_impact needs an impact");
   for (std::size_t k = 0; k < problem.post_impact.size(); ++k) check_phase(problem, k, check_size, faults);
 }
 
-// Checks the closing times of grasps, and the law.
-void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
-  const double approach = problem.approach ? problem.approach->duration : 0;
-  const double end = approach + problem.post_impact.total_duration();
-  const bool published = problem.impact && problem.impact->law == ImpactSetup::Law::as_published;
-  if (published && problem.robot.base_mode == RobotSetup::Base::fixed)
-    faults.push_back("impact: the published law is for a floating base");
-  for (const GraspSetup& g : problem.grasps) {
-    if (published && (g.model != GraspModel::rigid || g.closes != GraspSetup::Closes::together))
-      faults.push_back(
-          fmt::format("grasp of '{}': the published law is for rigid grasps that close together", g.end_effector));
-    if (g.closes == GraspSetup::Closes::together) continue;
-    if (!problem.impact) faults.push_back(fmt::format("grasp of '{}': closing needs an impact", g.end_effector));
-    if (g.closes == GraspSetup::Closes::at_time && !(g.closes_at > 0 && g.closes_at <= end))
-      faults.push_back(fmt::format("grasp of '{}': closes at {} s, must be within the run of {} s", g.end_effector,
-                                   g.closes_at, end));
-    const auto e = find_named(problem.robot.end_effectors, g.end_effector);
-    if (g.closes == GraspSetup::Closes::on_arrival && e != problem.robot.end_effectors.end() && !e->envelope)
-      faults.push_back(fmt::format("grasp of '{}': closing on arrival needs an envelope", g.end_effector));
-  }
-  const IntegrationSetup& integration = problem.integration;
-  if (integration.loops == IntegrationSetup::Loops::baumgarte && !(integration.baumgarte_time > 0))
-    faults.push_back("integration: baumgarte_time must be positive");
-}
-
 void check_initial(const CaptureProblem& problem, std::vector<std::string>& faults) {
-  const bool moving = problem.V_WB.has_value() || problem.momentum.has_value();
   if (problem.V_WB && problem.momentum) faults.push_back("initial: give the base's twist or the momentum, not both");
-  if (problem.robot.base_mode != RobotSetup::Base::free && moving) {
-    const Twistd V = problem.V_WB.value_or(Twistd::zero());
-    if (problem.momentum || dot(V.angular, V.angular) + dot(V.linear, V.linear) > 0) {
-      faults.push_back("initial: a held or fixed base cannot move");
-    }
-  }
   for (const TargetSetup& t : problem.targets) {
     if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                      [&](const GraspSetup& g) { return g.target == t.name; }) &&
@@ -323,22 +241,6 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
     if (!of_gimbals->empty() && (of_gimbals->size() != problem.robot.gyros.size() || !finite(*of_gimbals)))
       faults.push_back(
           fmt::format("gyros: {} initial values for {} gimbals", of_gimbals->size(), problem.robot.gyros.size()));
-  }
-  std::vector<std::optional<BaseControlSetup>> controls;
-  if (problem.approach) controls.push_back(problem.approach->base_control);
-  for (const PostImpactSetup& phase : problem.post_impact) controls.push_back(phase.base_control);
-  for (const std::optional<BaseControlSetup>& control : controls) {
-    if (control && control->actuators == BaseControlSetup::Actuators::wheels && problem.robot.wheels.empty())
-      faults.push_back("base control: there are no wheels");
-    if (control && control->actuators == BaseControlSetup::Actuators::gyros && problem.robot.gyros.empty())
-      faults.push_back("base control: there are no gyros");
-    const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
-    if (fires && problem.robot.thrusters.empty()) faults.push_back("base control: there are no thrusters");
-    if (fires && !problem.control &&
-        control->modulation.value_or(ThrusterModulation{}).kind == ThrusterModulation::Kind::pulse_width)
-      faults.push_back("base control: thrusters with pulse widths need a control clock");
-    if (control && control->dumping && problem.robot.wheels.empty())
-      faults.push_back("base control: dumping needs reaction wheels");
   }
 }
 
@@ -578,9 +480,11 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
   }
   CaptureSystem system = index(problem, robot, std::move(builder).build(), true);
   std::vector<std::string> faults;
+  if (const auto& integration = problem.integration;
+      integration.loops == IntegrationSetup::Loops::baumgarte && !(integration.baumgarte_time > 0))
+    faults.push_back("integration: baumgarte_time must be positive");
   check_grasps(problem, faults);
   check_phases(problem, system.robot_joints.size(), faults);
-  check_closing(problem, faults);
   check_initial(problem, faults);
   check_wheels(problem, faults);
   check_surroundings(problem, system.model, faults);

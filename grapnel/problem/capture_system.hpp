@@ -90,7 +90,8 @@ struct PlacedShape {
 /// All shapes of the robot, the targets and their panels, in a system of the problem.
 std::vector<PlacedShape> shapes_in_model(const CaptureProblem& problem, const CaptureSystem& system);
 
-/// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
+/// Checks names, sizes and ranges and builds servicer and free targets. problem_conflicts() finds contradictions
+/// between parts of the problem. @throws CaptureProblemError, ModelError.
 CaptureSystem make_capture_system(const CaptureProblem& problem);
 
 /// The name of a wheel's body and joint in the model; a wheel may have the name of a link.

@@ -636,4 +636,13 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
   return found;
 }
 
+const CaptureProblem& without_conflicts(const CaptureProblem& problem) {
+  std::vector<ProblemFault> found = problem_conflicts(problem);
+  for (ProblemFault& fault : robot_conflicts(problem.robot, "robot")) found.push_back(std::move(fault));
+  if (found.empty()) return problem;
+  std::vector<std::string> messages;
+  for (const ProblemFault& fault : found) messages.push_back(fault.message);
+  throw CaptureProblemError(fmt::format("{}", fmt::join(messages, "\n")));
+}
+
 }  // namespace grapnel

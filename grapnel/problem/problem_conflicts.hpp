@@ -31,4 +31,7 @@ inline constexpr std::size_t kMostShapes = 5000;
 /// Conflicts within a robot, with paths that begin at it; messages prefix them with `path`, "robot" for a problem.
 std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path);
 
+/// Returns the problem if it has no conflicts. @throws CaptureProblemError with all of them, one per line.
+const CaptureProblem& without_conflicts(const CaptureProblem& problem);
+
 }  // namespace grapnel

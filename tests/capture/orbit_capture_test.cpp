@@ -155,7 +155,7 @@ TEST(OrbitCapture, NamesErrorsInProgrammedProblems) {
     CaptureProblem p = planned();
     change(p);
     try {
-      make_capture_system(p);
+      simulate_capture(p);
     } catch (const CaptureProblemError& error) {
       return error.what();
     }
@@ -165,13 +165,13 @@ TEST(OrbitCapture, NamesErrorsInProgrammedProblems) {
   EXPECT_EQ(failure([](CaptureProblem&) {}), "none");
   EXPECT_THAT(failure([](CaptureProblem& p) { p.orbit->altitude.reset(); }), HasSubstr("orbit: its semi-major axis"));
   EXPECT_THAT(failure([](CaptureProblem& p) { p.robot.base_mode = RobotSetup::Base::fixed; }),
-              HasSubstr("orbit: the robot's base is fixed"));
+              HasSubstr("orbit: the robot's base is fixed to the ground"));
   EXPECT_THAT(failure([](CaptureProblem& p) {
                 p.orbit.reset();
                 p.loads.resize(1);
                 p.loads[0].body = p.robot.base, p.loads[0].frame = LoadFrame::orbit;
               }),
-              HasSubstr("its frame is that of an orbit, and there is none"));
+              HasSubstr("external_wrenches[0].frame: orbit needs 'orbit' in the scenario"));
 }
 
 }  // namespace orbit_capture_test

@@ -209,7 +209,7 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) { p.grasps[1].grasp_point = "ear"; }),
             "grasp: target 'target-2' has no grasp point 'ear'");
   EXPECT_EQ(fault([](CaptureProblem& p) { p.grasps[1].end_effector = "tip-1"; }),
-            "grasp: end-effector 'tip-1' is used twice");
+            "end-effector 'tip-1' in grasps[1] is used twice; first in grasps[0]");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.grasps[1].model = GraspModel::hinge, p.grasps[1].hinge_axis = {0, 0, 2};
             }),
@@ -221,26 +221,26 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) { p.post_impact->duration = INFINITY; }),
             "post_impact: duration must be positive");
   EXPECT_EQ(fault([](CaptureProblem& p) { p.impact.reset(); }),
-            "motion is for problems without grasps; after grasps post_impact needs an impact");
-  EXPECT_EQ(fault([](CaptureProblem& p) {
-              p.approach->tracking.mode = JointControl::prescribed, p.joint_rate.assign(6, 0.1);
-            }),
-            "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
+            "motion is for scenarios without grasps: after a capture, give 'impact' and 'post_impact'");
+  EXPECT_EQ(
+      fault(
+          [](CaptureProblem& p) { p.approach->tracking.mode = JointControl::prescribed, p.joint_rate.assign(6, 0.1); }),
+      "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.robot.base_mode = RobotSetup::Base::held, p.V_WB = Twistd{{0, 0, 1}, {0, 0, 0}};
             }),
-            "initial: a held or fixed base cannot move");
+            "initial.base.angular_velocity: the robot's base is held, so its motion cannot be stated");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 71;
               p.post_impact->duration = 50;
             }),
-            "grasp of 'tip-2': closes at 71 s, must be within the run of 70 s");
+            "grasps[1].closes_at is 71 [s], must be at most 70, the end of post_impact");
   EXPECT_EQ(fault([](CaptureProblem& p) { p.grasps[1].closes = GraspSetup::Closes::on_arrival; }),
-            "grasp of 'tip-2': closing on arrival needs an envelope");
+            "grasps[1].closes_on_arrival needs an 'envelope' at end-effector 'tip-2'");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.post_impact->releases = {{60, {}}};
             }),
-            "post_impact: release after 60 s: times must increase within its duration");
+            "post_impact.release[0].after is 60 [s], must be less than 1, post_impact's duration");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.post_impact->releases = {{0.5, {"tip-3"}}};
             }),
@@ -248,7 +248,7 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.impact->law = ImpactSetup::Law::as_published, p.grasps[1].model = GraspModel::point;
             }),
-            "grasp of 'tip-2': the published law is for rigid grasps that close together");
+            "impact.law: as_published is not defined for grasps[1], which is not rigid; use plastic");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.integration.loops = IntegrationSetup::Loops::baumgarte, p.integration.baumgarte_time = 0;
             }),
@@ -258,8 +258,8 @@ TEST(Faults, EachIsFound) {
 TEST(Faults, NothingToDo) {
   CaptureProblem p = thesis_case();
   p.approach.reset(), p.impact.reset();
-  EXPECT_THAT(faults(p),
-              ::testing::ElementsAre("neither approach nor impact nor motion: there is nothing to simulate"));
+  EXPECT_THAT(faults(p), ::testing::ElementsAre(
+                             "nothing to simulate: state 'approach', 'impact' or both, or 'motion' without a capture"));
   p = thesis_case();
   p.grasps.clear(), p.targets.clear();
   EXPECT_THAT(faults(p),

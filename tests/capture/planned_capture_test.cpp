@@ -511,7 +511,7 @@ TEST(NothingToPlan, ReportedBeforeRun) {
         try {
           simulate_capture(p);
         } catch (const CaptureProblemError& error) {
-          EXPECT_THAT(error.what(), HasSubstr("planning needs grasps"));
+          EXPECT_THAT(error.what(), HasSubstr("approach.plan needs 'grasps'"));
           throw;
         }
       },

@@ -378,14 +378,17 @@ TEST(Release, PreservesMotion) {
   }
 }
 
-TEST(Release, WithoutHeldTargetHasNoEffect) {
+TEST(Release, BeforeItsGraspClosesIsRejected) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 65, 4);
-  p.post_impact->releases = {{1, {"hand1"}}};  // it closes later
-  const CaptureResult r = simulate_capture(p);
-  expect_passes(r);
-  EXPECT_TRUE(r.releases.empty());
-  EXPECT_TRUE(r.grasps[1].captured);
-  EXPECT_FALSE(r.grasps[1].released);
+  p.post_impact->releases = {{1, {"hand1"}}};
+  try {
+    simulate_capture(p);
+    FAIL() << "no error";
+  } catch (const CaptureProblemError& error) {
+    EXPECT_STREQ(error.what(),
+                 "end-effector 'hand1' in post_impact.release[0].end_effectors closes at 2 [s], must close before it "
+                 "releases at 1");
+  }
 }
 
 TEST(Release, GraspClosesAfterRelease) {
