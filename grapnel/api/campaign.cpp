@@ -1,27 +1,22 @@
 #include "grapnel/api/campaign.hpp"
 
-#include <algorithm>
 #include <iterator>
-#include <thread>
 
 #include "grapnel/api/report.hpp"
 #include "grapnel/api/version.hpp"
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/campaign/statistics.hpp"
 #include "grapnel/campaign/study_files.hpp"
-#include "grapnel/result/atomic_file.hpp"
-#include "grapnel/result/campaign_table.hpp"
 
 namespace grapnel {
 namespace {
 
 CampaignOptions pool_options(const CampaignRun& run) {
   CampaignOptions options;
-  options.threads = run.threads > 0 ? run.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.threads = threads_of(run.threads);
   options.stop = run.stop;
   if (run.progress) options.progress = [&run](const CaseProgress& at) { run.progress(at.done, at.total); };
   return options;
@@ -30,15 +25,6 @@ CampaignOptions pool_options(const CampaignRun& run) {
 CampaignSummary summary_of(const CaseProgress& done, double confidence) {
   const Proportion success = wilson(done.successes, done.done, confidence);
   return {done.done, done.successes, done.not_ok, success.estimate, success.lower, success.upper, done.stopped};
-}
-
-void write_tables(const Campaign& campaign, const std::filesystem::path& folder, int threads) {
-  write_campaign_csv(folder, campaign);
-  write_campaign_table(folder, campaign, version());
-  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder / "table.h5"), version(), threads);
-  write_file_atomically(folder / "campaign.json", campaign_json(report));
-  if (!campaign.design.empty())
-    write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, report.success_map));
 }
 
 }  // namespace
@@ -77,11 +63,11 @@ CampaignSummary simulate_campaign(const std::filesystem::path& file, const std::
   Campaign campaign = load_campaign(file);
   std::filesystem::create_directories(folder);
   ShardStore store(folder, campaign, {.version = version(), .writer = {}});
-  if (campaign.design.empty()) campaign.cases = store.total();
+  take_total(campaign, store);
   const CampaignOptions options = pool_options(run);
   const CaseProgress done = run_campaign(block_work(campaign), store, options);
   if (!done.stopped) {
-    write_tables(campaign, folder, options.threads);
+    write_campaign_tables(campaign, folder, false, options.threads);
     if (has_reports()) save_report(folder);
   }
   return summary_of(done, campaign.confidence);

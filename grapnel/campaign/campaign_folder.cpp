@@ -9,7 +9,6 @@
 #include <set>
 #include <thread>
 
-#include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/campaign/run_scenario.hpp"
@@ -217,19 +216,24 @@ StoredSeries store_series(const Campaign& campaign, const CampaignTable& table, 
 
 }  // namespace
 
-Ending write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignFolderOptions& options,
-                              Listener& listener) {
-  if (options.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
+CampaignReport write_campaign_tables(const Campaign& campaign, const fs::path& folder, bool no_csv, int threads) {
   // Formatting numbers as text takes a quarter of the time after the last case, so a thread does it.
   std::future<void> csv;
-  if (!options.no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
+  if (!no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
   write_campaign_table(folder, campaign, GRAPNEL_VERSION);
-  const CampaignTable table(folder / "table.h5");
-  const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION, threads_of(options.threads));
+  CampaignReport numbers = analyze_campaign(campaign, CampaignTable(folder / "table.h5"), GRAPNEL_VERSION, threads);
   if (csv.valid()) csv.get();
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
     write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, numbers.success_map));
+  return numbers;
+}
+
+Ending write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignFolderOptions& options,
+                              Listener& listener) {
+  if (options.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
+  const CampaignReport numbers = write_campaign_tables(campaign, folder, options.no_csv, threads_of(options.threads));
+  const CampaignTable table(folder / "table.h5");
   const StoredSeries series = store_series(campaign, table, folder, options, listener);
   if (series.stopped || options.stop.stop_requested()) return Ending::interrupted;
   const FolderReport report = write_folder_report(folder, ResultKind::campaign, options.no_report, listener);

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/listener.hpp"
 #include "grapnel/campaign/optimization.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
@@ -80,8 +81,13 @@ void take_total(Campaign& campaign, const ShardStore& store);
 Ending with_store_errors(const std::filesystem::path& folder, const std::string& command, Listener& listener,
                          const std::function<Ending()>& work);
 
-/// Writes table.h5, table.csv, campaign.json, success_map.csv, the stored complete runs (series/case-K) and
-/// report.html. The listener gets a summary. @throws std::exception (disk)
+/// Writes table.h5, table.csv (unless `no_csv`), campaign.json and, if the campaign has a design, success_map.csv.
+/// Returns the content of campaign.json. @throws std::exception (disk)
+CampaignReport write_campaign_tables(const Campaign& campaign, const std::filesystem::path& folder, bool no_csv,
+                                     int threads);
+
+/// Writes the tables, the stored complete runs (series/case-K) and report.html. The listener gets a summary. @throws
+/// std::exception (disk)
 Ending write_campaign_results(const Campaign& campaign, const std::filesystem::path& folder,
                               const CampaignFolderOptions& options, Listener& listener);
 
