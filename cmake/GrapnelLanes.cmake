@@ -1,5 +1,4 @@
-# The instruction sets for which lanes are compiled, and the flags of a set's own translation units:
-# GRAPNEL_LANE_SETS, GRAPNEL_LANE_FLAGS_<set>, GRAPNEL_LANES_X86.
+# The instruction sets for which lanes are compiled: GRAPNEL_LANES_X86, and grapnel_lane_sources().
 #
 # The last flags on a command line win: these undo -march=native, and every configuration's lack of optimization, without
 # which inline functions of the standard library would be emitted for the set.
@@ -28,3 +27,24 @@ set(GRAPNEL_LANE_FLAGS_one_lane ${one_lane})
 set(GRAPNEL_LANE_FLAGS_sse2 ${common} -msse2)
 set(GRAPNEL_LANE_FLAGS_avx2 ${common} -mavx2 -mfma)
 set(GRAPNEL_LANE_FLAGS_avx512 ${common} -mavx2 -mfma -mavx512f -mavx512dq -mavx512vl)
+set(GRAPNEL_LANE_TAG_one_lane OneLane)
+set(GRAPNEL_LANE_TAG_sse2 Sse2)
+set(GRAPNEL_LANE_TAG_avx2 Avx2)
+set(GRAPNEL_LANE_TAG_avx512 Avx512)
+
+# grapnel_lane_sources(<list> NAME...): compiles NAME_set.cpp of the current folder once per instruction set, with the
+# set's flags and GRAPNEL_LANE_SET as its tag in pack.hpp. Appends the sources, NAME_<set>.cpp in the build folder, to
+# the list. Such a file may include templates on the set and plain data, but no Eigen. It must not make the compiler
+# emit a function without the set in its name, because portable code could be linked to it (tests/lanes/symbols_test).
+function(grapnel_lane_sources list)
+  foreach(name ${ARGN})
+    foreach(set ${GRAPNEL_LANE_SETS})
+      set(source ${CMAKE_CURRENT_BINARY_DIR}/${name}_${set}.cpp)
+      file(CONFIGURE OUTPUT ${source} CONTENT
+        "#define GRAPNEL_LANE_SET ${GRAPNEL_LANE_TAG_${set}}\n#include \"${CMAKE_CURRENT_SOURCE_DIR}/${name}_set.cpp\"\n")
+      set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${GRAPNEL_LANE_FLAGS_${set}}")
+      list(APPEND ${list} ${source})
+    endforeach()
+  endforeach()
+  set(${list} ${${list}} PARENT_SCOPE)
+endfunction()

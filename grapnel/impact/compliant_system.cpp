@@ -41,20 +41,9 @@ int free_root_at(const Model& model, int velocity) {
 using MakePacks = CompliantPacks* (*)(const CompliantTables&, const TreeLink<double>*, int);
 
 // Instruction set => function that makes the batches of evaluations; one lane for unknown sets and other processors.
-MakePacks packs_of([[maybe_unused]] lanes::InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case lanes::InstructionSet::sse2:
-      return make_compliant_packs_sse2;
-    case lanes::InstructionSet::avx2:
-      return make_compliant_packs_avx2;
-    case lanes::InstructionSet::avx512:
-      return make_compliant_packs_avx512;
-    default:
-      break;
-  }
-#endif
-  return make_compliant_packs_one_lane;
+MakePacks packs_of(lanes::InstructionSet set) {
+  return lanes::of_set(set,
+                       []<class Set>(std::type_identity<Set>) -> MakePacks { return make_compliant_packs_of<Set>; });
 }
 
 }  // namespace

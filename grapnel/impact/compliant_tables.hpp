@@ -148,11 +148,9 @@ class CompliantPacks {
   virtual void evaluate(const CompliantPoints& points) = 0;
 };
 
-/// Once per instruction set; each is defined in the file compiled for its set. `tables` must outlive the object, which
-/// the caller deletes.
-CompliantPacks* make_compliant_packs_one_lane(const CompliantTables& tables, const TreeLink<double>* links, int count);
-CompliantPacks* make_compliant_packs_sse2(const CompliantTables& tables, const TreeLink<double>* links, int count);
-CompliantPacks* make_compliant_packs_avx2(const CompliantTables& tables, const TreeLink<double>* links, int count);
-CompliantPacks* make_compliant_packs_avx512(const CompliantTables& tables, const TreeLink<double>* links, int count);
+/// The factory of an instruction set, defined in compliant_packs_set.cpp. `tables` must outlive the object, which the
+/// caller deletes.
+template <class Set>
+CompliantPacks* make_compliant_packs_of(const CompliantTables& tables, const TreeLink<double>* links, int count);
 
 }  // namespace grapnel

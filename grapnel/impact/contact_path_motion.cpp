@@ -423,30 +423,15 @@ PathSteps::~PathSteps() = default;
 
 // Instruction set, numbers of contacts and paths => stepper that tries one path per lane; without a set in doubles.
 // AVX-512 is used only if the paths exceed the lanes of AVX2.
-std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts,
-                                           [[maybe_unused]] int paths) {
+std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts, int paths) {
+  using lanes::InstructionSet;
   if (!set) return std::unique_ptr<PathSteps>(new_path_steps<double>(contacts));
-  PathSteps* steps = nullptr;
-#ifdef GRAPNEL_LANES_X86
-  switch (*set) {
-    case lanes::InstructionSet::sse2:
-      steps = make_path_steps_sse2(contacts);
-      break;
-    case lanes::InstructionSet::avx512:
-      // For few paths as avx2, with identical bits: fewer empty lanes cost less.
-      if (paths > lanes::lane_count(lanes::InstructionSet::avx2)) {
-        steps = make_path_steps_avx512(contacts);
-        break;
-      }
-      [[fallthrough]];
-    case lanes::InstructionSet::avx2:
-      steps = make_path_steps_avx2(contacts);
-      break;
-    default:
-      break;
-  }
-#endif
-  return std::unique_ptr<PathSteps>(steps != nullptr ? steps : make_path_steps_one_lane(contacts));
+  // Few paths by avx2, with identical bits: fewer empty lanes cost less.
+  if (set == InstructionSet::avx512 && paths <= lanes::lane_count(InstructionSet::avx2)) set = InstructionSet::avx2;
+  using MakeSteps = PathSteps* (*)(int);
+  const MakeSteps make =
+      lanes::of_set(*set, []<class Set>(std::type_identity<Set>) -> MakeSteps { return make_path_steps_of<Set>; });
+  return std::unique_ptr<PathSteps>(make(contacts));
 }
 
 }  // namespace grapnel

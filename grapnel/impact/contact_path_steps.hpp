@@ -65,10 +65,8 @@ class PathSteps {
 /// doubles.
 std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts, int paths);
 
-/// Once per instruction set; each is defined in the file compiled for its set.
-PathSteps* make_path_steps_one_lane(int contacts);
-PathSteps* make_path_steps_sse2(int contacts);
-PathSteps* make_path_steps_avx2(int contacts);
-PathSteps* make_path_steps_avx512(int contacts);
+/// The steps of an instruction set, defined in contact_path_packs_set.cpp. The caller deletes the result.
+template <class Set>
+PathSteps* make_path_steps_of(int contacts);
 
 }  // namespace grapnel

@@ -235,20 +235,7 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
 using Unit = void (*)(const PhaseTables&, CaseExchange&);
 // Instruction set => kernel compiled for it; one lane for sets that this build lacks.
 Unit unit_of(InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case InstructionSet::avx512:
-      return run_lane_phase_avx512;
-    case InstructionSet::avx2:
-      return run_lane_phase_avx2;
-    case InstructionSet::sse2:
-      return run_lane_phase_sse2;
-    case InstructionSet::one_lane:
-      break;
-  }
-#endif
-  static_cast<void>(set);
-  return run_lane_phase_one_lane;
+  return of_set(set, []<class Set>(std::type_identity<Set>) -> Unit { return run_lane_phase_of<Set>; });
 }
 
 }  // namespace

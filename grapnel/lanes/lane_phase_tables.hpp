@@ -303,11 +303,8 @@ struct CaseExchange {
   bool (*counts)(void* context, int lane, double time, const double* q, const double* v);
 };
 
-// The lane stepper, once per instruction set, each defined in the file compiled for its set.
-/// Integrates all cases of an exchange.
-void run_lane_phase_one_lane(const PhaseTables& tables, CaseExchange& exchange);
-void run_lane_phase_sse2(const PhaseTables& tables, CaseExchange& exchange);
-void run_lane_phase_avx2(const PhaseTables& tables, CaseExchange& exchange);
-void run_lane_phase_avx512(const PhaseTables& tables, CaseExchange& exchange);
+/// Integrates all cases of an exchange. The lane stepper of an instruction set, defined in lane_phase_set.cpp.
+template <class Set>
+void run_lane_phase_of(const PhaseTables& tables, CaseExchange& exchange);
 
 }  // namespace grapnel::lanes

@@ -47,10 +47,8 @@ struct RolloutCases {
   void* context;
 };
 
-// One function per instruction set, each defined in the file compiled for its set.
-void run_lane_rollout_one_lane(const RolloutTables& tables, const RolloutCases& cases);
-void run_lane_rollout_sse2(const RolloutTables& tables, const RolloutCases& cases);
-void run_lane_rollout_avx2(const RolloutTables& tables, const RolloutCases& cases);
-void run_lane_rollout_avx512(const RolloutTables& tables, const RolloutCases& cases);
+// The function of an instruction set, defined in lane_rollout_set.cpp.
+template <class Set>
+void run_lane_rollout_of(const RolloutTables& tables, const RolloutCases& cases);
 
 }  // namespace grapnel::lanes

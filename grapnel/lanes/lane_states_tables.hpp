@@ -40,10 +40,8 @@ struct StateCases {
   double* mass_matrix = nullptr;    // velocities x velocities
 };
 
-// One function per instruction set, each defined in the file compiled for its set.
-void run_lane_states_one_lane(const StatesTables& tables, const StateCases& cases);
-void run_lane_states_sse2(const StatesTables& tables, const StateCases& cases);
-void run_lane_states_avx2(const StatesTables& tables, const StateCases& cases);
-void run_lane_states_avx512(const StatesTables& tables, const StateCases& cases);
+// The function of an instruction set, defined in lane_states_set.cpp.
+template <class Set>
+void run_lane_states_of(const StatesTables& tables, const StateCases& cases);
 
 }  // namespace grapnel::lanes

@@ -18,20 +18,8 @@ namespace {
 using RunRollout = void (*)(const RolloutTables&, const RolloutCases&);
 
 // Instruction set => kernel compiled for it; one lane for sets that this build lacks.
-RunRollout rollout_of([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case InstructionSet::sse2:
-      return run_lane_rollout_sse2;
-    case InstructionSet::avx2:
-      return run_lane_rollout_avx2;
-    case InstructionSet::avx512:
-      return run_lane_rollout_avx512;
-    default:
-      break;
-  }
-#endif
-  return run_lane_rollout_one_lane;
+RunRollout rollout_of(InstructionSet set) {
+  return of_set(set, []<class Set>(std::type_identity<Set>) -> RunRollout { return run_lane_rollout_of<Set>; });
 }
 
 RolloutJoint driven(const Body& body, bool friction) {

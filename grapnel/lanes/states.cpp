@@ -8,20 +8,8 @@ namespace {
 using RunStates = void (*)(const StatesTables&, const StateCases&);
 
 // Instruction set => kernel compiled for it; one lane for sets that this build lacks.
-RunStates states_of([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case InstructionSet::sse2:
-      return run_lane_states_sse2;
-    case InstructionSet::avx2:
-      return run_lane_states_avx2;
-    case InstructionSet::avx512:
-      return run_lane_states_avx512;
-    default:
-      break;
-  }
-#endif
-  return run_lane_states_one_lane;
+RunStates states_of(InstructionSet set) {
+  return of_set(set, []<class Set>(std::type_identity<Set>) -> RunStates { return run_lane_states_of<Set>; });
 }
 
 }  // namespace
@@ -30,7 +18,7 @@ States::States(const Model& model, InstructionSet set)
     : tables_{model.tree().links.data(), static_cast<int>(model.tree().links.size()), model.coordinates(),
               model.velocities()},
       run_(states_of(set)),
-      run_few_(set == InstructionSet::sse2 ? run_ : run_lane_states_one_lane),
+      run_few_(set == InstructionSet::sse2 ? run_ : run_lane_states_of<OneLane>),
       has_chains_(!model.tree().chains.empty()) {}
 
 void States::run(const StateCases& cases) const {

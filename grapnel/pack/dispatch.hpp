@@ -3,11 +3,12 @@
 /// @file
 /// Instruction sets available to the lanes on this machine.
 ///
-/// Every set has its own translation units, compiled with its flags; portable code reaches them only through tables of
-/// function pointers. GRAPNEL_LANES in the environment overrides the choice.
+/// Every set has its own translation units, compiled with its flags (cmake/GrapnelLanes.cmake); portable code reaches
+/// them only through pointers to functions. GRAPNEL_LANES in the environment overrides the choice.
 
 #include <optional>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace grapnel::lanes {
@@ -29,5 +30,30 @@ std::vector<InstructionSet> supported_instruction_sets();
 /// avx2, avx512, one_lane). Empty if GRAPNEL_LANES is "off" or only one_lane is available. Throws std::runtime_error if
 /// it names a set that does not exist or that this processor lacks.
 std::optional<InstructionSet> best_instruction_set();
+
+// Tags of the sets, defined in pack.hpp.
+struct OneLane;
+struct Sse2;
+struct Avx2;
+struct Avx512;
+
+/// Returns f(std::type_identity<Set>{}) with the tag of `set`, or with OneLane if this build lacks the set. f returns a
+/// pointer to a function that is compiled for Set.
+template <class F>
+auto of_set([[maybe_unused]] InstructionSet set, F&& f) {
+#ifdef GRAPNEL_LANES_X86
+  switch (set) {
+    case InstructionSet::sse2:
+      return f(std::type_identity<Sse2>{});
+    case InstructionSet::avx2:
+      return f(std::type_identity<Avx2>{});
+    case InstructionSet::avx512:
+      return f(std::type_identity<Avx512>{});
+    case InstructionSet::one_lane:
+      break;
+  }
+#endif
+  return f(std::type_identity<OneLane>{});
+}
 
 }  // namespace grapnel::lanes

@@ -56,20 +56,9 @@ NodeLayout layout_of(int links, int joints) {
 using MakeNodes = SegmentNodes* (*)(const NodeTables&);
 
 // Instruction set => factory of its nodes; one lane if there is none.
-MakeNodes nodes_of([[maybe_unused]] std::optional<lanes::InstructionSet> set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set.value_or(lanes::InstructionSet::one_lane)) {
-    case lanes::InstructionSet::sse2:
-      return make_segment_nodes_sse2;
-    case lanes::InstructionSet::avx2:
-      return make_segment_nodes_avx2;
-    case lanes::InstructionSet::avx512:
-      return make_segment_nodes_avx512;
-    default:
-      break;
-  }
-#endif
-  return make_segment_nodes_one_lane;
+MakeNodes nodes_of(std::optional<lanes::InstructionSet> set) {
+  return lanes::of_set(set.value_or(lanes::InstructionSet::one_lane),
+                       []<class Set>(std::type_identity<Set>) -> MakeNodes { return make_segment_nodes_of<Set>; });
 }
 
 Eigen::Matrix3d cross_matrix(const Vector3d& v) {

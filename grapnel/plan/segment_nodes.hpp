@@ -85,11 +85,9 @@ class SegmentNodes {
   int lanes = 1;
 };
 
-/// One factory per instruction set, each defined in the file compiled for its set. `tables` is copied; the data that it
-/// points to must outlive the result. The caller deletes the result.
-SegmentNodes* make_segment_nodes_one_lane(const NodeTables& tables);
-SegmentNodes* make_segment_nodes_sse2(const NodeTables& tables);
-SegmentNodes* make_segment_nodes_avx2(const NodeTables& tables);
-SegmentNodes* make_segment_nodes_avx512(const NodeTables& tables);
+/// The factory of an instruction set, defined in segment_nodes_set.cpp. `tables` is copied; the data that it points to
+/// must outlive the result. The caller deletes the result.
+template <class Set>
+SegmentNodes* make_segment_nodes_of(const NodeTables& tables);
 
 }  // namespace grapnel

@@ -68,11 +68,10 @@ struct KernelTable {
   void (*sine_cosine)(const double* angle, double* sine, double* cosine, int count);
 };
 
-// The tables may be read on any machine; their functions may be called only if is_supported().
-extern const KernelTable kernels_one_lane;
-extern const KernelTable kernels_sse2;
-extern const KernelTable kernels_avx2;
-extern const KernelTable kernels_avx512;
+/// The table of an instruction set, defined in kernels_set.cpp. It may be read on any machine; its functions may be
+/// called only if is_supported().
+template <class Set>
+const KernelTable& kernels_of();
 
 /// The kernels of a supported set.
 const KernelTable& kernels(InstructionSet set);

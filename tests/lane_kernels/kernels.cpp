@@ -2,20 +2,8 @@
 
 namespace grapnel::lanes {
 
-const KernelTable& kernels([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case InstructionSet::sse2:
-      return kernels_sse2;
-    case InstructionSet::avx2:
-      return kernels_avx2;
-    case InstructionSet::avx512:
-      return kernels_avx512;
-    default:
-      break;
-  }
-#endif
-  return kernels_one_lane;
+const KernelTable& kernels(InstructionSet set) {
+  return *of_set(set, []<class Set>(std::type_identity<Set>) { return &kernels_of<Set>(); });
 }
 
 }  // namespace grapnel::lanes

@@ -51,9 +51,8 @@ struct PackChecks {
   void (*turns)(const double* s, const double* w, double* out, int count);
 };
 
-extern const PackChecks pack_checks_one_lane;
-extern const PackChecks pack_checks_sse2;
-extern const PackChecks pack_checks_avx2;
-extern const PackChecks pack_checks_avx512;
+/// The checks of an instruction set, defined in pack_checks_set.cpp.
+template <class Set>
+const PackChecks& pack_checks_of();
 
 }  // namespace grapnel::lanes::testing

@@ -18,13 +18,8 @@ namespace pack_test {
 
 using namespace testing;
 
-const PackChecks& checks([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  if (set == InstructionSet::sse2) return pack_checks_sse2;
-  if (set == InstructionSet::avx2) return pack_checks_avx2;
-  if (set == InstructionSet::avx512) return pack_checks_avx512;
-#endif
-  return pack_checks_one_lane;
+const PackChecks& checks(InstructionSet set) {
+  return *of_set(set, []<class Set>(std::type_identity<Set>) { return &pack_checks_of<Set>(); });
 }
 
 // All pairs and triples of these values, then random ones whose products and sums cancel.
@@ -171,7 +166,7 @@ TEST_P(PackTest, QuaternionAnglesAgreeWithTheLibrary) {
   }
   std::vector<double> out(s.size()), reference(s.size());
   checks(GetParam()).turns(s.data(), w.data(), out.data(), static_cast<int>(s.size()));
-  pack_checks_one_lane.turns(s.data(), w.data(), reference.data(), static_cast<int>(s.size()));
+  checks(InstructionSet::one_lane).turns(s.data(), w.data(), reference.data(), static_cast<int>(s.size()));
   double worst = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const long double ls = s[i], size = std::abs(static_cast<long double>(w[i]));
