@@ -77,7 +77,7 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   set_root_twist(model, 0, at_t0.V_WT, state);
   StepWatch watch;
   watch.each_step = each_step;
-  const PhaseOutcome outcome = simulate_phase(dynamics, state, t0, t1, integration, watch);
+  const PhaseOutcome outcome = simulate_phase(dynamics, {state, t0, t1}, integration, {.watch = watch});
   if (!outcome.finished)
     throw std::runtime_error(fmt::format("propagating target '{}': {}", target.name, outcome.failure));
   return {root_pose(model, outcome.end_state, 0), root_twist(model, outcome.end_state, 0)};

@@ -222,7 +222,7 @@ inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSet
     EXPECT_TRUE(o.finished()) << explanation(o);
     const Phase& p = phases[id];
     PhaseDynamics dynamics(p.model, p.own_setup());
-    const PhaseOutcome expected = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration);
+    const PhaseOutcome expected = simulate_phase(dynamics, {p.start, p.begin, p.end}, integration);
     EXPECT_TRUE(expected.finished) << expected.failure;
     if (structure.control.by_case) {
       const PhaseSetup &left = case_dynamics.at(id)->setup(), &alone = dynamics.setup();

@@ -87,7 +87,7 @@ TEST(LanePhase, UnstableSampledControlIsReported) {
     EXPECT_NE(explanation(o).find("sampled control is unstable"), std::string::npos) << explanation(o);
     PhaseDynamics dynamics(phases[id].model, phases[id].own_setup());
     const PhaseOutcome alone =
-        simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
+        simulate_phase(dynamics, {phases[id].start, phases[id].begin, phases[id].end}, tight(1e-9));
     EXPECT_FALSE(alone.finished);
     EXPECT_EQ(alone.end_time, o.time);
     EXPECT_NE(alone.failure.find("sampled control is unstable"), std::string::npos) << alone.failure;
@@ -99,7 +99,7 @@ TEST(LanePhase, ErrorsShrinkWithTheTolerance) {
   std::vector<State> truth;
   for (const Phase& p : phases) {
     PhaseDynamics dynamics(p.model, p.setup);
-    truth.push_back(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight(1e-14)).end_state);
+    truth.push_back(simulate_phase(dynamics, {p.start, p.begin, p.end}, tight(1e-14)).end_state);
   }
   const InstructionSet set = supported_instruction_sets().back();
   double before = std::numeric_limits<double>::infinity();
