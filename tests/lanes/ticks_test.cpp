@@ -236,9 +236,8 @@ TEST(LanePhase, SampledCasesRequireAControl) {
   std::vector<Phase> phases = sampled_phases(47, 1, {}, 0.05, 0);
   control_by_own(phases[0]);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
-  EXPECT_THROW(run_lanes(
-                   structure, [](LaneCase&) { return false; }, [](const LaneCase&, const LaneOutcome&) {},
-                   InstructionSet::one_lane),
+  EXPECT_THROW(run_lanes(structure, {[](LaneCase&) { return false; }, [](const LaneCase&, const LaneOutcome&) {}},
+                         InstructionSet::one_lane),
                std::invalid_argument);
   PhaseSetup continuous = phases[0].setup;
   continuous.clock.reset(), continuous.channels.reset();
