@@ -20,7 +20,7 @@ std::vector<grapnel::MotionSample> simulate(const grapnel::MotionTask& task) {
     const grapnel::Momentumd& impulse = sample.integrals.external_impulse;
     samples.push_back({sample.state, {impulse.angular, impulse.linear}});
   };
-  grapnel::simulate_phase(dynamics, task.start, task.begin, task.end, 0.5, task.integration, record);
+  grapnel::simulate_phase(dynamics, {task.start, task.begin, task.end, 0.5}, task.integration, {.observe = record});
   return samples;
 }
 

@@ -23,7 +23,7 @@ void save_scenario(const std::filesystem::path& scenario, std::span<const Overri
   ScenarioFiles files;
   const CaptureProblem problem = load_scenario(scenario, changes, files);
   write_file_atomically(
-      file, changed_scenario_text(scenario, changed_tree(scenario, changes, files), problem, problem, file, {}, {}));
+      file, changed_scenario_text({scenario, changed_tree(scenario, changes, files), problem}, problem, file, {}, {}));
 }
 
 }  // namespace grapnel

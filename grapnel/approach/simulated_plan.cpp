@@ -102,7 +102,7 @@ State ApproachPlanner::simulate(const std::vector<JointTrajectory>& joints, doub
     const double max_step = (end - begin_) / kSteps;
     integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, max_step) : max_step;
   }
-  const PhaseOutcome outcome = simulate_phase(dynamics, simulated_start_, begin_, end, integration, watch);
+  const PhaseOutcome outcome = simulate_phase(dynamics, {simulated_start_, begin_, end}, integration, {.watch = watch});
   if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
   plan_.report.rhs_evaluations += outcome.rhs_evaluations;
   return outcome.end_state;

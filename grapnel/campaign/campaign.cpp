@@ -485,9 +485,9 @@ class LaneBlock {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
     const auto gate = [&](const lanes::LaneView& view) { return continues(view, *together[view.id], state); };
-    lanes::run_lanes(structure, source, sink, set_for(together.size()),
-                     watched ? lanes::LaneWatch(observe) : lanes::LaneWatch(),
-                     may_stop ? lanes::LaneGate(gate) : lanes::LaneGate(), control);
+    const lanes::LaneCaller caller{source, sink, watched ? lanes::LaneWatch(observe) : lanes::LaneWatch(),
+                                   may_stop ? lanes::LaneGate(gate) : lanes::LaneGate(), control};
+    lanes::run_lanes(structure, caller, set_for(together.size()));
   }
 
   // Empty lanes cost as much as full ones, and AVX2 gives the same bits as AVX-512.

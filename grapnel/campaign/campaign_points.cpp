@@ -272,7 +272,7 @@ std::string CampaignPoints::scenario_text(std::uint64_t k, const std::filesystem
                                           const std::string& comment) {
   const auto design = design_point(axes.empty() ? 0 : k / cases);
   Node tree = changed_tree(design->file, changes(*design, draw(*design, point_of(k))), files);
-  return changed_scenario_text(scenario, std::move(tree), design->problem, design->problem, place,
+  return changed_scenario_text({scenario, std::move(tree), design->problem}, design->problem, place,
                                fmt::format(", case {}", k), comment);
 }
 

@@ -249,7 +249,7 @@ class SweepFile {
   static void write_choices(const Handle& file, const std::string& path, const std::vector<int>& values,
                             const std::vector<std::string>& names, int order, const CampaignTable::Head& head) {
     const Handle dataset =
-        hdf5::write_dataset(file, path, H5T_STD_I32LE, H5T_NATIVE_INT, {values.size()}, values.data());
+        hdf5::write_dataset(file, path, {H5T_STD_I32LE, H5T_NATIVE_INT, {values.size()}, values.data()});
     describe(dataset, head, order);
     write_attribute(dataset, "names", names);
   }
@@ -271,7 +271,7 @@ class SweepFile {
       write_choices(file, path, {values.begin(), values.end()}, column.head.labels, column.order, column.head);
       return;
     }
-    describe(hdf5::write_dataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data()),
+    describe(hdf5::write_dataset(file, path, {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data()}),
              column.head, column.order);
   }
 

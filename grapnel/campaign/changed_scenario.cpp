@@ -134,17 +134,19 @@ void preserve_normals(const CaptureProblem& before, StudyCase& point) {
   }
 }
 
-std::string changed_scenario_text(const std::filesystem::path& scenario, Node tree, const CaptureProblem& before,
-                                  const CaptureProblem& after, const std::filesystem::path& place,
-                                  const std::string& suffix, const std::string& comment) {
-  write_back(before, after, tree);
-  for (Node* path : import_path_nodes(tree)) move_path(scenario, place, path);
+std::string changed_scenario_text(ScenarioOnFile scenario, const CaptureProblem& after,
+                                  const std::filesystem::path& place, const std::string& suffix,
+                                  const std::string& comment) {
+  const std::filesystem::path& file = scenario.file;
+  Node& tree = scenario.tree;
+  write_back(scenario.problem, after, tree);
+  for (Node* path : import_path_nodes(tree)) move_path(file, place, path);
   if (Node* robot = tree.find("robot"); robot && !find_ready_made(ReadyMade::Kind::robots, robot->text))
-    move_path(scenario, place, robot);
-  for (Node* mesh : mesh_file_nodes(tree)) move_path(scenario, place, mesh);
-  if (Node* approach = tree.find("approach")) move_path(scenario, place, approach->find("trajectory"));
+    move_path(file, place, robot);
+  for (Node* mesh : mesh_file_nodes(tree)) move_path(file, place, mesh);
+  if (Node* approach = tree.find("approach")) move_path(file, place, approach->find("trajectory"));
   if (Node* control = tree.find("control")) {
-    for (const char* key : {"plugin", "fmu", "torques"}) move_path(scenario, place, control->find(key));
+    for (const char* key : {"plugin", "fmu", "torques"}) move_path(file, place, control->find(key));
   }
   if (Node* name = tree.find("name")) {
     name->text += suffix;

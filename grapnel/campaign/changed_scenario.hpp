@@ -26,12 +26,18 @@ void include_robot(Node& root, const std::filesystem::path& scenario, const Scen
 /// with quantities applied, and its inward normals are those of `before`.
 void preserve_normals(const CaptureProblem& before, StudyCase& point);
 
-/// Text of the scenario file `scenario` for `place`: `tree`, from which `before` was read, changed so that reading it
-/// gives `after`. Paths of robot and trajectory are relative to `place`. `suffix` is appended to the scenario's name,
-/// `comment` comes first.
-std::string changed_scenario_text(const std::filesystem::path& scenario, Node tree, const CaptureProblem& before,
-                                  const CaptureProblem& after, const std::filesystem::path& place,
-                                  const std::string& suffix, const std::string& comment);
+/// A scenario file, its tree, possibly with changes, and the problem that was read from this tree.
+struct ScenarioOnFile {
+  const std::filesystem::path& file;
+  Node tree;
+  const CaptureProblem& problem;
+};
+
+/// Text of a scenario file for `place`: the tree of `scenario`, changed so that reading it gives `after`. Paths of
+/// robot and trajectory are relative to `place`. `suffix` is appended to the scenario's name, `comment` comes first.
+std::string changed_scenario_text(ScenarioOnFile scenario, const CaptureProblem& after,
+                                  const std::filesystem::path& place, const std::string& suffix,
+                                  const std::string& comment);
 
 /// Changes `scenario`, from which `before` was read, so that reading it gives `after`: masses, inertias and twists of
 /// targets, their grasp points (including new ones), the point of a grasp, its orientation and relative velocity,

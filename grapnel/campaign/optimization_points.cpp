@@ -245,7 +245,7 @@ Node OptimizationPoints::tree(const std::vector<Change>& changes) const {
 std::string OptimizationPoints::scenario_text(std::span<const double> values, const std::filesystem::path& place,
                                               const std::string& comment) const {
   const CaptureProblem before = before_moves(values);
-  return changed_scenario_text(scenario, tree(changes(values)), before, moved(before, values).problem, place,
+  return changed_scenario_text({scenario, tree(changes(values)), before}, moved(before, values).problem, place,
                                ", optimized", comment);
 }
 

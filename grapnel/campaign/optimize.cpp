@@ -98,8 +98,21 @@ class LocalSearch {
               const std::stop_token& stop)
       : optimization_(optimization), number_(number), done_(done), stop_(stop) {}
 
-  std::vector<Evaluation> path;
+  // With limits, half of the evaluations follow them: steps that only compare points stall at a limit that is oblique
+  // to the variables.
+  std::vector<Evaluation> run(const Evaluation& start, double step, std::size_t evaluations) && {
+    const std::size_t along = optimization_.limits.empty() ? 0 : evaluations / 2;
+    subplex(start, step, evaluations - along);
+    const Evaluation* best = &start;
+    for (const Evaluation& one : path_) {
+      if (comes_before(optimization_, one.score, best->score)) best = &one;
+    }
+    const Evaluation from = *best;
+    along_limits(from, kAlongLimits, along);
+    return std::move(path_);
+  }
 
+ private:
   // Steps that only compare points.
   void subplex(const Evaluation& start, double step, std::size_t evaluations) {
     nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(optimization_.variables.size()));
@@ -129,10 +142,9 @@ class LocalSearch {
     go(search, start, step, evaluations);
   }
 
- private:
   void go(nlopt::opt& search, const Evaluation& start, double step, std::size_t evaluations) {
     if (evaluations == 0 || stopped_) return;
-    most_ = path.size() + evaluations;
+    most_ = path_.size() + evaluations;
     const auto& variables = optimization_.variables;
     std::vector<double> x;
     for (std::size_t k = 0; k < variables.size(); ++k)
@@ -152,19 +164,19 @@ class LocalSearch {
 
   // The point at x; a repeated request is simulated once.
   const Evaluation& at(const std::vector<double>& x) {
-    if (x == last_ && !path.empty()) return path.back();
-    if (path.size() == most_ || stopped_) throw nlopt::forced_stop();
+    if (x == last_ && !path_.empty()) return path_.back();
+    if (path_.size() == most_ || stopped_) throw nlopt::forced_stop();
     std::vector<double> values;
     for (std::size_t k = 0; k < x.size(); ++k) values.push_back(in_range(optimization_.variables[k], x[k]));
     last_ = x;
     try {
-      path.push_back(evaluate_at(optimization_, std::move(values), number_, stop_));
+      path_.push_back(evaluate_at(optimization_, std::move(values), number_, stop_));
     } catch (const EvaluationStopped&) {
       stopped_ = true;
       throw nlopt::forced_stop();
     }
-    stopped_ = !done_(path.back());
-    return path.back();
+    stopped_ = !done_(path_.back());
+    return path_.back();
   }
 
   // Scaled to its value at the start, as limits are to their bounds.
@@ -185,28 +197,12 @@ class LocalSearch {
   std::size_t number_;
   const std::function<bool(const Evaluation&)>& done_;
   const std::stop_token stop_;
+  std::vector<Evaluation> path_;
   std::vector<double> last_;
   std::size_t most_ = 0;
   bool stopped_ = false;
   double fallback_ = 0, scale_ = 1;
 };
-
-// With limits, half of the evaluations follow them: steps that only compare points stall at a limit that is oblique to
-// the variables.
-std::vector<Evaluation> search_from(const Optimization& optimization, const Evaluation& start, std::size_t number,
-                                    std::size_t evaluations, double step,
-                                    const std::function<bool(const Evaluation&)>& done, const std::stop_token& stop) {
-  LocalSearch search(optimization, number, done, stop);
-  const std::size_t along = optimization.limits.empty() ? 0 : evaluations / 2;
-  search.subplex(start, step, evaluations - along);
-  const Evaluation* best = &start;
-  for (const Evaluation& one : search.path) {
-    if (comes_before(optimization, one.score, best->score)) best = &one;
-  }
-  const Evaluation from = *best;
-  search.along_limits(from, kAlongLimits, along);
-  return std::move(search.path);
-}
 
 // The best reached points, the first of equals first.
 std::vector<Evaluation> best_of(const Optimization& optimization, const std::vector<Evaluation>& all) {
@@ -282,13 +278,11 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   const double step =
       std::min(0.25, std::pow(static_cast<double>(samples), -1 / static_cast<double>(optimization.variables.size())));
   const auto searching = [&](std::size_t i, const RowSink& submit, const std::stop_token& stop) {
-    paths[i] = search_from(
-        optimization, starts[i], i + 1, share(i), step,
-        [&](const Evaluation& one) {
-          submit({one.row});
-          return !stop.stop_requested();
-        },
-        stop);
+    const std::function<bool(const Evaluation&)> done = [&](const Evaluation& one) {
+      submit({one.row});
+      return !stop.stop_requested();
+    };
+    paths[i] = LocalSearch(optimization, i + 1, done, stop).run(starts[i], step, share(i));
   };
   if (left > 0) run_jobs(starts.size(), options, progress, searching);
 

@@ -67,7 +67,7 @@ class Points {
     const Changed changed = changes(at);
     std::string suffix;
     for (std::size_t a = 0; a < axes.size(); ++a) suffix += ", " + shown(axes[a].shown, at[a]);
-    return changed_scenario_text(changed.scenario, changed_tree(changed.scenario, changed.changes, files_), *before,
+    return changed_scenario_text({changed.scenario, changed_tree(changed.scenario, changed.changes, files_), *before},
                                  after.problem, place, suffix, comment);
   }
 

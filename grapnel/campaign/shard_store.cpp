@@ -38,7 +38,7 @@ void write_numbers(const Handle& file, const char* name, const std::vector<CaseR
     all.insert(all.end(), (row.*numbers).begin(), (row.*numbers).end());
   }
   // No compression: random numbers do not compress, and shards are read once or twice.
-  hdf5::write_dataset(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {rows.size(), width}, all.data(), false);
+  hdf5::write_dataset(file, name, {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {rows.size(), width}, all.data()}, false);
 }
 
 // Reasons repeat: each text is stored once.
@@ -55,7 +55,7 @@ void write_reasons(const Handle& file, const std::vector<CaseRow>& rows) {
     if (at == texts.size()) texts.push_back(row.reason);
     which.push_back(static_cast<std::int32_t>(at));
   }
-  hdf5::write_dataset(file, "reason", H5T_STD_I32LE, H5T_NATIVE_INT32, {which.size()}, which.data(), false);
+  hdf5::write_dataset(file, "reason", {H5T_STD_I32LE, H5T_NATIVE_INT32, {which.size()}, which.data()}, false);
   if (!texts.empty()) hdf5::write_strings(file, "reasons", texts);
 }
 
@@ -74,9 +74,9 @@ std::string image_of(const Campaign& campaign, const std::vector<CaseRow>& rows,
       status.push_back(static_cast<std::uint8_t>(row.status));
       success.push_back(row.success ? 1 : 0);
     }
-    hdf5::write_dataset(file, "case", H5T_STD_U64LE, H5T_NATIVE_UINT64, {index.size()}, index.data(), false);
-    hdf5::write_dataset(file, "status", H5T_STD_U8LE, H5T_NATIVE_UINT8, {status.size()}, status.data(), false);
-    hdf5::write_dataset(file, "success", H5T_STD_U8LE, H5T_NATIVE_UINT8, {success.size()}, success.data(), false);
+    hdf5::write_dataset(file, "case", {H5T_STD_U64LE, H5T_NATIVE_UINT64, {index.size()}, index.data()}, false);
+    hdf5::write_dataset(file, "status", {H5T_STD_U8LE, H5T_NATIVE_UINT8, {status.size()}, status.data()}, false);
+    hdf5::write_dataset(file, "success", {H5T_STD_U8LE, H5T_NATIVE_UINT8, {success.size()}, success.data()}, false);
     write_numbers(file, "inputs", rows, &CaseRow::inputs);
     write_numbers(file, "columns", rows, &CaseRow::values);
     write_reasons(file, rows);

@@ -219,7 +219,7 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       law(problem),
       identification(problem),
       sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
-      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {
+      monitor(problem, bodies.free, frame, {detail, sink, sensors.get()}, result) {
   joints.observe(sensors.get());
 }
 

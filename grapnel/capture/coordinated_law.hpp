@@ -67,12 +67,15 @@ struct ClosingContact {
 /// The effective masses that contacts meet, in the system and state at the start of the impact.
 std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
                                             const State& state, std::span<const ClosingContact> contacts);
-/// The law during a compliant impact that begins now, with the `masses` of its contacts; null: none. `law_model`: the
-/// model that the law uses.
+/// All contacts of an impact, and their effective masses.
+struct ClosingContacts {
+  std::span<const ClosingContact> contacts;
+  std::span<const EffectiveMass> masses;
+};
+/// The law during a compliant impact that begins now; null: none. `law_model`: the model that the law uses.
 std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system,
                                         const Model& law_model, const State& state, double time,
-                                        std::span<const ClosingContact> contacts,
-                                        std::span<const EffectiveMass> masses);
+                                        const ClosingContacts& closing);
 
 // The laws, each in a separate file.
 std::unique_ptr<CoordinatedLaw> detumbling_of_run(const CaptureProblem& problem);

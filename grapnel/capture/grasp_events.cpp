@@ -364,7 +364,7 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   std::optional<CoordinatedDrive> drive;
   const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
-                               run.joints.known_posture(bodies), bodies.time, closing_contacts, masses))
+                               run.joints.known_posture(bodies), bodies.time, {closing_contacts, masses}))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool begun = false;
   const auto observe = [&](const CompliantSample& sample) {

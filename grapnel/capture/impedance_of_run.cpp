@@ -199,9 +199,9 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
 // section 21.3), with matched masses along the normals for match: target; null without impedance in the impact.
 std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system,
                                         const Model& law_model, const State& state, double time,
-                                        std::span<const ClosingContact> contacts,
-                                        std::span<const EffectiveMass> masses) {
+                                        const ClosingContacts& closing) {
   if (!problem.impedance || problem.impact->joints != ImpactSetup::Joints::impedance) return {};
+  const auto& [contacts, masses] = closing;
   Prepared p = prepare(problem, system);
   set_hold_references(system, state, time, p.law);
   for (std::size_t c = 0; c < contacts.size(); ++c) {

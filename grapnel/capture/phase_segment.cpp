@@ -301,6 +301,12 @@ StepProbe PhaseSegment::probe() const {
   };
 }
 
+// The segment without the part that was integrated elsewhere.
+PhaseInterval PhaseSegment::remaining_interval(const OutputGrid& outputs) const {
+  if (resumed_) return {elsewhere_->end_state, elsewhere_->end_time, task_.end, outputs};
+  return {task_.start, task_.begin, task_.end, outputs};
+}
+
 // Segment => outcome without samples for output: conservation checks at ends of steps, at least kMinimumChecks of them.
 PhaseOutcome PhaseSegment::integrate_between_checks() {
   StepWatch watch;
@@ -312,9 +318,8 @@ PhaseOutcome PhaseSegment::integrate_between_checks() {
     };
     watch.probe = probe();
   }
-  const State& start = resumed_ ? elsewhere_->end_state : task_.start;
-  const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
-  return simulate_phase(dynamics_, start, begin, task_.end, task_.integration, watch, stop_, resumed_);
+  return simulate_phase(dynamics_, remaining_interval(0), task_.integration,
+                        {.watch = watch, .stop = stop_, .resumed = resumed_});
 }
 
 // Segment => outcome with samples at the output interval. Without a stop condition the grid is refined by a power of
@@ -334,10 +339,9 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
     run_.monitor.sample(sample, first || checks == 1 || sample.time == end || is_on_grid(sample.time));
     first = false;
   };
-  const State& start = resumed_ ? elsewhere_->end_state : task_.start;
-  const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
-  return simulate_phase(dynamics_, start, begin, end, {interval / static_cast<double>(checks), origin},
-                        task_.integration, observe, stop_, probe(), each_step(), resumed_);
+  return simulate_phase(
+      dynamics_, remaining_interval({interval / static_cast<double>(checks), origin}), task_.integration,
+      {.observe = observe, .watch = {.each_step = each_step(), .probe = probe()}, .stop = stop_, .resumed = resumed_});
 }
 
 }  // namespace grapnel

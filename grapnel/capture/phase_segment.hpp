@@ -116,6 +116,7 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   void describe(const std::string& name, double end, bool controlled);
   void note(const PhaseOutcome& outcome, const PhaseMeasures& measures);
   PhaseOutcome integrate();
+  PhaseInterval remaining_interval(const OutputGrid& outputs) const;
   PhaseOutcome integrate_between_checks();
   PhaseOutcome integrate_with_samples();
   std::function<void(double)> each_step() const;

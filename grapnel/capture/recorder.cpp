@@ -50,6 +50,9 @@ Vector3d internal_angular_momentum(const CaptureSystem& system, const Kinematics
   return momentum;
 }
 
+const std::vector<std::string> kXyz{"x", "y", "z"};
+const std::vector<std::string> kWxyz{"w", "x", "y", "z"};
+
 }  // namespace
 
 // Problem, system => all time series with path, unit, description and components, without values, in the order of
@@ -57,47 +60,70 @@ Vector3d internal_angular_momentum(const CaptureSystem& system, const Kinematics
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
                    TimeSeries& series)
     : problem_(problem), series_(series), frame_(frame) {
-  const std::vector<std::string> xyz{"x", "y", "z"}, wxyz{"w", "x", "y", "z"};
+  add_motion(system);
+  add_grasps();
+  add_joints(system);
+  add_actuators(system);
+  add_conserved(system);
+  if (problem.orbit) add_orbit();
+  watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
+  if (watches_clearance_) {
+    add("clearance/minimum", "m", "minimum distance of all checked bodies, by their shapes; negative: depth of overlap",
+        {"minimum"});
+  }
+  for (const SensedSeries& s : sensed_series(problem, system)) add(s.path, s.unit, s.description, s.components);
+  std::size_t row = sizeof(double) + sizeof(int);
+  for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
+  block_capacity_ = std::max<std::size_t>(kBlockBytes / row, 1);
+}
+
+void Recorder::add_motion(const CaptureSystem& system) {
   const auto add_body = [&](const std::string& group, const std::string& what) {
-    add(group + "/position", "m", "position of " + what + " in W", xyz);
-    add(group + "/quaternion_wxyz", "1", "orientation of " + what + " in W", wxyz);
-    add(group + "/angular_velocity", "rad/s", "angular velocity of " + what + " in W", xyz);
-    add(group + "/velocity", "m/s", "velocity of the origin of " + what + " in W", xyz);
+    add(group + "/position", "m", "position of " + what + " in W", kXyz);
+    add(group + "/quaternion_wxyz", "1", "orientation of " + what + " in W", kWxyz);
+    add(group + "/angular_velocity", "rad/s", "angular velocity of " + what + " in W", kXyz);
+    add(group + "/velocity", "m/s", "velocity of the origin of " + what + " in W", kXyz);
     previous_.push_back(Quaterniond::identity());
   };
   add_body("base", "the base frame");
   for (int i : seen_bodies(system)) {
     const std::string name = shown_name(system, i);
-    add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
-    add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
-    if (problem.output_links) {
-      add("links/" + name + "/angular_velocity", "rad/s", "angular velocity of the link in W", xyz);
-      add("links/" + name + "/velocity", "m/s", "velocity of the origin of the link's frame in W", xyz);
+    add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", kXyz);
+    add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", kWxyz);
+    if (problem_.output_links) {
+      add("links/" + name + "/angular_velocity", "rad/s", "angular velocity of the link in W", kXyz);
+      add("links/" + name + "/velocity", "m/s", "velocity of the origin of the link's frame in W", kXyz);
     }
     previous_.push_back(Quaterniond::identity());
   }
-  if (problem.output_links && (!system.wheels.empty() || !system.gyros.empty()))
+  if (problem_.output_links && (!system.wheels.empty() || !system.gyros.empty()))
     add("base/internal_angular_momentum", "N m s",
-        "angular momentum of wheels and gyros beyond that of the base as one rigid body, in W", xyz);
+        "angular momentum of wheels and gyros beyond that of the base as one rigid body, in W", kXyz);
   for (int f : system.end_effectors) add_body("end_effectors/" + system.model.frames()[f].name, "the end-effector");
-  for (const TargetSetup& t : problem.targets) add_body("targets/" + t.name, "the target frame");
-  for (const GraspSetup& g : problem.grasps) {
+  for (const TargetSetup& t : problem_.targets) add_body("targets/" + t.name, "the target frame");
+}
+
+void Recorder::add_grasps() {
+  for (const GraspSetup& g : problem_.grasps) {
     add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
         {"distance"});
     add("grasps/" + g.end_effector + "/holds", "1", "1 while the grasp holds, else 0", {"holds"});
     add("grasps/" + g.end_effector + "/force", "N",
         "force of the grasp on the robot, in W; where closed loops leave it undetermined, with minimum self-stress",
-        xyz);
+        kXyz);
     add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grasp on the robot, about the grasp, likewise",
-        xyz);
+        kXyz);
   }
-  for (const GraspSetup& g : problem.grasps) {
-    if (!is_shared(problem, g.target)) continue;
+  for (const GraspSetup& g : problem_.grasps) {
+    if (!is_shared(problem_, g.target)) continue;
     add("loops/" + g.end_effector + "/position_defect", "m",
         "distance of the grasp's frames on end-effector and target while it closes a loop, else 0",
         {"position_defect"});
     add("loops/" + g.end_effector + "/angle_defect", "rad", "angle between them, likewise", {"angle_defect"});
   }
+}
+
+void Recorder::add_joints(const CaptureSystem& system) {
   std::vector<std::string> joints;
   bool prismatic = false;
   for (int j : system.robot_joints) {
@@ -129,82 +155,80 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("elastic/deflection", "rad", "of the springs of flexible links and gears; m where they are prismatic", elastic);
     add("elastic/velocity", "rad/s", "its rate", elastic);
   }
-  controls_base_ = (problem.approach && problem.approach->base_control) ||
-                   problem.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
-                   (problem.control && (problem.control->base_torque || problem.control->base_actuators ||
-                                        (problem.control->log && problem.control->log->commands_actuators())));
-  if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
+}
+
+void Recorder::add_actuators(const CaptureSystem& system) {
+  controls_base_ = (problem_.approach && problem_.approach->base_control) ||
+                   problem_.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
+                   (problem_.control && (problem_.control->base_torque || problem_.control->base_actuators ||
+                                         (problem_.control->log && problem_.control->log->commands_actuators())));
+  if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", kXyz);
   if (!system.wheels.empty()) {
     std::vector<std::string> wheels;
-    for (const WheelSetup& wheel : problem.robot.wheels) wheels.push_back(wheel.name);
+    for (const WheelSetup& wheel : problem_.robot.wheels) wheels.push_back(wheel.name);
     add("wheels/rate", "rad/s", "rates of the reaction wheels relative to the base", wheels);
     add("wheels/momentum", "N m s", "their moments of inertia times these rates", wheels);
     add("wheels/torque", "N m", "of their motors, on the wheels", wheels);
   }
   if (!system.gyros.empty()) {
     std::vector<std::string> gyros;
-    for (const MomentGyroSetup& gyro : problem.robot.gyros) gyros.push_back(gyro.name);
+    for (const MomentGyroSetup& gyro : problem_.robot.gyros) gyros.push_back(gyro.name);
     add("gyros/angle", "rad", "angles of the control moment gyros' gimbals", gyros);
     add("gyros/rate", "rad/s", "their rates relative to the base", gyros);
     add("gyros/rotor_rate", "rad/s", "rates of the rotors relative to their gimbals", gyros);
     add("gyros/torque", "N m", "of the gimbals' motors, on the gimbals", gyros);
     add("gyros/spin_torque", "N m", "of the rotors' motors, on the rotors", gyros);
-    add("gyros/momentum", "N m s", "of all rotors relative to their gimbals, in the base's axes", xyz);
+    add("gyros/momentum", "N m s", "of all rotors relative to their gimbals, in the base's axes", kXyz);
     add("gyros/singularity_measure", "1", "root of det(A A^T) of the array: 0 where it is singular",
         {"singularity_measure"});
   }
-  if (!problem.robot.thrusters.empty()) {
+  if (!problem_.robot.thrusters.empty()) {
     std::vector<std::string> thrusters;
-    for (const ThrusterSetup& thruster : problem.robot.thrusters) thrusters.push_back(thruster.name);
+    for (const ThrusterSetup& thruster : problem_.robot.thrusters) thrusters.push_back(thruster.name);
     add("thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", thrusters);
     add("thrusters/impulse", "N s", "impulse of each thruster since the start", thrusters);
     add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
   }
-  add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
-  add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
-  add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
+}
+
+void Recorder::add_conserved(const CaptureSystem& system) {
+  add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", kXyz);
+  add("system/linear_momentum", "N s", "total linear momentum in W", kXyz);
+  add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", kXyz);
   const auto add_momentum = [&](const std::string& group, const std::string& what) {
-    add(group + "/linear_momentum", "N s", "linear momentum of " + what + " in W", xyz);
+    add(group + "/linear_momentum", "N s", "linear momentum of " + what + " in W", kXyz);
     add(group + "/angular_momentum", "N m s",
-        "angular momentum of " + what + " about the system's centre of mass, in W", xyz);
+        "angular momentum of " + what + " about the system's centre of mass, in W", kXyz);
   };
   add_momentum("robot", "the robot without targets");
-  for (const TargetSetup& t : problem.targets) add_momentum("targets/" + t.name, "the target");
+  for (const TargetSetup& t : problem_.targets) add_momentum("targets/" + t.name, "the target");
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
   if (!system.elastic_joints.empty())
     add("system/elastic_energy", "J", "elastic energy of all springs", {"elastic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
   add("system/external_work", "J",
-      std::string("work of ") + (problem.orbit ? "the orbit's field" : "gravity") +
+      std::string("work of ") + (problem_.orbit ? "the orbit's field" : "gravity") +
           ", loads, attitude control and a holding wrench since the start",
       {"external_work"});
   add("system/external_impulse", "N s",
-      "impulse since the start of these and of the ground, in W; without what enters at the impact", xyz);
-  add("system/external_angular_impulse", "N m s", "the same about the world's origin", xyz);
-  if (problem.orbit) {
-    const std::vector<std::string> turning{"radial", "along_track", "cross_track"};
-    add("orbit/radius", "m", "distance of the reference point from the central body's centre", {"radius"});
-    add("orbit/radial", "1", "direction from the central body's centre to the reference point, in W", xyz);
-    add("orbit/along_track", "1",
-        "direction perpendicular to it in the orbit's plane, in the direction of orbital motion, in W", xyz);
-    const auto add_orbital = [&](const std::string& group, const std::string& what) {
-      add(group + "/orbital_position", "m",
-          "position of " + what + " from the reference point, in the axes that turn with the orbit", turning);
-      add(group + "/orbital_velocity", "m/s", "its rate of change in these axes", turning);
-    };
-    add_orbital("base", "the base frame");
-    for (const TargetSetup& t : problem.targets) add_orbital("targets/" + t.name, "the target frame");
-  }
-  watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
-  if (watches_clearance_) {
-    add("clearance/minimum", "m", "minimum distance of all checked bodies, by their shapes; negative: depth of overlap",
-        {"minimum"});
-  }
-  for (const SensedSeries& s : sensed_series(problem, system)) add(s.path, s.unit, s.description, s.components);
-  std::size_t row = sizeof(double) + sizeof(int);
-  for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
-  block_capacity_ = std::max<std::size_t>(kBlockBytes / row, 1);
+      "impulse since the start of these and of the ground, in W; without what enters at the impact", kXyz);
+  add("system/external_angular_impulse", "N m s", "the same about the world's origin", kXyz);
+}
+
+void Recorder::add_orbit() {
+  const std::vector<std::string> turning{"radial", "along_track", "cross_track"};
+  add("orbit/radius", "m", "distance of the reference point from the central body's centre", {"radius"});
+  add("orbit/radial", "1", "direction from the central body's centre to the reference point, in W", kXyz);
+  add("orbit/along_track", "1",
+      "direction perpendicular to it in the orbit's plane, in the direction of orbital motion, in W", kXyz);
+  const auto add_orbital = [&](const std::string& group, const std::string& what) {
+    add(group + "/orbital_position", "m",
+        "position of " + what + " from the reference point, in the axes that turn with the orbit", turning);
+    add(group + "/orbital_velocity", "m/s", "its rate of change in these axes", turning);
+  };
+  add_orbital("base", "the base frame");
+  for (const TargetSetup& t : problem_.targets) add_orbital("targets/" + t.name, "the target frame");
 }
 
 // Problem => number of columns and estimated number of samples of its time series, from the durations and the output
@@ -425,10 +449,11 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
 }
 
 // System at one instant, in the frame of the computation => one row of all series, in W, in the constructor's order;
-// passes the rows to the sink when a block is full. NaN for joint reactions without `through`.
-void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
-                      const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
-                      std::span<const Wrenchd> through, std::span<const double> impulses) {
+// passes the rows to the sink when a block is full.
+void Recorder::sample(const RecordedInstant& instant) {
+  const CaptureSystem& system = instant.system;
+  const Kinematics& k = instant.kinematics;
+  const PhaseSample& s = instant.sample;
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -440,7 +465,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   }
   const Kinematics& in_world = frame_.is_world() ? k : shifted;
   put_motion(system, in_world);
-  put_grasps(grasp_gaps(problem_, system, k), grasps);
+  put_grasps(grasp_gaps(problem_, system, k), instant.grasps);
   const auto put_joints = [&](auto value) {
     for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
     ++next_;
@@ -451,7 +476,8 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return s.motor[j]; });
   put_joints([&](int j) { return s.friction[j]; });
   const auto reaction = [&](int j, Vector3d Wrenchd::*part) {
-    return through.empty() ? std::numeric_limits<double>::quiet_NaN() : norm(through[model.joints()[j]].*part);
+    return instant.through.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                   : norm(instant.through[model.joints()[j]].*part);
   };
   put_joints([&](int j) { return reaction(j, &Wrenchd::linear); });
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
@@ -467,10 +493,10 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   if (!system.wheels.empty()) put_wheels(system, s);
   if (!system.gyros.empty()) put_gyros(system, s);
-  if (!problem_.robot.thrusters.empty()) put_thrusters(s, impulses);
-  put_conserved(system, in_world, quantities, s);
+  if (!problem_.robot.thrusters.empty()) put_thrusters(s, instant.impulses);
+  put_conserved(system, in_world, instant.quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
-  if (watches_clearance_) put(clearance);
+  if (watches_clearance_) put(instant.clearance);
   if (sensors_ && problem_.sensors) {
     for (const std::vector<double>& values : sensors_->sensed_values()) {
       for (const double x : values) series_.series[next_].data.push_back(x);

@@ -23,6 +23,18 @@ struct ExpectedSeries {
 };
 ExpectedSeries expected_series(const CaptureProblem& problem);
 
+/// The system at one instant, in the frame of the computation.
+struct RecordedInstant {
+  const CaptureSystem& system;
+  const Kinematics& kinematics;
+  const ConservedQuantities& quantities;
+  const PhaseSample& sample;
+  std::span<const GraspSample> grasps;    // per grasp of the problem; empty: none holds
+  double clearance;                       // minimum of all pairs [m]; NaN: not evaluated
+  std::span<const Wrenchd> through = {};  // transmitted by joints, per body; empty: unknown, recorded as NaN
+  std::span<const double> impulses = {};  // of each thruster so far [N s]; empty: none
+};
+
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
@@ -33,17 +45,18 @@ class Recorder {
   /// Sets the sensors whose readings are recorded; they outlive this. Null: none.
   void observe(const SensorRun* sensors) { sensors_ = sensors; }
   void begin_phase(const std::string& name);
-  /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: minimum of all pairs [m]; NaN: not evaluated.
-  /// `through`: transmitted wrenches of joints, per body; empty: unknown. `impulses`: of each thruster so far [N s];
-  /// empty: none.
-  void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
-              const PhaseSample& sample, std::span<const GraspSample> grasps, double clearance,
-              std::span<const Wrenchd> through = {}, std::span<const double> impulses = {});
+  void sample(const RecordedInstant& instant);
   /// Adds the work of the phase that ends to the totals.
   void end_phase(const PhaseIntegrals& integrals);
 
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
+  void add_motion(const CaptureSystem& system);
+  void add_grasps();
+  void add_joints(const CaptureSystem& system);
+  void add_actuators(const CaptureSystem& system);
+  void add_conserved(const CaptureSystem& system);
+  void add_orbit();
   void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
   void put_orbit(const CaptureSystem& system, const Kinematics& kinematics, double time);
   void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,

@@ -11,9 +11,9 @@ namespace grapnel {
 // Problem, free system, frame => monitors before the first phase; time series are recorded only with full detail, into
 // `sink` if it is not null.
 RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame,
-                       CaptureDetail detail, SeriesSink* sink, const SensorRun* sensors, CaptureResult& result)
+                       const Recording& recording, CaptureResult& result)
     : problem_(problem),
-      detail_(detail),
+      detail_(recording.detail),
       result_(result),
       conservation_(problem, free),
       watches_(problem),
@@ -23,10 +23,10 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       wheels_(problem),
       gyros_(problem),
       thrusters_(problem) {
-  if (detail != CaptureDetail::full) return;
+  if (detail_ != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, result.series);
-  recorder_->stream_to(sink);
-  recorder_->observe(sensors);
+  recorder_->stream_to(recording.sink);
+  recorder_->observe(recording.sensors);
 }
 
 // --- Phases of motion ---
@@ -71,8 +71,8 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool record) {
   if (!record) return;
   last_check_ = sample.time;
   if (recorder_)
-    recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
-                      thrusters_.impulses(sample.time));
+    recorder_->sample({*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
+                       thrusters_.impulses(sample.time)});
 }
 
 // The transmitted wrenches of joints, for the time series.
@@ -167,8 +167,14 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
-  recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grasps,
-                    watches_.instant(system, kinematics), {}, thrusters_.impulses(0));
+  recorder_->sample({system,
+                     kinematics,
+                     quantities,
+                     {time, state, none, zeros, zeros},
+                     grasps,
+                     watches_.instant(system, kinematics),
+                     {},
+                     thrusters_.impulses(0)});
 }
 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {

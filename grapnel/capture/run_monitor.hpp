@@ -21,10 +21,16 @@ namespace grapnel {
 
 class RunMonitor {
  public:
-  /// `free`: the system with all targets free. write() adds the observations to `result`; samples go immediately to the
-  /// sink or, if it is null, to the result's series. `sensors`: their readings are recorded; null: none.
-  RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame, CaptureDetail detail,
-             SeriesSink* sink, const SensorRun* sensors, CaptureResult& result);
+  /// What is observed and recorded.
+  struct Recording {
+    CaptureDetail detail;
+    SeriesSink* sink;          // receives samples immediately; null: the result's series keep them
+    const SensorRun* sensors;  // whose readings are recorded; null: none
+  };
+
+  /// `free`: the system with all targets free. write() adds the observations to `result`.
+  RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame,
+             const Recording& recording, CaptureResult& result);
 
   // --- Phases of motion ---
 

@@ -394,6 +394,36 @@ constexpr Field derived(std::string_view key, std::string_view unit, std::string
   return f;
 }
 
+namespace detail {
+/// A member of a member, or of what a pointer member refers to.
+template <auto Outer, auto Member>
+const auto& part_of(const void* owner) {
+  const auto& outer = static_cast<const typename MemberOf<decltype(Outer)>::owner*>(owner)->*Outer;
+  if constexpr (std::is_pointer_v<typename MemberOf<decltype(Outer)>::value>)
+    return outer->*Member;
+  else
+    return outer.*Member;
+}
+}  // namespace detail
+
+/// A member of a member, or of the structure that a pointer member refers to, when it is written.
+template <auto Outer, auto Member>
+constexpr Field part(std::string_view key, std::string_view unit, std::string_view text) {
+  Field f;
+  f.key = key, f.unit = unit, f.text = text;
+  f.type = &type_of<typename detail::MemberOf<decltype(Member)>::value>;
+  f.show = [](const void* owner, ValueVisitor visitor) { visitor(&detail::part_of<Outer, Member>(owner)); };
+  return f;
+}
+
+/// Such a list, which is absent if it is empty.
+template <auto Outer, auto List>
+constexpr Field list_part(std::string_view key, std::string_view unit, std::string_view text) {
+  Field f = part<Outer, List>(key, unit, text);
+  f.is_present = [](const void* owner) { return !detail::part_of<Outer, List>(owner).empty(); };
+  return f;
+}
+
 template <auto Predicate>
 constexpr Field Field::when() const {
   using Owner = typename detail::ArgumentOf<decltype(&decltype(Predicate)::operator())>::owner;

@@ -78,8 +78,14 @@ struct DynamicsInput {
   Vector3<S> gravity = Vector3<S>::zero();  // in W [m/s^2]
 };
 
-/// Computes accelerations vdot of all velocities, and the generalized force at each: the given one or, for a prescribed
-/// acceleration, the required one. All spans have Tree::velocities entries.
+/// Output of the recursions: accelerations of all velocities, and the generalized force at each, the given one or, for
+/// a prescribed acceleration, the required one.
+template <class S>
+struct DynamicsOutput {
+  std::span<S> vdot, force;
+};
+
+/// Computes accelerations and generalized forces as in DynamicsOutput. All spans have Tree::velocities entries.
 ///
 /// Modal joints are supported for doubles only; other scalars treat their joints as independent, with velocities that
 /// must be consistent with the modes. A chain is prescribed as a whole or not at all.

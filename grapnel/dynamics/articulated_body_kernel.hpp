@@ -88,8 +88,8 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWo
       if constexpr (kHasChains<S>) {
         if constexpr (OneAxis<decltype(joint)>) {
           if (link.chain >= 0 && !is_prescribed(in, link.v)) {
-            send_modal(joint, link, tree.chains[link.chain], in.force, w, workspace.chains[link.chain], carrier,
-                       parent);
+            const ChainPlace modes{tree.chains[link.chain], workspace.chains[link.chain]};
+            send_modal(joint, LinkPlace{link, w}, modes, in.force, LinkPlace{carrier, parent});
             return;
           }
         }
@@ -112,7 +112,8 @@ struct SolveArticulated {
 // required wrench.
 template <class S, class Solve>
 void solve_root(std::size_t n, const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch<S>& w,
-                std::span<S> vdot, std::span<S> force, const Solve& solve) {
+                const DynamicsOutput<S>& out, const Solve& solve) {
+  const auto [vdot, force] = out;
   const Vector3<S> g = gravity_in_root(link, in.q, in.gravity);
   if (link.joint == JointType::fixed) {
     w.A = {Vector3<S>::zero(), -g};
@@ -139,14 +140,14 @@ void solve_root(std::size_t n, const TreeLink<S>& link, const DynamicsInput<S>& 
 // Third sweep, root to tips: accelerations.
 template <class S, class Solve = SolveArticulated>
 void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
-                           std::span<S> vdot, std::span<S> force, const Solve& solve = {}) {
+                           const DynamicsOutput<S>& out, const Solve& solve = {}) {
   std::vector<LinkScratch<S>>& scratch = workspace.links;
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
     LinkScratch<S>& w = scratch[n];
     if (link.parent < 0) {
-      solve_root(n, link, in, w, vdot, force, solve);
+      solve_root(n, link, in, w, out, solve);
       continue;
     }
     const bool rigid = is_prescribed(in, link.v);
@@ -156,13 +157,14 @@ void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, Dyna
           if constexpr (OneAxis<decltype(joint)>) {
             if (link.chain >= 0 && !rigid) {
               w.A = motion_to_link(joint, link, w, scratch[link.parent].A);
-              accelerate_modal(joint, link, tree.chains[link.chain], in, w, workspace.chains[link.chain], vdot, force);
+              const ChainPlace modes{tree.chains[link.chain], workspace.chains[link.chain]};
+              accelerate_modal(joint, LinkPlace{link, w}, modes, in, out);
               return;
             }
           }
         }
         w.A = motion_to_link(joint, link, w, scratch[link.parent].A) + w.bias;
-        accelerate(joint, link, in, rigid, w, vdot, force);
+        accelerate(joint, link, in, rigid, w, out);
       }
     });
   }
@@ -179,7 +181,7 @@ void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, Dynam
 template <class S>
 void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                                std::span<S> vdot, std::span<S> force) {
-  articulated_body_steps::outward_accelerations(tree, in, workspace, vdot, force);
+  articulated_body_steps::outward_accelerations(tree, in, workspace, DynamicsOutput<S>{vdot, force});
 }
 
 template <class S>
@@ -187,7 +189,7 @@ void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsW
                       std::span<S> vdot, std::span<S> force) {
   articulated_body_steps::outward_velocities(tree, in, workspace.links);
   articulated_body_steps::inward_inertias(tree, in, workspace);
-  articulated_body_steps::outward_accelerations(tree, in, workspace, vdot, force);
+  articulated_body_steps::outward_accelerations(tree, in, workspace, DynamicsOutput<S>{vdot, force});
 }
 
 }  // namespace grapnel

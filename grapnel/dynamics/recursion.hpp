@@ -501,7 +501,8 @@ GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<c
 // parent.
 template <OneAxis Joint, class S>
 GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const DynamicsInput<S>& in, bool rigid,
-                               LinkScratch<S>& w, std::span<S> vdot, std::span<S> force) {
+                               LinkScratch<S>& w, const DynamicsOutput<S>& out) {
+  const auto [vdot, force] = out;
   if (rigid) {
     vdot[link.v] = in.acceleration[link.v];
     force[link.v] = link.sign * along(joint, w.I * w.A + w.p) + link.armature * vdot[link.v];
@@ -515,7 +516,8 @@ GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const Dynam
 }
 template <class S>
 GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const DynamicsInput<S>& in, bool rigid,
-                               LinkScratch<S>& w, std::span<S> vdot, std::span<S> force) {
+                               LinkScratch<S>& w, const DynamicsOutput<S>& out) {
+  const auto [vdot, force] = out;
   const Wrench<S> F = w.I * w.A + w.p;
   if (rigid) {
     for (int k = 0; k < 3; ++k) vdot[link.v + k] = in.acceleration[link.v + k], force[link.v + k] = F.angular[k];
@@ -578,10 +580,23 @@ GRAPNEL_INLINE Wrenchd axis_column(Prismatic<K>, const ArticulatedInertia<double
   return {{I.H[0][K], I.H[1][K], I.H[2][K]}, {I.M(0, K), I.M(1, K), I.M(2, K)}};
 }
 
+/// A link and its scratch; a modal chain and its scratch.
+struct LinkPlace {
+  const TreeLink<double>& link;
+  LinkScratch<double>& scratch;
+};
+struct ChainPlace {
+  const ModalChain& chain;
+  ChainScratch& scratch;
+};
+
 /// The second sweep's step.
 template <OneAxis Joint>
-void send_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain, std::span<const double> force,
-                LinkScratch<double>& w, ChainScratch& c, const TreeLink<double>& carrier, LinkScratch<double>& parent) {
+void send_modal(Joint joint, const LinkPlace& from, const ChainPlace& modes, std::span<const double> force,
+                const LinkPlace& to) {
+  const auto& [link, w] = from;
+  const auto& [chain, c] = modes;
+  const auto& [carrier, parent] = to;
   const auto m = static_cast<std::size_t>(chain.modes);
   if (link.member + 1 == static_cast<int>(chain.links.size())) {
     std::fill(c.U.begin(), c.U.end(), Wrenchd::zero());
@@ -617,9 +632,11 @@ void send_modal(Joint joint, const TreeLink<double>& link, const ModalChain& cha
 
 /// The third sweep's step; w.A contains the parent's transformed acceleration.
 template <OneAxis Joint>
-void accelerate_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain,
-                      const DynamicsInput<double>& in, LinkScratch<double>& w, ChainScratch& c, std::span<double> vdot,
-                      std::span<double> force) {
+void accelerate_modal(Joint joint, const LinkPlace& at, const ChainPlace& modes, const DynamicsInput<double>& in,
+                      const DynamicsOutput<double>& out) {
+  const auto& [link, w] = at;
+  const auto& [chain, c] = modes;
+  const auto [vdot, force] = out;
   const auto m = static_cast<std::size_t>(chain.modes);
   if (link.member == 0) {
     for (std::size_t i = m; i-- > 0;) {

@@ -234,8 +234,8 @@ class DormandPrince853 : public Stepper<S> {
   /// A stage of dense output.
   template <int kNumber, const auto& kRow, class Rhs>
   void evaluate_stage(Rhs& rhs, double t, double h, const std::vector<S>& from) {
-    dop853::evaluate_stage<kNumber, kRow>(counted(rhs), t, h, this->size(), from.data(), stage_state_.data(),
-                                          stages_.data());
+    const dop853::StepStages<S> step{t, h, this->size(), from.data(), stage_state_.data(), stages_.data()};
+    dop853::evaluate_stage<kNumber, kRow>(counted(rhs), step);
   }
 
   template <class Rhs>
@@ -354,8 +354,9 @@ template <class S>
 template <class Rhs>
 void DormandPrince853<S>::evaluate_stages(Rhs& rhs, double h) {
   std::copy(this->derivative_.begin(), this->derivative_.end(), stages_.begin());
-  dop853::evaluate_stages(counted(rhs), this->time_, h, this->size(), this->state_.data(), stage_state_.data(),
-                          stages_.data(), this->end_.data(), error5_.data(), error3_.data());
+  const dop853::StepStages<S> step{this->time_,   h, this->size(), this->state_.data(), stage_state_.data(),
+                                   stages_.data()};
+  dop853::evaluate_stages(counted(rhs), step, this->end_.data(), error5_.data(), error3_.data());
 }
 
 // Error estimate in units of the tolerance; at most 1: acceptable. NaN if any number is not finite.

@@ -175,28 +175,39 @@ GRAPNEL_INLINE S weighted_sum(const S* stages, int n, int i) {
   (std::make_index_sequence<kRow.size()>{});
 }
 
-/// k_number = f(t + c h, from + h sum a k), with `state` as scratch. f is called as f(t, y, dydt).
+/// A step of size h from a state of n numbers at t, and storage for the state at a stage and the derivatives at all.
+template <class S>
+struct StepStages {
+  S t, h;
+  int n;
+  const S* from;
+  S* state;
+  S* derivatives;
+};
+
+/// k_number = f(t + c h, from + h sum a k). f is called as f(t, y, dydt).
 template <int kNumber, const auto& kRow, class S, class F>
-void evaluate_stage(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages) {
+void evaluate_stage(F&& f, const StepStages<S>& step) {
+  const auto [t, h, n, from, state, stages] = step;
   for (int i = 0; i < n; ++i) state[i] = from[i] + h * weighted_sum<kRow>(stages, n, i);
   f(S(t + S(kNodes[kNumber - 1]) * h), state, stages + (kNumber - 1) * n);
 }
 
 /// Stages 2 to 12, the state of order 8 in `end`, and the two error estimates per unit of step; stage 1 must be set.
 template <class S, class F>
-void evaluate_stages(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages, S* end, S* error5,
-                     S* error3) {
-  evaluate_stage<2, kStage2>(f, t, h, n, from, state, stages);
-  evaluate_stage<3, kStage3>(f, t, h, n, from, state, stages);
-  evaluate_stage<4, kStage4>(f, t, h, n, from, state, stages);
-  evaluate_stage<5, kStage5>(f, t, h, n, from, state, stages);
-  evaluate_stage<6, kStage6>(f, t, h, n, from, state, stages);
-  evaluate_stage<7, kStage7>(f, t, h, n, from, state, stages);
-  evaluate_stage<8, kStage8>(f, t, h, n, from, state, stages);
-  evaluate_stage<9, kStage9>(f, t, h, n, from, state, stages);
-  evaluate_stage<10, kStage10>(f, t, h, n, from, state, stages);
-  evaluate_stage<11, kStage11>(f, t, h, n, from, state, stages);
-  evaluate_stage<12, kStage12>(f, t, h, n, from, state, stages);
+void evaluate_stages(F&& f, const StepStages<S>& step, S* end, S* error5, S* error3) {
+  evaluate_stage<2, kStage2>(f, step);
+  evaluate_stage<3, kStage3>(f, step);
+  evaluate_stage<4, kStage4>(f, step);
+  evaluate_stage<5, kStage5>(f, step);
+  evaluate_stage<6, kStage6>(f, step);
+  evaluate_stage<7, kStage7>(f, step);
+  evaluate_stage<8, kStage8>(f, step);
+  evaluate_stage<9, kStage9>(f, step);
+  evaluate_stage<10, kStage10>(f, step);
+  evaluate_stage<11, kStage11>(f, step);
+  evaluate_stage<12, kStage12>(f, step);
+  const auto [t, h, n, from, state, stages] = step;
   for (int i = 0; i < n; ++i) {
     const S slope = weighted_sum<kSolution>(stages, n, i);
     end[i] = from[i] + h * slope;

@@ -29,15 +29,25 @@ struct IntegrationResult {
   std::string explanation() const { return explain(status, time); }
 };
 
+/// Output times, and observer(t, y) which is called at each that is reached. The times run in the direction of the
+/// integration and may include both ends and repeat.
+template <class Observer>
+struct ObservedTimes {
+  std::span<const double> times;
+  Observer observer;
+};
+template <class Observer>
+ObservedTimes(std::span<const double>, Observer) -> ObservedTimes<Observer>;
+
 /// Integrates y' = rhs(t, y) from y0 (n numbers) at t0 to t1 with a stepper (`DormandPrince853`, `RungeKutta4`), and
-/// calls observer(t, y) at every output time that is reached, in order, with the state y (n numbers; quaternions
-/// normalized; valid during the call). Output times run from t0 towards t1 and may include both and repeat. The state
-/// at t1 is stepper.state(). Allocates one state besides the result. A failure is reported in the result, not thrown.
+/// observes the state y at output times (n numbers; quaternions normalized; valid during the call). The state at t1 is
+/// stepper.state(). Allocates one state besides the result. A failure is reported in the result, not thrown.
 /// Throws std::invalid_argument if an output time is out of order or outside [t0, t1], or as stepper.start() does.
 template <class Method, RightHandSide<typename Method::Scalar> Rhs, class Observer>
 IntegrationResult integrate(Method& stepper, Rhs&& rhs, double t0, std::span<const typename Method::Scalar> y0,
-                            double t1, std::span<const double> output_times, Observer&& observer) {
+                            double t1, const ObservedTimes<Observer>& outputs) {
   using S = typename Method::Scalar;
+  const auto& [output_times, observer] = outputs;
   const double direction = t1 < t0 ? -1.0 : 1.0;
   double earliest = t0;
   for (const double t : output_times) {
@@ -75,7 +85,8 @@ IntegrationResult integrate(Method& stepper, Rhs&& rhs, double t0, std::span<con
 template <class Method, RightHandSide<typename Method::Scalar> Rhs>
 IntegrationResult integrate(Method& stepper, Rhs&& rhs, double t0, std::span<const typename Method::Scalar> y0,
                             double t1) {
-  return integrate(stepper, rhs, t0, y0, t1, {}, [](double, std::span<const typename Method::Scalar>) {});
+  const auto ignore = [](double, std::span<const typename Method::Scalar>) {};
+  return integrate(stepper, rhs, t0, y0, t1, ObservedTimes{std::span<const double>(), ignore});
 }
 
 // Event location: finds the time at which a function g(t, y) of the state changes sign within a stepper's last step, on

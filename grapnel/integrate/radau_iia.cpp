@@ -149,8 +149,9 @@ inline void add(int n, double a, const double* __restrict x, double* __restrict 
 }
 
 // y -= a x of complex numbers.
-inline void subtract(int n, double a_re, double a_im, const double* __restrict re, const double* __restrict im,
+inline void subtract(int n, std::complex<double> a, const double* __restrict re, const double* __restrict im,
                      double* __restrict y_re, double* __restrict y_im) {
+  const double a_re = a.real(), a_im = a.imag();
   for (int i = 0; i < n; ++i) {
     y_re[i] -= re[i] * a_re - im[i] * a_im;
     y_im[i] -= re[i] * a_im + im[i] * a_re;
@@ -272,7 +273,7 @@ bool decompose(int n, double* re, double* im, int* pivot) {
       double* const im_j = im + static_cast<std::ptrdiff_t>(j) * n;
       const int at = k + 1;
       if constexpr (complex) {
-        subtract(n - at, re_j[k], im_j[k], re_k + at, im_k + at, re_j + at, im_j + at);
+        subtract(n - at, {re_j[k], im_j[k]}, re_k + at, im_k + at, re_j + at, im_j + at);
       } else {
         add(n - at, -re_j[k], re_k + at, re_j + at);
       }
@@ -292,7 +293,7 @@ void solve(int n, const double* re, const double* im, const int* pivot, double* 
     const double *re_k = re + static_cast<std::ptrdiff_t>(k) * n, *im_k = im + static_cast<std::ptrdiff_t>(k) * n;
     const int at = k + 1;
     if constexpr (complex) {
-      subtract(n - at, x[k], y[k], re_k + at, im_k + at, x + at, y + at);
+      subtract(n - at, {x[k], y[k]}, re_k + at, im_k + at, x + at, y + at);
     } else {
       add(n - at, -x[k], re_k + at, x + at);
     }
@@ -302,7 +303,7 @@ void solve(int n, const double* re, const double* im, const int* pivot, double* 
     if constexpr (complex) {
       const double r = x[k] * re_k[k] - y[k] * im_k[k], m = x[k] * im_k[k] + y[k] * re_k[k];
       x[k] = r, y[k] = m;
-      subtract(k, r, m, re_k, im_k, x, y);
+      subtract(k, {r, m}, re_k, im_k, x, y);
     } else {
       x[k] *= re_k[k];
       add(k, -x[k], re_k, x);

@@ -108,6 +108,11 @@ class LaneColumns {
   static bool is_prescribed(std::span<const std::uint8_t> prescribed, const TreeLink<S>& link) {
     return !prescribed.empty() && prescribed[static_cast<std::size_t>(link.v)] != 0;
   }
+  // The rows of one closure at a slot of K_ and z_.
+  struct SlotRows {
+    int rows;
+    S *K, *z;
+  };
   S* rows_at(LaneArray<S>& all, int slot) { return all.data() + slot * kMostRows; }
   const S* rows_at(const LaneArray<S>& all, int slot) const { return all.data() + slot * kMostRows; }
 
@@ -125,10 +130,10 @@ class LaneColumns {
   template <bool kMoving>
   void climb(int first, int end, int rows, const DynamicsInput<S>& in, const Links& links);
   template <bool kMoving, bool kBare, recursion::OneAxis Joint>
-  void pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid, int rows, S* K, S* z);
+  void pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid, const SlotRows& slot);
   template <bool kMoving>
   void pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force, const LinkScratch<S>& w,
-            int rows, S* K, S* z);
+            const SlotRows& slot);
   void go_on(const TreeLink<S>& link, const LinkScratch<S>& w, Vector3<S> moment, Vector3<S> force, S* F);
   void factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w, const DynamicsInput<S>& in);
   template <bool kMoving>
@@ -332,7 +337,8 @@ GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScr
 template <class S>
 template <bool kMoving, bool kBare, recursion::OneAxis Joint>
 __attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
-                                                    bool rigid, int rows, S* K, S* z) {
+                                                    bool rigid, const SlotRows& slot) {
+  const auto [rows, K, z] = slot;
   constexpr int axis = Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis;
   const S inverse = rigid ? S(0.0) : S(S(1.0) / recursion::joint_inertia(joint, link, w));
   for (int r = 0; r < rows; ++r) {
@@ -377,8 +383,9 @@ __attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<
 template <class S>
 template <bool kMoving>
 __attribute__((noinline)) void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link,
-                                                    std::span<const S> force, const LinkScratch<S>& w, int rows, S* K,
-                                                    S* z) {
+                                                    std::span<const S> force, const LinkScratch<S>& w,
+                                                    const SlotRows& slot) {
+  const auto [rows, K, z] = slot;
   const SymmetricFactor3<S> J(w.I.J);
   const std::size_t v = static_cast<std::size_t>(link.v);
   const Vector3<S> torque{force[v], force[v + 1], force[v + 2]};
@@ -407,16 +414,16 @@ void LaneColumns<S>::climb(int first, int end, int rows, const DynamicsInput<S>&
   for (int s = first; s < end; ++s) {
     const TreeLink<S>& link = link_of(steps_[s].link);
     const LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
-    S *K = rows_at(K_, steps_[s].slot), *z = rows_at(z_, steps_[s].slot);
+    const SlotRows slot{rows, rows_at(K_, steps_[s].slot), rows_at(z_, steps_[s].slot)};
     const bool rigid = is_prescribed(in.prescribed, link);
     visit_joint(link, [&](auto joint) {
       if constexpr (std::is_same_v<decltype(joint), Spherical>) {
-        pass<kMoving>(joint, link, in.force, w, rows, K, z);  // never prescribed
+        pass<kMoving>(joint, link, in.force, w, slot);  // never prescribed
       } else if constexpr (!kIsRoot<decltype(joint)>) {
         if constexpr (decltype(joint)::kTurns) {
-          if (!rigid && !link.has_armature) return pass<kMoving, true>(joint, link, w, false, rows, K, z);
+          if (!rigid && !link.has_armature) return pass<kMoving, true>(joint, link, w, false, slot);
         }
-        pass<kMoving, false>(joint, link, w, rigid, rows, K, z);
+        pass<kMoving, false>(joint, link, w, rigid, slot);
       }
     });
   }

@@ -15,24 +15,24 @@ namespace grapnel::lanes {
 template <class S>
 struct CentralInertia {
   double com[3];
-  double xx, yy, zz, xy, xz, yz;
+  Symmetric3d J;  // about the centre of mass
 
   explicit CentralInertia(const double* n) {
     const double m = n[kLinkMass];
     // A massless link has its centre of mass at its origin.
     for (int k = 0; k < 3; ++k) com[k] = m == 0 ? 0 : n[kLinkFirstMoment + k] / m;
     const double* c = com;
-    const double* J = n + kLinkRotational;  // about the origin; the parallel-axis term is subtracted
-    xx = J[0] - m * (c[1] * c[1] + c[2] * c[2]), yy = J[1] - m * (c[0] * c[0] + c[2] * c[2]);
-    zz = J[2] - m * (c[0] * c[0] + c[1] * c[1]), xy = J[3] + m * (c[0] * c[1]);
-    xz = J[4] + m * (c[0] * c[2]), yz = J[5] + m * (c[1] * c[2]);
+    const double* O = n + kLinkRotational;  // about the origin; the parallel-axis term is subtracted
+    J.xx = O[0] - m * (c[1] * c[1] + c[2] * c[2]), J.yy = O[1] - m * (c[0] * c[0] + c[2] * c[2]);
+    J.zz = O[2] - m * (c[0] * c[0] + c[1] * c[1]), J.xy = O[3] + m * (c[0] * c[1]);
+    J.xz = O[4] + m * (c[0] * c[2]), J.yz = O[5] + m * (c[1] * c[2]);
   }
 };
 
 template <class S>
-void set_lane(int lane, Symmetric3<S>& A, double xx, double yy, double zz, double xy, double xz, double yz) {
-  A.xx.set(lane, xx), A.yy.set(lane, yy), A.zz.set(lane, zz);
-  A.xy.set(lane, xy), A.xz.set(lane, xz), A.yz.set(lane, yz);
+void set_lane(int lane, Symmetric3<S>& A, const Symmetric3d& of_lane) {
+  A.xx.set(lane, of_lane.xx), A.yy.set(lane, of_lane.yy), A.zz.set(lane, of_lane.zz);
+  A.xy.set(lane, of_lane.xy), A.xz.set(lane, of_lane.xz), A.yz.set(lane, of_lane.yz);
 }
 
 /// The parameters of a free body without children.
@@ -61,14 +61,15 @@ class LaneFreeBodies {
   /// Loads a link's numbers (see lane_phase_tables.hpp) into a lane.
   void load(int lane, const double* n, int link) {
     const CentralInertia<S> I(n);
-    const auto& [com, xx, yy, zz, xy, xz, yz] = I;
+    const auto& [xx, yy, zz, xy, xz, yz] = I.J;
     const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, d = xy * yz - xz * yy;
     const double determinant = xx * a + xy * b + xz * d;
     LaneFreeBody<S>& body = bodies_[link];
-    for (int k = 0; k < 3; ++k) body.com[k].set(lane, com[k]);
-    set_lane(lane, body.inertia, xx, yy, zz, xy, xz, yz);
-    set_lane(lane, body.inverse, a / determinant, (xx * zz - xz * xz) / determinant, (xx * yy - xy * xy) / determinant,
-             b / determinant, d / determinant, (xy * xz - xx * yz) / determinant);
+    for (int k = 0; k < 3; ++k) body.com[k].set(lane, I.com[k]);
+    set_lane(lane, body.inertia, I.J);
+    set_lane(lane, body.inverse,
+             {a / determinant, (xx * zz - xz * xz) / determinant, (xx * yy - xy * xy) / determinant, b / determinant,
+              d / determinant, (xy * xz - xx * yz) / determinant});
     body.inverse_mass.set(lane, 1 / n[kLinkMass]);
   }
 

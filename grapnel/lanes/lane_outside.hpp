@@ -134,7 +134,7 @@ void LaneOutside<S>::load_case(int lane, const CaseRecord& record) {
     const double* n = record.links + static_cast<long>(i) * kLinkNumbers;
     const CentralInertia<S> I(n);
     for (int k = 0; k < 3; ++k) com_[i][k].set(lane, I.com[k]);
-    set_lane(lane, central_[i], I.xx, I.yy, I.zz, I.xy, I.xz, I.yz);
+    set_lane(lane, central_[i], I.J);
     S& mass = trees_[tables_.tree_of[i]].mass;
     mass.set(lane, mass.get(lane) + n[kLinkMass]);
   }

@@ -18,15 +18,8 @@ constexpr int kWidest = 8;
 // Connects the stepper's callbacks to the caller's cases and outcomes.
 class Exchange {
  public:
-  Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
-           const LaneWatch& watch, const LaneGate& gate, const LaneControl& control)
-      : structure_(structure),
-        tables_(tables),
-        source_(source),
-        sink_(sink),
-        watch_(watch),
-        gate_(gate),
-        control_(control) {
+  Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneCaller& caller)
+      : structure_(structure), tables_(tables), caller_(caller) {
     outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
@@ -35,7 +28,7 @@ class Exchange {
   // is empty. Throws std::invalid_argument if the case does not match the structure.
   bool next(int lane, CaseRecord& record) {
     LaneCase& next = cases_[lane];
-    if (!source_(next)) return false;
+    if (!caller_.source(next)) return false;
     check(next);
     record.start_time = next.motion->start_time;
     record.end_time = next.motion->end_time;
@@ -77,13 +70,13 @@ class Exchange {
     if (!structure_.control.by_case)
       o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.delayed_count));
     o.error = errors_[lane];
-    sink_(cases_[lane], o);
+    caller_.sink(cases_[lane], o);
   }
 
   void observe(int lane, const CaseView& l) {
     see(view_, lane, l.time, l.q, l.v);
     view_.motor.assign(l.motor, l.motor + structure_.links.size());
-    watch_(view_);
+    caller_.watch(view_);
   }
 
   // Case at the begin of an interval or at an edge => its command and the command's end. An exception of the control is
@@ -96,7 +89,7 @@ class Exchange {
     turn_.v.assign(t.v, t.v + structure_.velocities);
     turn_.integrals.assign(t.integrals, t.integrals + tables_.integral_count);
     try {
-      return control_(turn_, {command, static_cast<std::size_t>(structure_.control.command_numbers())});
+      return caller_.control(turn_, {command, static_cast<std::size_t>(structure_.control.command_numbers())});
     } catch (...) {
       errors_[lane] = std::current_exception();
     }
@@ -105,7 +98,7 @@ class Exchange {
 
   bool counts(int lane, double time, const double* q, const double* v) {
     see(end_of_step_, lane, time, q, v);
-    return gate_(end_of_step_);
+    return caller_.gate(end_of_step_);
   }
 
  private:
@@ -164,11 +157,7 @@ class Exchange {
 
   const LaneStructure& structure_;
   const PhaseTables& tables_;
-  const LaneSource& source_;
-  const LaneSink& sink_;
-  const LaneWatch& watch_;
-  const LaneGate& gate_;
-  const LaneControl& control_;
+  const LaneCaller& caller_;
   LaneCase cases_[kWidest];  // per lane
   LaneOutcome outcome_;
   std::vector<double> numbers_;  // of the integrals
@@ -273,16 +262,15 @@ std::string explanation(const LaneOutcome& outcome) {
 
 // Structure and cases => outcomes, by the kernel of the instruction set, which calls back for each case through a table
 // of functions. Throws std::invalid_argument if the set is not supported or the control is missing.
-void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch, const LaneGate& gate, const LaneControl& control) {
+void run_lanes(const LaneStructure& structure, const LaneCaller& caller, InstructionSet set) {
   if (!is_supported(set)) {
     throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " is not supported on this machine");
   }
-  if (structure.control.by_case && !control)
+  if (structure.control.by_case && !caller.control)
     throw std::invalid_argument("run_lanes: cases compute their own commands, but no control was given");
   const Trees trees(structure.links);
   const PhaseTables tables = tables_of(structure, trees);
-  Exchange exchange(structure, tables, source, sink, watch, gate, control);
+  Exchange exchange(structure, tables, caller);
   CaseExchange calls{};
   calls.context = &exchange;
   calls.next = [](void* context, int lane, CaseRecord& record) {
@@ -291,7 +279,7 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
   calls.done = [](void* context, int lane, const CaseResult& result) {
     static_cast<Exchange*>(context)->done(lane, result);
   };
-  if (watch) {
+  if (caller.watch) {
     calls.observe = [](void* context, int lane, const CaseView& view) {
       static_cast<Exchange*>(context)->observe(lane, view);
     };
@@ -299,7 +287,7 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
   calls.turn = [](void* context, int lane, const CaseTurn& turn, double* command) {
     return static_cast<Exchange*>(context)->turn(lane, turn, command);
   };
-  if (gate) {
+  if (caller.gate) {
     calls.counts = [](void* context, int lane, double time, const double* q, const double* v) {
       return static_cast<Exchange*>(context)->counts(lane, time, q, v);
     };

@@ -128,12 +128,19 @@ using LaneGate = std::function<bool(const LaneView&)>;
 /// only.
 using LaneControl = std::function<double(const LaneTurn&, std::span<double> command)>;
 
-/// Integrates all cases from `source`, each from its motion's start to its end or to a step that `gate` rejects. Passes
-/// every state to `watch` and the outcomes to `sink`; gate and watch are optional. Exceptions from these functions pass
-/// through. @throws std::invalid_argument if a case's sizes do not match the structure, its end precedes its start, its
-/// maximum step is not positive, the structure's tolerances are invalid, `control` is missing with
-/// ControlTable::by_case, or the set is not supported here.
-void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch = {}, const LaneGate& gate = {}, const LaneControl& control = {});
+/// The functions of a caller of run_lanes(). Exceptions from them pass through.
+struct LaneCaller {
+  LaneSource source;
+  LaneSink sink;
+  LaneWatch watch = {};      // may be absent
+  LaneGate gate = {};        // may be absent
+  LaneControl control = {};  // may be absent without ControlTable::by_case
+};
+
+/// Integrates all cases of `caller`, each from its motion's start to its end or to a step that the gate rejects.
+/// @throws std::invalid_argument if a case's sizes do not match the structure, its end precedes its start, its maximum
+/// step is not positive, the structure's tolerances are invalid, the control is missing with ControlTable::by_case, or
+/// the set is not supported here.
+void run_lanes(const LaneStructure& structure, const LaneCaller& caller, InstructionSet set);
 
 }  // namespace grapnel::lanes

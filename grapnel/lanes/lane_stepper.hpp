@@ -559,8 +559,9 @@ void LaneStepper<S>::attempt() {
     active |= 1U << l;
   }
   dynamics_.enter_step(t, h);
-  dop853::evaluate_stages([&](const S& at, S* y, S* dydt) { dynamics_(at, y, dydt); }, t, h, size_, y_.data(),
-                          trial_.data(), stages_.data(), end_.data(), error5_.data(), error3_.data());
+  const dop853::StepStages<S> step{t, h, size_, y_.data(), trial_.data(), stages_.data()};
+  dop853::evaluate_stages([&](const S& at, S* y, S* dydt) { dynamics_(at, y, dydt); }, step, end_.data(),
+                          error5_.data(), error3_.data());
   S sum5, sum3;
   norm_.sums(y_.data(), end_.data(), error5_.data(), error3_.data(), sum5, sum3);
   const S error = dop853::combined_error(h, sum5, sum3, tables_.dimension);

@@ -339,7 +339,8 @@ Integration integrate_approach(FloatingBase& base, const StraightInProblem& prob
   integration.times.erase(std::unique(integration.times.begin(), integration.times.end()), integration.times.end());
   const auto observe = [&](double, std::span<const double> y) { integration.states.emplace_back(y.begin(), y.end()); };
   const std::vector<double> y0 = motion.initial();
-  integration.result = integrate(stepper, motion, problem.begin, y0, problem.end, integration.times, observe);
+  integration.result =
+      integrate(stepper, motion, problem.begin, y0, problem.end, ObservedTimes{integration.times, observe});
   return integration;
 }
 
@@ -427,7 +428,7 @@ std::vector<std::vector<FreeBody>> target_states(const StraightInProblem& proble
   tumbling.put_initial(y0);
   DormandPrince853<double> stepper = make_stepper(manifold, problem);
   const auto observe = [&](double t, std::span<const double> y) { result.push_back(tumbling.bodies(t, y)); };
-  integrate(stepper, tumbling, problem.begin, y0, problem.end, times, observe);
+  integrate(stepper, tumbling, problem.begin, y0, problem.end, ObservedTimes{times, observe});
   return result;
 }
 

@@ -60,9 +60,8 @@ TargetMotion propagate_freely(const TargetSetup& target, const TargetMotion& at_
 // Motion at t0 => motion at t1, which may be earlier. Without loads only the rotation at constant angular momentum is
 // integrated, with loads or an orbital field the whole motion (5.1). Throws std::runtime_error if that fails.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
-                              const Vector3d& gravity, const IntegrationSetup& integration,
-                              std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step,
-                              const std::optional<OrbitSetup>& orbit) {
+                              const TargetPropagation& propagation) {
+  const auto& [gravity, loads, orbit, integration, each_step] = propagation;
   if (t0 == t1) return at_t0;
   if (!orbit && loads.empty()) return propagate_freely(target, at_t0, t0, t1, gravity);
   const Model model = ModelBuilder().add(target_body(target)).build();
@@ -75,9 +74,8 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   State state = zero_state(model);
   set_root_pose(model, 0, at_t0.X_WT, state);
   set_root_twist(model, 0, at_t0.V_WT, state);
-  StepWatch watch;
-  watch.each_step = each_step;
-  const PhaseOutcome outcome = simulate_phase(dynamics, state, t0, t1, integration, watch);
+  const PhaseOutcome outcome =
+      simulate_phase(dynamics, {state, t0, t1}, integration, {.watch = {.each_step = each_step}});
   if (!outcome.finished)
     throw std::runtime_error(fmt::format("propagating target '{}': {}", target.name, outcome.failure));
   return {root_pose(model, outcome.end_state, 0), root_twist(model, outcome.end_state, 0)};
@@ -89,7 +87,8 @@ TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& 
   const BodyName itself = BodyName::of_target(target_index(problem, target.name));
   std::copy_if(problem.loads.begin(), problem.loads.end(), std::back_inserter(loads),
                [&](const LoadSetup& load) { return load.body == itself; });
-  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, loads, each_step, problem.orbit);
+  return propagate_target(target, at_t0, t0, t1,
+                          {problem.gravity, loads, problem.orbit, problem.integration, each_step});
 }
 
 // Problem => motion of each target at the start and at the capture; the instant that is not stated is propagated from

@@ -18,14 +18,19 @@ struct TargetMotion {
   Twistd V_WT;
 };
 
-/// Propagates a target from t0 to t1 under gravity, loads on it (2.13) and the field of an orbit. Without loads and
-/// orbit the result is exact to rounding error, otherwise to the tolerances of `integration`. @throws
-/// std::runtime_error if the integration fails. `each_step` may throw to end it.
+/// What acts on a free target, and how its motion is integrated.
+struct TargetPropagation {
+  Vector3d gravity = Vector3d::zero();    // in W [m/s^2]
+  std::span<const LoadSetup> loads = {};  // on the target (2.13)
+  std::optional<OrbitSetup> orbit = {};   // whose field acts
+  IntegrationSetup integration = {};
+  std::function<void(double t)> each_step = {};  // may throw to end it
+};
+
+/// Propagates a target from t0 to t1. Without loads and orbit the result is exact to rounding error, otherwise to the
+/// tolerances of the integration. @throws std::runtime_error if the integration fails.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
-                              const Vector3d& gravity, const IntegrationSetup& integration,
-                              std::span<const LoadSetup> loads = {},
-                              const std::function<void(double t)>& each_step = {},
-                              const std::optional<OrbitSetup>& orbit = {});
+                              const TargetPropagation& propagation);
 /// As above, with the surroundings of a problem.
 TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
                               double t0, double t1, const std::function<void(double t)>& each_step = {});

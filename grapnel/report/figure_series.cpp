@@ -50,9 +50,15 @@ Vectors vectors_of(const Series& series, const std::string& title, const std::st
   return {title, {component(series, 0), component(series, 1), component(series, 2)}, color, dash, width};
 }
 
+// A quantity with three components, and its curves.
+struct VectorQuantity {
+  std::string name, symbol, unit;
+  std::vector<Vectors> vectors;
+};
+
 // One panel per component in `axes`.
-Panels vector_panels(const std::string& quantity, const std::string& symbol, const std::string& unit,
-                     const std::vector<Vectors>& vectors, const std::vector<int>& axes) {
+Panels vector_panels(const VectorQuantity& of, const std::vector<int>& axes) {
+  const auto& [quantity, symbol, unit, vectors] = of;
   Panels panels;
   for (const int k : axes) {
     SeriesPanel panel;
@@ -69,15 +75,12 @@ Panels vector_panels(const std::string& quantity, const std::string& symbol, con
 }
 
 // Linear beside angular quantities: in the plane x, y and z below each other, in space two columns.
-Drawing linear_and_angular(const RunSource& run, const std::string& linear, const std::string& linear_symbol,
-                           const std::string& linear_unit, const std::vector<Vectors>& linear_vectors,
-                           const std::string& angular, const std::string& angular_symbol,
-                           const std::string& angular_unit, const std::vector<Vectors>& angular_vectors) {
+Drawing linear_and_angular(const RunSource& run, const VectorQuantity& linear, const VectorQuantity& angular) {
   Drawing drawing;
   const bool planar = is_planar(run);
   const std::vector<int> in_plane{0, 1}, about_z{2}, all{0, 1, 2};
-  const Panels left = vector_panels(linear, linear_symbol, linear_unit, linear_vectors, planar ? in_plane : all);
-  const Panels right = vector_panels(angular, angular_symbol, angular_unit, angular_vectors, planar ? about_z : all);
+  const Panels left = vector_panels(linear, planar ? in_plane : all);
+  const Panels right = vector_panels(angular, planar ? about_z : all);
   if (planar) {
     drawing.panels = left;
     drawing.panels.insert(drawing.panels.end(), right.begin(), right.end());
@@ -179,7 +182,7 @@ Drawing velocities(const RunSource& run) {
     if (!point.known) continue;
     linear.push_back(point.linear), angular.push_back(point.angular);
   }
-  return linear_and_angular(run, "velocity", "v", "m/s", linear, "angular velocity", "ω", "rad/s", angular);
+  return linear_and_angular(run, {"velocity", "v", "m/s", linear}, {"angular velocity", "ω", "rad/s", angular});
 }
 
 Vectors difference(Vectors a, const Vectors& b) {
@@ -211,8 +214,8 @@ Drawing relative(const RunSource& run) {
         difference(vectors_of(wanted(run, path + "/angular_velocity"), names[e], color_of(e)), point.angular));
   }
   if (linear.empty()) throw std::runtime_error("relative motion needs grasps and the folder's scene.json");
-  return linear_and_angular(run, "relative velocity", "Δv", "m/s", linear, "relative angular velocity", "Δω", "rad/s",
-                            angular);
+  return linear_and_angular(run, {"relative velocity", "Δv", "m/s", linear},
+                            {"relative angular velocity", "Δω", "rad/s", angular});
 }
 
 Drawing momentum(const RunSource& run) {
@@ -226,7 +229,7 @@ Drawing momentum(const RunSource& run) {
   for (std::size_t t = 0; t < targets.size(); ++t)
     add("targets/" + targets[t], targets[t], series_color(static_cast<int>(t) + 1), 1.3);
   add("system", "total", kInk, 1.6);
-  return linear_and_angular(run, "momentum", "p", "N s", linear, "angular momentum", "L", "N m s", angular);
+  return linear_and_angular(run, {"momentum", "p", "N s", linear}, {"angular momentum", "L", "N m s", angular});
 }
 
 // Roll, pitch and yaw of a quaternion (rotations about fixed x, y, z).
@@ -343,7 +346,7 @@ Drawing forces(const RunSource& run) {
     force.push_back(vectors_of(wanted(run, "grasps/" + names[e] + "/force"), names[e], color_of(e)));
     moment.push_back(vectors_of(wanted(run, "grasps/" + names[e] + "/moment"), names[e], color_of(e)));
   }
-  return linear_and_angular(run, "grasp force", "F", "N", force, "grasp moment", "M", "N m", moment);
+  return linear_and_angular(run, {"grasp force", "F", "N", force}, {"grasp moment", "M", "N m", moment});
 }
 
 Drawing clearance(const RunSource& run) {

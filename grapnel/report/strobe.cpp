@@ -261,8 +261,47 @@ std::vector<std::string> phases_of(const TimeSeries& series, const FigureRequest
   return phases;
 }
 
-void draw_panel(Figure& figure, Box& box, const RunSource& run, const std::vector<Actor>& actors,
-                const FigureRequest& request, const std::string& phase, const View& view, bool planar) {
+// Recorded bodies as one direction of view shows them.
+struct Strobe {
+  const RunSource& run;
+  std::vector<Actor> actors;
+  View view;
+  bool planar;
+};
+
+// Paths of end-effectors, targets and, at `last`, the centre of mass.
+void draw_paths(Stage& stage, FigurePanel& panel, const RunSource& run, const std::vector<std::size_t>& samples,
+                std::size_t last) {
+  const std::vector<ArmPlace> places = body_places(*run.scene);
+  for (const SceneFrame& end_effector : run.scene->end_effectors) {
+    int arm = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (run.scene->bodies[i].name == end_effector.body) arm = places[i].arm;
+    }
+    draw_path(stage, samples, RecordedPose(run.series, "end_effectors/" + end_effector.name),
+              "path of " + end_effector.name, series_color(arm));
+  }
+  for (const SceneBody& body : run.scene->bodies) {
+    if (body.kind == "target")
+      draw_path(stage, samples, RecordedPose(run.series, body.series), "path of " + body.name, kTargetColor);
+  }
+  if (const Series* com = find_series(run.series, "system/center_of_mass"); com != nullptr && com->width() == 3) {
+    const std::size_t at = 3 * last;
+    stage.begin("centre of mass of the system", fmt::format("using 1:2 with points pt 7 ps 0.75 lc rgb '#ffffff'"));
+    stage.point(Vector3d{com->data[at], com->data[at + 1], com->data[at + 2]});
+    stage.again(fmt::format("using 1:2 with points pt 6 ps 0.75 lw 0.9 lc rgb '{}'", kInk));
+    stage.again(fmt::format("using 1:2 with points pt 1 ps 0.75 lw 0.9 lc rgb '{}'", kInk));
+    panel.items.push_back(
+        {-1, "", "centre of mass", {LegendSample::Kind::point, fmt::format("pt 1 ps 0.75 lw 0.9 lc rgb '{}'", kInk)}});
+  }
+  panel.items.push_back(
+      {-1, "", "paths", {LegendSample::Kind::line, fmt::format("lc rgb '{}' dt (5,3) lw 0.8", kMuted)}});
+}
+
+// A phase => its panel of the figure; `box` grows by what is drawn.
+void draw_panel(Figure& figure, Box& box, const Strobe& strobe, const FigureRequest& request,
+                const std::string& phase) {
+  const auto& [run, actors, view, planar] = strobe;
   FigureRequest part = request;
   part.phases = {phase};
   std::vector<std::size_t> samples = samples_shown(run.series, part);
@@ -291,30 +330,7 @@ void draw_panel(Figure& figure, Box& box, const RunSource& run, const std::vecto
                            {LegendSample::Kind::box,
                             fmt::format("fc rgb '{}' fs solid noborder", lightened(kInk, 0.15 + 0.6 * strength))}});
   }
-  const std::vector<ArmPlace> places = body_places(*run.scene);
-  for (const SceneFrame& end_effector : run.scene->end_effectors) {
-    int arm = 0;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (run.scene->bodies[i].name == end_effector.body) arm = places[i].arm;
-    }
-    draw_path(stage, samples, RecordedPose(run.series, "end_effectors/" + end_effector.name),
-              "path of " + end_effector.name, series_color(arm));
-  }
-  for (const SceneBody& body : run.scene->bodies) {
-    if (body.kind == "target")
-      draw_path(stage, samples, RecordedPose(run.series, body.series), "path of " + body.name, kTargetColor);
-  }
-  if (const Series* com = find_series(run.series, "system/center_of_mass"); com != nullptr && com->width() == 3) {
-    const std::size_t at = 3 * instants.back();
-    stage.begin("centre of mass of the system", fmt::format("using 1:2 with points pt 7 ps 0.75 lc rgb '#ffffff'"));
-    stage.point(Vector3d{com->data[at], com->data[at + 1], com->data[at + 2]});
-    stage.again(fmt::format("using 1:2 with points pt 6 ps 0.75 lw 0.9 lc rgb '{}'", kInk));
-    stage.again(fmt::format("using 1:2 with points pt 1 ps 0.75 lw 0.9 lc rgb '{}'", kInk));
-    panel.items.push_back(
-        {-1, "", "centre of mass", {LegendSample::Kind::point, fmt::format("pt 1 ps 0.75 lw 0.9 lc rgb '{}'", kInk)}});
-  }
-  panel.items.push_back(
-      {-1, "", "paths", {LegendSample::Kind::line, fmt::format("lc rgb '{}' dt (5,3) lw 0.8", kMuted)}});
+  draw_paths(stage, panel, run, samples, instants.back());
   figure.panels.push_back(std::move(panel));
 }
 
@@ -362,13 +378,12 @@ Figure strobe_figure(const RunSource& run, const FigureRequest& request) {
                              ": missing, but required for the bodies' shapes; run the scenario again");
   const bool planar = run.scene->planar;
   const View view = view_along(planar ? "z" : request.view);
-  const std::vector<Actor> actors = actors_of(run);
+  const Strobe strobe{run, actors_of(run), view, planar};
   Figure figure;
   figure.what = request.what;
   figure.heads = figure_heads(run, request);
   Box box;
-  for (const std::string& phase : phases_of(run.series, request))
-    draw_panel(figure, box, run, actors, request, phase, view, planar);
+  for (const std::string& phase : phases_of(run.series, request)) draw_panel(figure, box, strobe, request, phase);
   if (figure.panels.empty())
     throw std::runtime_error(fmt::format("no instant is in the requested range; the run spans {:g} to {:g} s",
                                          run.series.time.front(), run.series.time.back()));

@@ -190,8 +190,8 @@ std::string image_of(const Handle& file) {
   return image;
 }
 
-Handle write_dataset(const Handle& file, const std::string& path, hid_t file_type, hid_t memory_type,
-                     const std::vector<hsize_t>& extent, const void* data, bool may_compress) {
+Handle write_dataset(const Handle& file, const std::string& path, const DatasetValues& values, bool may_compress) {
+  const auto& [file_type, memory_type, extent, data] = values;
   const Handle space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose, path);
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
   check(H5Pset_create_intermediate_group(links.id(), 1), path);
@@ -211,7 +211,7 @@ Handle write_strings(const Handle& file, const std::string& path, const std::vec
     pointers.push_back(text.c_str());
   }
   const Handle type = string_type(ascii);
-  return write_dataset(file, path, type.id(), type.id(), {texts.size()}, pointers.data());
+  return write_dataset(file, path, {type.id(), type.id(), {texts.size()}, pointers.data()});
 }
 
 }  // namespace hdf5

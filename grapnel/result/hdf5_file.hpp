@@ -101,9 +101,15 @@ inline constexpr unsigned kDeflateLevel = 4;
 /// The bytes of the file as they would be on disk.
 std::string image_of(const Handle& file);
 
+/// Numbers in memory and their representation in files.
+struct DatasetValues {
+  hid_t file_type, memory_type;
+  std::vector<hsize_t> extent;
+  const void* data;
+};
 /// Writes a dataset and creates its groups; large datasets are compressed if allowed.
-Handle write_dataset(const Handle& file, const std::string& path, hid_t file_type, hid_t memory_type,
-                     const std::vector<hsize_t>& extent, const void* data, bool may_compress = true);
+Handle write_dataset(const Handle& file, const std::string& path, const DatasetValues& values,
+                     bool may_compress = true);
 /// A dataset of texts.
 Handle write_strings(const Handle& file, const std::string& path, const std::vector<std::string>& texts);
 

@@ -37,10 +37,10 @@ void describe_series(const Handle& dataset, const Series& s, int order) {
 void write_instants(const Handle& file, const TimeSeries& series) {
   const hsize_t samples = series.time.size();
   const Handle time =
-      hdf5::write_dataset(file, "time", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {samples}, series.time.data());
+      hdf5::write_dataset(file, "time", {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {samples}, series.time.data()});
   describe_dataset(time, "s", kAboutTime);
   const Handle phase =
-      hdf5::write_dataset(file, "phase", H5T_STD_I32LE, H5T_NATIVE_INT, {samples}, series.phase.data());
+      hdf5::write_dataset(file, "phase", {H5T_STD_I32LE, H5T_NATIVE_INT, {samples}, series.phase.data()});
   describe_dataset(phase, "1", kAboutPhase);
   write_attribute(phase, "names", series.phases);
 }
@@ -48,7 +48,7 @@ void write_instants(const Handle& file, const TimeSeries& series) {
 void write_series(const Handle& file, const Series& s, hsize_t samples, int order) {
   std::vector<hsize_t> extent{samples};
   if (s.width() > 1) extent.push_back(s.components.size());
-  describe_series(hdf5::write_dataset(file, s.path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, extent, s.data.data()), s,
+  describe_series(hdf5::write_dataset(file, s.path, {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, extent, s.data.data()}), s,
                   order);
 }
 

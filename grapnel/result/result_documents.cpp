@@ -8,7 +8,7 @@
 namespace grapnel {
 
 std::string summary_json(const CaptureResult& result, std::string_view version) {
-  return json_text(json_of(Summary{result, std::string(version)}));
+  return json_text(json_of(Summary{&result, std::string(version)}));
 }
 
 using Json = nlohmann::ordered_json;

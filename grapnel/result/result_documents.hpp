@@ -20,7 +20,7 @@ std::string summary_json(const CaptureResult& result, std::string_view version);
 
 /// scene.json: a scene, its scenario, and the version of Grapnel. Refers to the scene.
 struct SceneDocument {
-  const Scene& scene;
+  const Scene* scene;
   std::string scenario_name, scenario_sha256, version;
 };
 template <>
@@ -125,7 +125,7 @@ const Type& type_of<LedgerScale>();
 
 /// The document: a result and the version of Grapnel that computed it. Refers to the result.
 struct Summary {
-  const CaptureResult& result;
+  const CaptureResult* result;
   std::string version;
 };
 template <>

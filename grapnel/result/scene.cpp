@@ -191,7 +191,7 @@ std::string known(const Entry& entry, const std::set<std::string>& names) {
 std::string scene_json(const Scene& scene, std::string_view scenario_name, std::string_view scenario_sha256,
                        std::string_view version) {
   return json_text(
-      json_of(SceneDocument{scene, std::string(scenario_name), std::string(scenario_sha256), std::string(version)}));
+      json_of(SceneDocument{&scene, std::string(scenario_name), std::string(scenario_sha256), std::string(version)}));
 }
 
 Scene read_scene(const std::filesystem::path& path) {
@@ -392,31 +392,26 @@ const Type& type_of<SceneDocument>() {
   using S = SceneDocument;
   static constexpr Field fields[] = {
       derived<[](const S&) { return SceneFormat::second; }>("schema", "", "format of this file"),
-      field<&S::version>("version", "version of Grapnel"), derived<[](const S& s) {
+      field<&S::version>("version", "version of Grapnel"),
+      derived<[](const S& s) {
         return OfScenario{s.scenario_name, s.scenario_sha256};
       }>("scenario", "", "the simulated scenario"),
-      derived<[](const S& s) { return s.scene.planar; }>(
+      derived<[](const S& s) { return s.scene->planar; }>(
           "planar", "",
           "true if all motion stays in the plane z = 0: all joints turn about z or slide in the plane; the plane "
           "contains the centre of mass of every body (with what is fixed to it) and is a principal plane of that body; "
           "end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads lie in it "
           "(all to "
           "1e-9)"),
-      derived < [](const S& s) -> auto& {return s.scene.bodies;
-}
-> ("bodies", "", "base first, then links (parents before children), then targets"), derived < [](const S& s) -> auto& {
-  return s.scene.end_effectors;
-}
-> ("end_effectors", "", "end-effectors of the robot"), derived < [](const S& s) -> auto& {
-  return s.scene.grasp_points;
-}
-> ("grasp_points", "", "grasp points of all targets"), derived < [](const S& s) -> auto& { return s.scene.grasps; }
-> ("grasps", "", "grasps of the scenario"), derived < [](const S& s) -> auto& { return s.scene.meshes; }
-> ("meshes", "", "meshes that shapes refer to"), derived < [](const S& s) -> auto& { return s.scene.limits; }
-> ("limits", "", "absent in results of earlier versions"),
-};  // namespace grapnel
-static constexpr Type type = structure<S>("Scene", "bodies of the scenario, their tree, and their shapes.", fields);
-return type;
+      part<&S::scene, &Scene::bodies>("bodies", "", "base first, then links (parents before children), then targets"),
+      part<&S::scene, &Scene::end_effectors>("end_effectors", "", "end-effectors of the robot"),
+      part<&S::scene, &Scene::grasp_points>("grasp_points", "", "grasp points of all targets"),
+      part<&S::scene, &Scene::grasps>("grasps", "", "grasps of the scenario"),
+      part<&S::scene, &Scene::meshes>("meshes", "", "meshes that shapes refer to"),
+      part<&S::scene, &Scene::limits>("limits", "", "absent in results of earlier versions"),
+  };
+  static constexpr Type type = structure<S>("Scene", "bodies of the scenario, their tree, and their shapes.", fields);
+  return type;
 }
 
 }  // namespace grapnel

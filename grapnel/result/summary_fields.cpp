@@ -82,16 +82,15 @@ const Type& type_of<Clearances>() {
          "target before that is not reported). After a miss, a rebound or a release the pair is checked: until it "
          "reaches the required clearance, an overlap counts only if it is deeper than when the grasp opened. "
          "Neighbouring links are not checked"),
-      derived < [](const C& c) -> auto& {return *std::min_element(
-                                   c.result->clearance.begin(), c.result->clearance.end(),
-                                   [](const auto& a, const auto& b) { return a.distance < b.distance; });
-}
-> ("minimum", "", "minimum over all phases"), derived < [](const C& c) -> auto& { return c.result->clearance; }
-> ("phases", "", "minimum of each phase"), derived < [](const C& c) -> auto& { return c.result->clearance_events; }
-> ("events", "", "intervals in which bodies were too close"),
-};  // namespace grapnel
-static constexpr Type type = structure<C>("Clearances", "distances between bodies with shapes.", fields);
-return type;
+      derived<[](const C& c) {
+        return *std::min_element(c.result->clearance.begin(), c.result->clearance.end(),
+                                 [](const auto& a, const auto& b) { return a.distance < b.distance; });
+      }>("minimum", "", "minimum over all phases"),
+      part<&C::result, &CaptureResult::clearance>("phases", "", "minimum of each phase"),
+      part<&C::result, &CaptureResult::clearance_events>("events", "", "intervals in which bodies were too close"),
+  };
+  static constexpr Type type = structure<C>("Clearances", "distances between bodies with shapes.", fields);
+  return type;
 }
 
 template <>
@@ -126,13 +125,10 @@ const Type& type_of<LimitEvent>() {
 
 template <>
 const Type& type_of<Limits>() {
-  static constexpr Field fields[] = {derived < [](const Limits& l) -> auto& {return l.result->limit_events;
-}
-> ("events", "", "intervals, in the order of time")
-}
-;
-static constexpr Type type = structure<Limits>("Limits", "limits of joints, drives and base control.", fields);
-return type;
+  static constexpr Field fields[] = {
+      part<&Limits::result, &CaptureResult::limit_events>("events", "", "intervals, in the order of time")};
+  static constexpr Type type = structure<Limits>("Limits", "limits of joints, drives and base control.", fields);
+  return type;
 }
 
 // ---- Feasibility ----
@@ -440,42 +436,33 @@ const Type& type_of<CaptureStatus>() {
 template <>
 const Type& type_of<ScenarioNamed>() {
   using S = ScenarioNamed;
-  static constexpr Field fields[] = {derived < [](const S& s) -> auto& {return s.result->scenario_name;
-}
-> ("name", "", "name of the scenario"), derived < [](const S& s) -> auto& { return s.result->scenario_sha256; }
-> ("sha256", "", "SHA-256 of the bytes of the scenario, all included files, and overrides"),
-}
-;
-static constexpr Type type = structure<S>("ScenarioNamed", "the simulated scenario.", fields);
-return type;
+  static constexpr Field fields[] = {
+      part<&S::result, &CaptureResult::scenario_name>("name", "", "name of the scenario"),
+      part<&S::result, &CaptureResult::scenario_sha256>(
+          "sha256", "", "SHA-256 of the bytes of the scenario, all included files, and overrides"),
+  };
+  static constexpr Type type = structure<S>("ScenarioNamed", "the simulated scenario.", fields);
+  return type;
 }
 
 template <>
 const Type& type_of<Approach>() {
   using A = Approach;
-  static constexpr Field fields[] = {derived < [](const A& a) -> auto& {return a.result->approach_start;
-}
-> ("start", "", "state at the start of the phase"), derived < [](const A& a) -> auto& { return a.result->approach_end; }
-> ("end", "", "state at the end of the phase"), derived < [](const A& a) -> auto& {
-  return a.result->plan->final_rates;
-}
-> ("planned_final_rates", "rad/s or m/s",
-   "planned joint rates at the end of the approach, in the order of `joints.names`; absent without a plan")
-        .when<[](const A& a) { return a.result->plan.has_value(); }>(),
-    derived < [](const A& a) -> auto& {
-  return a.result->plan;
-}
-> ("plan", "", "plan of the joint motion"), derived < [](const A& a) -> auto& { return a.result->navigation; }
-> ("navigation", "", "plans and the estimates that they use; absent if targets are known exactly and planned for once")
-        .when<[](const A& a) { return !a.result->navigation.empty(); }>(),
-    derived < [](const A& a) -> auto& {
-  return a.result->approach_impedance;
-}
-> ("impedance", "", "impedance control; absent without it"),
-}
-;
-static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
-return type;
+  static constexpr Field fields[] = {
+      part<&A::result, &CaptureResult::approach_start>("start", "", "state at the start of the phase"),
+      part<&A::result, &CaptureResult::approach_end>("end", "", "state at the end of the phase"),
+      derived<[](const A& a) { return a.result->plan->final_rates; }>(
+          "planned_final_rates", "rad/s or m/s",
+          "planned joint rates at the end of the approach, in the order of `joints.names`; absent without a plan")
+          .when<[](const A& a) { return a.result->plan.has_value(); }>(),
+      part<&A::result, &CaptureResult::plan>("plan", "", "plan of the joint motion"),
+      list_part<&A::result, &CaptureResult::navigation>(
+          "navigation", "",
+          "plans and the estimates that they use; absent if targets are known exactly and planned for once"),
+      part<&A::result, &CaptureResult::approach_impedance>("impedance", "", "impedance control; absent without it"),
+  };
+  static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
+  return type;
 }
 
 template <>
@@ -488,55 +475,33 @@ const Type& type_of<Capture>() {
           "verdict", "", "sentence as printed on the terminal, with the gap and the displacement of moved targets"),
       derived<[](const C& c) { return c.result->capture_time; }>("time", "s",
                                                                  "instant of the grasps that close simultaneously"),
-      derived < [](const C& c) -> auto& {return c.result->grasps;
-}
-> ("grasps", "", "one entry per grasp of the scenario"),
-}
-;
-static constexpr Type type = structure<C>("Capture", "whether the grasps closed.", fields);
-return type;
+      part<&C::result, &CaptureResult::grasps>("grasps", "", "one entry per grasp of the scenario"),
+  };
+  static constexpr Type type = structure<C>("Capture", "whether the grasps closed.", fields);
+  return type;
 }
 
 template <>
 const Type& type_of<PostImpact>() {
   using P = PostImpact;
-  static constexpr Field fields[] = {derived < [](const P& p) -> auto& {return p.result->post_impact_end;
-}
-> ("end", "", "state at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->phases; }
-> ("phases", "", "completed phases, in the order of time"), derived < [](const P& p) -> auto& {
-  return p.result->loops;
-}
-> ("loops", "", "closed loops; absent without closed loops")
-        .when<[](const P& p) { return !p.result->loops.empty(); }>(),
-    derived < [](const P& p) -> auto& {
-  return p.result->grasp_loads;
-}
-> ("grasp_loads", "", "loads per phase and grasp; absent without grasps")
-        .when<[](const P& p) { return !p.result->grasp_loads.empty(); }>(),
-    derived < [](const P& p) -> auto& {
-  return p.result->detumbling;
-}
-> ("detumbling", "", "detumbling law; absent without it"), derived < [](const P& p) -> auto& {
-  return p.result->base_keeping;
-}
-> ("base_keeping", "", "base attitude control by the joints; absent without it"), derived < [](const P& p) -> auto& {
-  return p.result->identification;
-}
-> ("identification", "", "identification of a held target; absent without it"), derived < [](const P& p) -> auto& {
-  return p.result->impedance;
-}
-> ("impedance", "", "impedance control; absent without it"), derived < [](const P& p) -> auto& {
-  return p.result->grasp_force;
-}
-> ("grasp_force", "", "grasp force control; absent without it"), derived < [](const P& p) -> auto& {
-  return p.result->rest;
-}
-> ("at_rest", "", "final rates; absent if the scenario states no limits"),
-}
-;
-static constexpr Type type =
-    structure<P>("PostImpact", "the motion after the impact, or the motion of a run without impact.", fields);
-return type;
+  static constexpr Field fields[] = {
+      part<&P::result, &CaptureResult::post_impact_end>("end", "", "state at the end of the motion"),
+      part<&P::result, &CaptureResult::phases>("phases", "", "completed phases, in the order of time"),
+      list_part<&P::result, &CaptureResult::loops>("loops", "", "closed loops; absent without closed loops"),
+      list_part<&P::result, &CaptureResult::grasp_loads>("grasp_loads", "",
+                                                         "loads per phase and grasp; absent without grasps"),
+      part<&P::result, &CaptureResult::detumbling>("detumbling", "", "detumbling law; absent without it"),
+      part<&P::result, &CaptureResult::base_keeping>("base_keeping", "",
+                                                     "base attitude control by the joints; absent without it"),
+      part<&P::result, &CaptureResult::identification>("identification", "",
+                                                       "identification of a held target; absent without it"),
+      part<&P::result, &CaptureResult::impedance>("impedance", "", "impedance control; absent without it"),
+      part<&P::result, &CaptureResult::grasp_force>("grasp_force", "", "grasp force control; absent without it"),
+      part<&P::result, &CaptureResult::rest>("at_rest", "", "final rates; absent if the scenario states no limits"),
+  };
+  static constexpr Type type =
+      structure<P>("PostImpact", "the motion after the impact, or the motion of a run without impact.", fields);
+  return type;
 }
 
 template <>
@@ -545,117 +510,66 @@ const Type& type_of<Summary>() {
   static constexpr Field fields[] = {
       derived<[](const S&) { return SummaryFormat::second; }>("schema", "", "format of this file"),
       field<&S::version>("version", "version of Grapnel"),
-      derived<[](const S& s) { return ScenarioNamed{&s.result}; }>("scenario", "", "the simulated scenario"),
-      derived<[](const S& s) { return s.result.status; }>("status", "", "how the run ended"),
-      derived < [](const S& s) -> auto& {return s.result.failure;
-}
-> ("failure", "", "body, time and condition of a failure; else empty"), derived < [](const S& s) -> auto& {
-  return s.result.warnings;
-}
-> ("warnings", "", "warnings about the result"),
-    derived<[](const S& s) { return answers_of(s.result); }>("verdicts", "",
-                                                             "answers of the result, as reports show them"),
-    derived < [](const S& s) -> auto& {
-  return s.result.orbit;
-}
-> ("orbit", "", "orbit of the frame W; absent without one"), derived < [](const S& s) -> auto& {
-  return s.result.elastic;
-}
-> ("elastic", "", "flexible modes; absent without flexible bodies and joints")
-        .when<[](const S& s) { return !s.result.elastic.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.control;
-}
-> ("control", "", "sampled control; absent if control is continuous"), derived < [](const S& s) -> auto& {
-  return s.result.sensors;
-}
-> ("sensors", "", "sensor readings compared with true values; absent without sensors")
-        .when<[](const S& s) { return !s.result.sensors.empty(); }>(),
-    derived<[](const S& s) { return Approach{&s.result}; }>("approach", "",
-                                                            "motion up to the capture; absent without an approach")
-        .when<[](const S& s) { return has_approach(s.result); }>(),
-    derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",
-                                                           "whether the grasps closed; absent without grasps")
-        .when<[](const S& s) { return !s.result.grasps.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.impact;
-}
-> ("impact", "", "first impact; absent without an impact"), derived < [](const S& s) -> auto& {
-  return s.result.later_impacts;
-}
-> ("later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")
-        .when<[](const S& s) { return !s.result.later_impacts.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.releases;
-}
-> ("releases", "", "releases of grasps, in the order of time; absent if there are none")
-        .when<[](const S& s) { return !s.result.releases.empty(); }>(),
-    derived<[](const S& s) { return PostImpact{&s.result}; }>("post_impact", "",
-                                                              "motion after the impact; absent without such motion")
-        .when<[](const S& s) { return has_phases(s.result) && !s.result.without_impact; }>(),
-    derived<[](const S& s) { return PostImpact{&s.result}; }>("motion", "",
-                                                              "motion of a scenario without a capture; else absent")
-        .when<[](const S& s) { return has_phases(s.result) && s.result.without_impact; }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.peak_loads;
-}
-> ("loads", "", "largest loads of every phase; absent without loads")
-        .when<[](const S& s) { return !s.result.peak_loads.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.wheels;
-}
-> ("wheels", "", "reaction wheels; absent if there are none")
-        .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.gyros;
-}
-> ("gyros", "", "control moment gyros; absent if there are none"), derived < [](const S& s) -> auto& {
-  return s.result.joints;
-}
-> ("joints", "",
-   "joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none")
-        .when<[](const S& s) { return !s.result.joints.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.stop_impacts;
-}
-> ("stop_impacts", "", "first hundred impacts of joints on their stops; absent if there are none")
-        .when<[](const S& s) { return !s.result.stop_impacts.empty(); }>(),
-    derived<[](const S& s) { return s.result.stop_impact_count; }>("stop_impact_count", "1",
-                                                                   "number of all impacts on stops")
-        .when<[](const S& s) { return !s.result.stop_impacts.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.thrusters;
-}
-> ("thrusters", "", "thrusters; absent if there are none"), derived < [](const S& s) -> auto& {
-  return s.result.saturation;
-}
-> ("saturation", "", "saturated actuators, the longest saturation first; absent if there are none")
-        .when<[](const S& s) { return !s.result.saturation.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return s.result.stability;
-}
-> ("stability", "", "stability of control loops, per phase of motion; absent if it was not evaluated")
-        .when<[](const S& s) { return !s.result.stability.empty(); }>(),
-    derived < [](const S& s) -> auto& {
-  return *worst_margin(s.result);
-}
-> ("worst_margin", "", "entry of `loads` with the smallest margin over all phases; absent without ratings")
-        .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
-    derived<[](const S& s) { return Clearances{&s.result}; }>(
-        "clearance", "", "distances between bodies with shapes; absent if fewer than two bodies have shapes")
-        .when<[](const S& s) { return !s.result.clearance.empty(); }>(),
-    derived<[](const S& s) { return Limits{&s.result}; }>("limits", "", "limits of joints and drives"),
-    derived<[](const S& s) { return feasibility_of(s.result); }>("feasibility", "",
-                                                                 "whether a real robot could perform this motion"),
-    derived < [](const S& s) -> auto& {
-  return s.result.ledger;
-}
-> ("ledger", "", "conservation checks"), derived < [](const S& s) -> auto& { return s.result.cost; }
-> ("cost", "", "cost of each phase"),
-}
-;
-static constexpr Type type = structure<S>("Summary", "summary of one capture, in SI units and radians.", fields);
-return type;
+      derived<[](const S& s) { return ScenarioNamed{s.result}; }>("scenario", "", "the simulated scenario"),
+      derived<[](const S& s) { return s.result->status; }>("status", "", "how the run ended"),
+      part<&S::result, &CaptureResult::failure>("failure", "", "body, time and condition of a failure; else empty"),
+      part<&S::result, &CaptureResult::warnings>("warnings", "", "warnings about the result"),
+      derived<[](const S& s) { return answers_of(*s.result); }>("verdicts", "",
+                                                                "answers of the result, as reports show them"),
+      part<&S::result, &CaptureResult::orbit>("orbit", "", "orbit of the frame W; absent without one"),
+      list_part<&S::result, &CaptureResult::elastic>("elastic", "",
+                                                     "flexible modes; absent without flexible bodies and joints"),
+      part<&S::result, &CaptureResult::control>("control", "", "sampled control; absent if control is continuous"),
+      list_part<&S::result, &CaptureResult::sensors>(
+          "sensors", "", "sensor readings compared with true values; absent without sensors"),
+      derived<[](const S& s) { return Approach{s.result}; }>("approach", "",
+                                                             "motion up to the capture; absent without an approach")
+          .when<[](const S& s) { return has_approach(*s.result); }>(),
+      derived<[](const S& s) { return Capture{s.result}; }>("capture", "",
+                                                            "whether the grasps closed; absent without grasps")
+          .when<[](const S& s) { return !s.result->grasps.empty(); }>(),
+      part<&S::result, &CaptureResult::impact>("impact", "", "first impact; absent without an impact"),
+      list_part<&S::result, &CaptureResult::later_impacts>(
+          "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none"),
+      list_part<&S::result, &CaptureResult::releases>(
+          "releases", "", "releases of grasps, in the order of time; absent if there are none"),
+      derived<[](const S& s) { return PostImpact{s.result}; }>("post_impact", "",
+                                                               "motion after the impact; absent without such motion")
+          .when<[](const S& s) { return has_phases(*s.result) && !s.result->without_impact; }>(),
+      derived<[](const S& s) { return PostImpact{s.result}; }>("motion", "",
+                                                               "motion of a scenario without a capture; else absent")
+          .when<[](const S& s) { return has_phases(*s.result) && s.result->without_impact; }>(),
+      list_part<&S::result, &CaptureResult::peak_loads>("loads", "",
+                                                        "largest loads of every phase; absent without loads"),
+      list_part<&S::result, &CaptureResult::wheels>("wheels", "", "reaction wheels; absent if there are none"),
+      part<&S::result, &CaptureResult::gyros>("gyros", "", "control moment gyros; absent if there are none"),
+      list_part<&S::result, &CaptureResult::joints>(
+          "joints", "",
+          "joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none"),
+      list_part<&S::result, &CaptureResult::stop_impacts>(
+          "stop_impacts", "", "first hundred impacts of joints on their stops; absent if there are none"),
+      derived<[](const S& s) { return s.result->stop_impact_count; }>("stop_impact_count", "1",
+                                                                      "number of all impacts on stops")
+          .when<[](const S& s) { return !s.result->stop_impacts.empty(); }>(),
+      part<&S::result, &CaptureResult::thrusters>("thrusters", "", "thrusters; absent if there are none"),
+      list_part<&S::result, &CaptureResult::saturation>(
+          "saturation", "", "saturated actuators, the longest saturation first; absent if there are none"),
+      list_part<&S::result, &CaptureResult::stability>(
+          "stability", "", "stability of control loops, per phase of motion; absent if it was not evaluated"),
+      derived<[](const S& s) { return *worst_margin(*s.result); }>(
+          "worst_margin", "", "entry of `loads` with the smallest margin over all phases; absent without ratings")
+          .when<[](const S& s) { return worst_margin(*s.result) != nullptr; }>(),
+      derived<[](const S& s) { return Clearances{s.result}; }>(
+          "clearance", "", "distances between bodies with shapes; absent if fewer than two bodies have shapes")
+          .when<[](const S& s) { return !s.result->clearance.empty(); }>(),
+      derived<[](const S& s) { return Limits{s.result}; }>("limits", "", "limits of joints and drives"),
+      derived<[](const S& s) { return feasibility_of(*s.result); }>("feasibility", "",
+                                                                    "whether a real robot could perform this motion"),
+      part<&S::result, &CaptureResult::ledger>("ledger", "", "conservation checks"),
+      part<&S::result, &CaptureResult::cost>("cost", "", "cost of each phase"),
+  };
+  static constexpr Type type = structure<S>("Summary", "summary of one capture, in SI units and radians.", fields);
+  return type;
 }
 
 }  // namespace grapnel

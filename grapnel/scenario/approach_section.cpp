@@ -562,13 +562,13 @@ class ApproachReader {
     const bool ideal = approach_.tracking.mode == JointControl::prescribed;
     const Node& initial = part(reading_.root, "initial");
     const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
-    if (joints) check_agreement(*joints, "initial.joints", robot_, position, kSameMotion, source + " at", faults_);
+    if (joints) check_agreement(*joints, "initial.joints", robot_, {position, kSameMotion, source + " at"}, faults_);
     if (rates && ideal && rate.empty() && !robot_.joints.empty()) {
       faults_.add(initial.entry("joint_rates")->mark,
                   "initial.joint_rates: with ideal tracking the joints start with the trajectory's rates; leave out "
                   "joint_rates");
     } else if (rates && ideal) {
-      check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameMotion, source + " with", faults_);
+      check_agreement(*rates, "initial.joint_rates", robot_, {rate, kSameMotion, source + " with"}, faults_);
     }
     // Joints with ideal tracking start exactly on the stated motion.
     if (!joints || ideal) reading_.problem.joint_position = position;

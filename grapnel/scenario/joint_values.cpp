@@ -387,12 +387,12 @@ std::vector<const Node*> joint_nodes(const Node& node, const ReadRobot& robot) {
   return nodes;
 }
 
-void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
-                     std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults) {
+void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot, const ExpectedValues& expected,
+                     FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
-    if (std::abs(value - expected[i]) <= tolerance) return;
+    if (std::abs(value - expected.values[i]) <= expected.tolerance) return;
     faults.add(mark, fmt::format("{} is {}, but {} {}; they must agree within {}; correct one or leave out {}", name,
-                                 value, source, expected[i], tolerance, path));
+                                 value, expected.source, expected.values[i], expected.tolerance, path));
   });
 }
 

@@ -23,9 +23,14 @@ void check_units(const Node& values, std::string_view stated, const std::string&
 /// The node of each joint, in joint order. Empty if errors make the order uncertain.
 std::vector<const Node*> joint_nodes(const Node& node, const ReadRobot& robot);
 
-/// Reports values that differ from `expected`, in joint order, by more than the tolerance. `source` names the origin of
-/// `expected`: "the trajectory starts at".
-void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
-                     std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults);
+/// Values that another part of the file states.
+struct ExpectedValues {
+  std::span<const double> values;  // in joint order
+  double tolerance;
+  std::string source;  // names their origin: "the trajectory starts at"
+};
+/// Reports values that differ from the expected ones by more than the tolerance.
+void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot, const ExpectedValues& expected,
+                     FaultList& faults);
 
 }  // namespace grapnel

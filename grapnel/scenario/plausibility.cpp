@@ -271,8 +271,9 @@ void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std:
                                 name, turn, other));
 }
 
-void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
-                   const Symmetric3d& inertia, const std::vector<Geometry>& shapes, FaultList& faults) {
+void doubt_inertia(const Node& body, const std::string& path, const MassProperties& read,
+                   const std::vector<Geometry>& shapes, FaultList& faults) {
+  const auto& [mass, com, inertia] = read;
   if (!body.find("mass") || !body.find("inertia") || !(mass > 0)) return;
   const double largest = largest_principal_moment(inertia);
   const double gyration = std::sqrt(largest / mass);
@@ -336,7 +337,7 @@ void doubt_inertia_point(const Node& body, const std::string& path, const BodyDe
 }
 
 void doubt_target_inertia(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults) {
-  doubt_inertia(target, path, read.mass, read.com, read.inertia, read.geometry, faults);
+  doubt_inertia(target, path, {read.mass, read.com, read.inertia}, read.geometry, faults);
   BodyDescription body;
   body.mass = read.mass, body.com = read.com, body.inertia = read.inertia;
   doubt_inertia_point(target, path, body, {}, read.geometry, faults);

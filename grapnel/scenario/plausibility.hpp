@@ -26,9 +26,16 @@ void doubt_joint_limits(const Node& joint, const std::string& path, const JointD
 bool is_doubtful_quaternion(std::span<const double, 4> q);
 void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults);
 
+/// Mass [kg], centre of mass [m] and central inertia [kg m^2] of a body, in its frame.
+struct MassProperties {
+  double mass;
+  const Vector3d& com;
+  const Symmetric3d& inertia;
+};
+
 /// An inertia that is not possible for this mass and these shapes. `body` is its mapping, `path` the path of it.
-void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
-                   const Symmetric3d& inertia, const std::vector<Geometry>& shapes, FaultList& faults);
+void doubt_inertia(const Node& body, const std::string& path, const MassProperties& read,
+                   const std::vector<Geometry>& shapes, FaultList& faults);
 
 /// An inertia that is probably about the origin of the body's frame (for a link: its joint) instead of the centre of
 /// mass. As stated, the mass would extend along the line between the two beyond all known points of the body; about the

@@ -13,15 +13,15 @@ namespace {
 
 const Node kNothing;
 
-// The value at a key, or at an item of its list.
-void read_value(const Node& node, const Field& field, const Type& type, const std::string& path, void* owner,
-                void* place, const ReadScope& scope) {
+// The value at a key, or at an item of its list; `path` is that of the value.
+void read_value(const ValueToRead& value) {
+  const auto& [node, field, type, path, owner, place, scope] = value;
   const bool is_list = type.kind == Type::Kind::list && type.fixed_size == 0;
   if (const Form* form = form_of(type)) {
-    if (form->read) form->read({node, field, type, path, owner, place, scope});
+    if (form->read) form->read(value);
   } else if (type.kind == Type::Kind::optional) {
     type.resize(place, 1);
-    read_value(node, field, type.of(), path, owner, type.item(place, 0), scope);
+    read_value({node, field, type.of(), path, owner, type.item(place, 0), scope});
   } else if (type.kind == Type::Kind::structure) {
     read_members(node, type, path, place, scope);
   } else if (is_list && field.is_one_or_list && node.is_mapping()) {
@@ -30,7 +30,7 @@ void read_value(const Node& node, const Field& field, const Type& type, const st
   } else if (is_list && node.is_sequence()) {
     type.resize(place, node.items.size());
     for (std::size_t i = 0; i < node.items.size() && !scope.faults.full(); ++i)
-      read_value(node.items[i], field, type.of(), item(path, i), owner, type.item(place, i), scope);
+      read_value({node.items[i], field, type.of(), item(path, i), owner, type.item(place, i), scope});
   }
 }
 
@@ -109,7 +109,7 @@ void read_members(const Node& mapping, const Type& type, const std::string& path
       const Form* form = form_of(field);
       if (form && form->read) form->read({*node, field, field.type(), path, structure, place, scope});
     } else if (place) {
-      read_value(*node, field, field.type(), below(path, field.key), structure, place, scope);
+      read_value({*node, field, field.type(), below(path, field.key), structure, place, scope});
     }
   }
 }

@@ -729,7 +729,7 @@ namespace {
 
 void doubt_body(const Node& node, const std::string& path, const BodyDescription& body, const RobotSetup& setup,
                 FaultList& faults) {
-  doubt_inertia(node, path, body.mass, body.com, body.inertia, shapes_of(setup, body.name), faults);
+  doubt_inertia(node, path, {body.mass, body.com, body.inertia}, shapes_of(setup, body.name), faults);
 }
 
 void finish_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {

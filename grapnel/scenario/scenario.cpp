@@ -78,9 +78,17 @@ bool is_foreign(const std::string& text, FileKind kind, const std::shared_ptr<co
   return true;
 }
 
+// A file to read.
+struct FileToRead {
+  std::filesystem::path path;
+  FileKind kind;
+  Mark blame;              // where a missing file is reported
+  std::string named = {};  // as another file names it; empty: the user did
+};
+
 // A file's tree, with its bytes added to `hashed`. Empty after an error.
-std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
-                              ScenarioFiles& files, FaultList& faults, const std::string& named = {}) {
+std::optional<Node> read_tree(const FileToRead& file, std::string& hashed, ScenarioFiles& files, FaultList& faults) {
+  const auto& [path, kind, blame, named] = file;
   if (const auto stored = files.find(path)) {
     if (!is_of_kind(stored->tree, kind, faults)) return {};
     hashed += stored->bytes;
@@ -132,8 +140,9 @@ class Loader {
   /// The problem; warnings about valid but implausible input go to `warnings`, unless it is null.
   CaptureProblem load(std::span<const Change> changes, std::vector<Fault>* warnings = nullptr) {
     const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
-    std::string bytes, robot_bytes;
-    std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, files_, faults_);
+    FileBytes bytes;
+    std::string& robot_bytes = bytes.robot;
+    std::optional<Node> scenario = read_tree({path_, FileKind::scenario, blame}, bytes.scenario, files_, faults_);
     if (!scenario) faults_.throw_if_any();
 
     for (const Change& change : changes) bytes_of_overrides_ += override_text({change.path, change.text}) + "\n";
@@ -150,10 +159,8 @@ class Loader {
     include_robot(*scenario, robot_bytes);
     include_targets(*scenario, targets, faults_);
 
-    std::string trajectory_bytes;
-    const auto trajectory = read_csv_file(part(*scenario, "approach").find("trajectory"), trajectory_bytes);
-    std::string torques_bytes;
-    const auto torques = read_csv_file(part(*scenario, "control").find("torques"), torques_bytes);
+    const auto trajectory = read_csv_file(part(*scenario, "approach").find("trajectory"), bytes.trajectory);
+    const auto torques = read_csv_file(part(*scenario, "control").find("torques"), bytes.torques);
     const PluginFile plugin = read_plugin_file(*scenario, "plugin"), fmu = read_plugin_file(*scenario, "fmu");
     ReadRobot robot = check_robot(*scenario);
     const auto& schema = scenario_schema_document();
@@ -180,32 +187,34 @@ class Loader {
     }
     std::string target_bytes;
     for (const std::string& name : targets) target_bytes += find_ready_made(ReadyMade::Kind::targets, name)->text;
-    problem.sha256 = sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + torques_bytes +
-                            plugin.sha256 + fmu.sha256 + bytes_of_overrides_);
+    problem.sha256 = sha256(bytes.scenario + bytes.robot + target_bytes + bytes.trajectory + bytes_of_meshes_ +
+                            bytes.torques + plugin.sha256 + fmu.sha256 + bytes_of_overrides_);
     if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
-    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes,
-                                  torques_bytes, changes);
+    problem.source = source_texts(text_at(*scenario, "description"), bytes, targets, changes);
     return problem;
   }
 
  private:
   using RobotTexts = std::vector<std::pair<std::string, std::string>>;  // "robot" or "bus", and the text
 
-  static std::shared_ptr<const SourceTexts> source_texts(std::string description, const std::string& scenario,
-                                                         const RobotTexts& robot,
-                                                         const std::set<std::string, std::less<>>& targets,
-                                                         const std::string& trajectory, const std::string& torques,
-                                                         std::span<const Change> changes) {
+  // Of the files as they were read.
+  struct FileBytes {
+    std::string scenario, robot, trajectory, torques;
+  };
+
+  std::shared_ptr<const SourceTexts> source_texts(std::string description, const FileBytes& bytes,
+                                                  const std::set<std::string, std::less<>>& targets,
+                                                  std::span<const Change> changes) const {
     SourceTexts texts;
     texts.description = std::move(description);
-    texts.add("scenario", scenario);
-    for (const auto& [part, text] : robot) {
+    texts.add("scenario", bytes.scenario);
+    for (const auto& [part, text] : robot_texts_) {
       if (!text.empty()) texts.add(part, text);
     }
     for (const std::string& name : targets)
       texts.add("target " + name, std::string(find_ready_made(ReadyMade::Kind::targets, name)->text));
-    if (!trajectory.empty()) texts.add("trajectory", trajectory);
-    if (!torques.empty()) texts.add("torques", torques);
+    if (!bytes.trajectory.empty()) texts.add("trajectory", bytes.trajectory);
+    if (!bytes.torques.empty()) texts.add("torques", bytes.torques);
     for (const Change& change : changes) texts.settings.push_back(change.path + "=" + change.text);
     return std::make_shared<const SourceTexts>(std::move(texts));
   }
@@ -369,7 +378,7 @@ std::optional<Node> read_robot_tree(const std::filesystem::path& beside, const N
   if (is_ready_made_name(named.text) &&
       (find_ready_made(ReadyMade::Kind::robots, named.text) || !std::filesystem::exists(path, unknown)))
     return ready_made_robot(named, hashed, files, faults);
-  return read_tree(path, FileKind::robot, named.mark, hashed, files, faults, named.text);
+  return read_tree({path, FileKind::robot, named.mark, named.text}, hashed, files, faults);
 }
 
 std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {
@@ -516,7 +525,7 @@ RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* war
     Node named;
     named.text = path.string(), named.mark = blame;
     tree = is_name ? ready_made_robot(named, bytes, files, faults)
-                   : read_tree(path, FileKind::robot, blame, bytes, files, faults);
+                   : read_tree({path, FileKind::robot, blame}, bytes, files, faults);
   }
   if (!tree) faults.throw_if_any();
   return robot_of_tree(std::move(*tree), path, files, faults, warnings);

@@ -46,15 +46,13 @@ class OutputTimes {
 template <class Method>
 class PhaseRun {
  public:
-  PhaseRun(Method& stepper, PhaseDynamics& dynamics, const Tolerances& tolerances,
-           const std::function<void(const PhaseSample&)>& observe, const StepWatch& watch, const StopCondition& stop,
-           const std::optional<PhaseResumption>& resumed)
+  PhaseRun(Method& stepper, PhaseDynamics& dynamics, const Tolerances& tolerances, const PhaseObservers& observers)
       : stepper_(stepper),
         dynamics_(dynamics),
-        observe_(observe),
-        watch_(watch),
-        stop_(stop),
-        resumed_(resumed),
+        observe_(observers.observe),
+        watch_(observers.watch),
+        stop_(observers.stop),
+        resumed_(observers.resumed),
         locator_(stepper.manifold()),
         switch_locator_(stepper.manifold()),
         norm_(stepper.manifold(), tolerances),
@@ -65,7 +63,8 @@ class PhaseRun {
 
   // Start state, interval and output grid => outcome of the phase. Closes loops, handles stops at t0 and integrates
   // over all breaks; a ControllerError ends the phase with its message as the failure.
-  PhaseOutcome run(const State& start, double t0, double t1, const OutputGrid& grid) {
+  PhaseOutcome run(const PhaseInterval& interval) {
+    const auto& [start, t0, t1, grid] = interval;
     direction_ = t1 < t0 ? -1 : 1;
     const double begin = resumed_ ? resumed_->begin : t0;
     outputs_ = OutputTimes(begin, t1, grid);
@@ -338,44 +337,25 @@ class PhaseRun {
   std::optional<double> stop_time_;
 };
 
-// Dynamics, start, interval and settings => outcome, with the stepper of `integration`: RK4 at a fixed step, or
+}  // namespace
+
+// Dynamics, interval and settings => outcome, with the stepper of `integration`: RK4 at a fixed step, or
 // Dormand-Prince 8(5,3) with error control and an optional maximum step.
-PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, const OutputGrid& outputs,
-                       const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
-                       const StepWatch& watch, const StopCondition& stop,
-                       const std::optional<PhaseResumption>& resumed) {
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interval, const IntegrationSetup& integration,
+                            const PhaseObservers& observers) {
   Tolerances tolerances;
   tolerances.rtol = integration.relative_tolerance;
   tolerances.atol = integration.absolute_tolerance;
   if (integration.method == IntegrationSetup::Method::rk4) {
     RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
-    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, outputs);
+    return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
   }
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   control.predictive = integration.predictive;
   DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
-  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, outputs);
-}
-
-}  // namespace
-
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const OutputGrid& outputs, const IntegrationSetup& integration,
-                            const std::function<void(const PhaseSample&)>& observe, const StopCondition& stop,
-                            const StepProbe& probe, const std::function<void(double t)>& each_step,
-                            const std::optional<PhaseResumption>& resumed) {
-  StepWatch watch;
-  watch.probe = probe;
-  watch.each_step = each_step;
-  return run_phase(dynamics, start, t0, t1, outputs, integration, observe, watch, stop, resumed);
-}
-
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop,
-                            const std::optional<PhaseResumption>& resumed) {
-  return run_phase(dynamics, start, t0, t1, 0.0, integration, {}, watch, stop, resumed);
+  return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
 }
 
 }  // namespace grapnel

@@ -34,17 +34,17 @@ struct PhaseStep {
 /// Evaluates every step after its completion.
 using StepProbe = std::function<void(const PhaseStep&)>;
 
-/// Observes a phase between its steps, for conservation checks without output: no instant is interpolated and no effort
-/// computed.
+/// Observes a phase between its steps. Except in `probe`, no instant is interpolated and no effort computed.
 struct StepWatch {
   /// Called at the start, at the end, and after some steps between: the first that reaches each of `checks` - 1 evenly
   /// spaced times. The state as from PhaseDynamics::state(); both are valid during the call.
-  std::function<void(double t, const State&, const PhaseIntegrals&)> check;
+  std::function<void(double t, const State&, const PhaseIntegrals&)> check = {};
   int checks = 32;
   /// Called after every step, with the time reached: may end the phase by throwing, e.g. when its time limit is
   /// exceeded.
-  std::function<void(double t)> each_step;
-  StepProbe probe;
+  std::function<void(double t)> each_step = {};
+  /// Evaluates every step before its samples are observed. It changes neither steps nor samples.
+  StepProbe probe = {};
 };
 
 /// A quantity whose first fall from positive to zero or below ends a phase.
@@ -91,9 +91,24 @@ struct OutputGrid {
   OutputGrid(double the_interval, double the_origin) : interval(the_interval), origin(the_origin) {}
 };
 
-/// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every instant of `outputs`
-/// after it, and at the end. Steps end where trajectories and loads are not smooth (PhaseDynamics::breaks); a sample at
-/// such a time has the later limits, the last sample the earlier ones.
+/// What a phase integrates: from `start` at t0 to t1 [s], forwards or backwards.
+struct PhaseInterval {
+  const State& start;
+  double t0, t1;           // [s]
+  OutputGrid outputs = 0;  // instants of samples besides t0 and t1
+};
+
+/// What takes part in a phase besides its dynamics; each member may be absent.
+struct PhaseObservers {
+  std::function<void(const PhaseSample&)> observe = {};
+  StepWatch watch = {};
+  StopCondition stop = {};
+  std::optional<PhaseResumption> resumed = {};
+};
+
+/// Integrates over `interval`, and calls `observe` at t0, at every instant of the output grid after it, and at the end.
+/// Steps end where trajectories and loads are not smooth (PhaseDynamics::breaks); a sample at such a time has the later
+/// limits, the last sample the earlier ones.
 ///
 /// Loops that setup.project_loops keeps closed are closed at the start, after every step and in every sample; a step
 /// that cannot be projected fails the phase.
@@ -101,21 +116,10 @@ struct OutputGrid {
 /// With `stop` the phase ends at the first time at which it falls from positive to zero or below: at t0 if it is not
 /// positive there. It is evaluated eight times a step, so a shorter dip may be missed.
 ///
-/// `probe` evaluates every step before its samples are observed. It changes neither steps nor samples. `each_step` is
-/// called after every step, as StepWatch::each_step.
-///
 /// With `resumed` the phase does not begin at t0 but continues there: steps and integrals are those of the whole phase
 /// up to rounding, output instants those after t0; steps and evaluations are counted from t0 on. @throws
 /// std::domain_error if `stop` becomes NaN; std::invalid_argument if `resumed` belongs to another phase.
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const OutputGrid& outputs, const IntegrationSetup& integration,
-                            const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
-                            const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {},
-                            const std::optional<PhaseResumption>& resumed = {});
-
-/// The same with a watch instead of samples. The steps and the outcome are unaffected.
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop = {},
-                            const std::optional<PhaseResumption>& resumed = {});
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interval,
+                            const IntegrationSetup& integration = {}, const PhaseObservers& observers = {});
 
 }  // namespace grapnel

@@ -90,7 +90,7 @@ py::object Scenario::get(const std::string& path) const {
 }
 
 std::string Scenario::text(const fs::path& place) const {
-  return changed_scenario_text(file_, changed_tree(file_, changes_, *files_), *problem_, *problem_, place, {}, {});
+  return changed_scenario_text({file_, changed_tree(file_, changes_, *files_), *problem_}, *problem_, place, {}, {});
 }
 
 std::vector<std::pair<std::string, py::object>> Scenario::changes() const {

@@ -164,7 +164,7 @@ TEST(TargetInstant, TorqueFreeTargetConservesAngularMomentum) {
   t.com = {0.2, -0.1, 0.3};
   t.inertia = random_inertia(20, 1, random);
   const TargetMotion start{{random.rotation(), random.vector(3)}, {random.vector(1), random.vector(1)}};
-  const TargetMotion later = propagate_target(t, start, 0, 30, {0, 0, 0}, {});
+  const TargetMotion later = propagate_target(t, start, 0, 30, TargetPropagation{});
   const auto angular = [&](const TargetMotion& m) { return rotate(m.X_WT.R, t.inertia) * m.V_WT.angular; };
   ASSERT_GT(norm(angular(start)), 0.1);
   EXPECT_LT(norm(angular(later) - angular(start)), 1e-12 * norm(angular(start)));
@@ -172,7 +172,7 @@ TEST(TargetInstant, TorqueFreeTargetConservesAngularMomentum) {
   const auto com = [&](const TargetMotion& m) { return m.X_WT * t.com; };
   const Vector3d v = shift(start.V_WT, start.X_WT.R * t.com).linear;
   EXPECT_LT(norm(com(later) - com(start) - 30.0 * v), 1e-10);
-  const TargetMotion back = propagate_target(t, later, 30, 0, {0, 0, 0}, {});
+  const TargetMotion back = propagate_target(t, later, 30, 0, TargetPropagation{});
   EXPECT_LT(norm(back.X_WT.p - start.X_WT.p), 1e-9);
   EXPECT_LT(rotation_angle(transpose(back.X_WT.R) * start.X_WT.R), 1e-9);
 }

@@ -52,7 +52,7 @@ Elsewhere integrate(const MotionTask& task, double share = 1) {
     m.scale.energy = std::max(m.scale.energy, quantities.kinetic_energy);
   };
   const double end = share < 1 ? task.begin + share * (task.end - task.begin) : task.end;
-  e.outcome = simulate_phase(dynamics, task.start, task.begin, end, task.integration, watch);
+  e.outcome = simulate_phase(dynamics, {task.start, task.begin, end}, task.integration, {.watch = watch});
   return e;
 }
 
@@ -180,7 +180,8 @@ TEST(CaptureSteps, RecordedMotionIsIntegratedInternally) {
 void observe_task(const MotionTask& task) {
   PhaseDynamics dynamics(*task.model, *task.setup);
   const auto observe = [&](const PhaseSample& s) { task.watch(s.time, s.state, s.motor); };
-  simulate_phase(dynamics, task.start, task.begin, task.end, task.longest_look, task.integration, observe);
+  simulate_phase(dynamics, {task.start, task.begin, task.end, task.longest_look}, task.integration,
+                 {.observe = observe});
 }
 
 TEST(CaptureSteps, ExternalIntegrationWithChecks) {

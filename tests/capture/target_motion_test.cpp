@@ -33,8 +33,9 @@ TEST(TargetMotion, FreeMotionMatchesIntegration) {
   IntegrationSetup tight;
   tight.relative_tolerance = 1e-13, tight.absolute_tolerance = 1e-14;
   for (const double until : {20.0, -20.0, 0.01}) {
-    const TargetMotion free = propagate_target(tumbler(), start(), 0, until, gravity, {});
-    const TargetMotion integrated = propagate_target(tumbler(), start(), 0, until, gravity, tight, {&nothing, 1});
+    const TargetMotion free = propagate_target(tumbler(), start(), 0, until, {.gravity = gravity});
+    const TargetMotion integrated = propagate_target(
+        tumbler(), start(), 0, until, {.gravity = gravity, .loads = {&nothing, 1}, .integration = tight});
     EXPECT_GT(difference(free, start()), 1e-3);
     EXPECT_LT(difference(free, integrated), 1e-10);
     std::printf("[ measured ] after %g s they differ by %.2g\n", until, difference(free, integrated));
@@ -44,8 +45,8 @@ TEST(TargetMotion, FreeMotionMatchesIntegration) {
 TEST(TargetMotion, ForwardAndBackwardForAnyTolerance) {
   IntegrationSetup coarse;
   coarse.relative_tolerance = coarse.absolute_tolerance = 1e-3;
-  const TargetMotion there = propagate_target(tumbler(), start(), 0, 30, Vector3d::zero(), coarse);
-  const TargetMotion back = propagate_target(tumbler(), there, 30, 0, Vector3d::zero(), coarse);
+  const TargetMotion there = propagate_target(tumbler(), start(), 0, 30, {.integration = coarse});
+  const TargetMotion back = propagate_target(tumbler(), there, 30, 0, {.integration = coarse});
   EXPECT_LT(difference(back, start()), 1e-12);
   std::printf("[ measured ] there and back: %.2g\n", difference(back, start()));
   // Angular momentum and energy equal those at the start.

@@ -42,15 +42,15 @@ TEST(BaseKeeping, ReactionlessMotionMaintainsTheBaseAttitude) {
   const auto law = base_law(model, posture, 0.06, 3);
   PhaseDynamics dynamics(model, with_law(model, law));
   double largest = 0, moved = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 120, 1, tight(), [&](const PhaseSample& s) {
-    largest = std::max(largest, base_angle(model, *law, s.state));
-    double now = 0;
-    for (int j : joints) {
-      const int q = model.bodies()[model.joints()[j]].q;
-      now = std::max(now, std::abs(s.state.q[q] - start.q[q]));
-    }
-    moved = std::max(moved, now);
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 120, 1}, tight(), {.observe = [&](const PhaseSample& s) {
+                                          largest = std::max(largest, base_angle(model, *law, s.state));
+                                          double now = 0;
+                                          for (int j : joints) {
+                                            const int q = model.bodies()[model.joints()[j]].q;
+                                            now = std::max(now, std::abs(s.state.q[q] - start.q[q]));
+                                          }
+                                          moved = std::max(moved, now);
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  base turned by %.2g rad, a joint moved by %.3g rad\n", largest, moved);
   EXPECT_LT(largest, 1e-12);
@@ -91,7 +91,7 @@ TEST(BaseKeeping, ArmsAbsorbTheRemainingMomentum) {
   start.v[model.bodies()[model.body_index("wheel")].v] = 8;
   const auto law = base_law(model, {}, 0.5);
   PhaseDynamics dynamics(model, with_law(model, law));
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0, tight());
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 60}, tight());
   ASSERT_TRUE(o.finished) << o.failure;
   const State& end = o.end_state;
   const double angle = base_angle(model, *law, end), rate = norm(root_twist(model, end, 0).angular);

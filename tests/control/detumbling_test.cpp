@@ -46,7 +46,7 @@ Vector3d free_rate(const Model& model, const Target& start, double t) {
   PhaseDynamics dynamics(one, {});
   IntegrationSetup integration;
   integration.relative_tolerance = integration.absolute_tolerance = 1e-13;
-  const PhaseOutcome o = simulate_phase(dynamics, s, 0, t, 0, integration);
+  const PhaseOutcome o = simulate_phase(dynamics, {s, 0, t}, integration);
   return root_twist(one, o.end_state, 0).angular;
 }
 
@@ -60,15 +60,16 @@ void expect_exact_motion(const Model& model, const PhaseSetup& setup, const Stat
   IntegrationSetup integration;
   integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
   double rate_error = 0, momentum_error = 0, speed_error = 0, turned = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.99 * t_f, 0.11 * t_f, integration, [&](const auto& s) {
-    const Target now = target_of(model, s.state);
-    const double left = 1 - s.time / t_f;
-    const Vector3d expected = left * free_rate(model, first, s.time - s.time * s.time / (2 * t_f));
-    rate_error = std::max(rate_error, norm(now.w - expected));
-    momentum_error = std::max(momentum_error, norm(now.L - left * first.L));
-    speed_error = std::max(speed_error, norm(now.v - left * first.v));
-    turned = std::max(turned, norm(now.w - left * first.w));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 0.99 * t_f, 0.11 * t_f}, integration, {.observe = [&](const auto& s) {
+                       const Target now = target_of(model, s.state);
+                       const double left = 1 - s.time / t_f;
+                       const Vector3d expected = left * free_rate(model, first, s.time - s.time * s.time / (2 * t_f));
+                       rate_error = std::max(rate_error, norm(now.w - expected));
+                       momentum_error = std::max(momentum_error, norm(now.L - left * first.L));
+                       speed_error = std::max(speed_error, norm(now.v - left * first.v));
+                       turned = std::max(turned, norm(now.w - left * first.w));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  joints %zu: rate %.2g rad/s, momentum %.2g N m s, speed %.2g m/s\n", model.joints().size(), rate_error,
               momentum_error, speed_error);
@@ -114,14 +115,15 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   PhaseDynamics dynamics(model, with_law(model, detumbling(model)));
   const auto evaluation = detumbling(model);
   double least = 1, largest = 0, direction = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.9 * t_f, 0.05 * t_f, {}, [&](const PhaseSample& s) {
-    const JointLawCommand command = evaluation->at(s.time, s.state, {});
-    EXPECT_TRUE(command.within_limits);
-    least = std::min(least, command.scale);
-    for (double effort : s.motor) largest = std::max(largest, std::abs(effort));
-    const Target now = target_of(model, s.state);
-    direction = std::max(direction, norm(cross(now.L, first.L)) / (norm(now.L) * norm(first.L)));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 0.9 * t_f, 0.05 * t_f}, {}, {.observe = [&](const PhaseSample& s) {
+                       const JointLawCommand command = evaluation->at(s.time, s.state, {});
+                       EXPECT_TRUE(command.within_limits);
+                       least = std::min(least, command.scale);
+                       for (double effort : s.motor) largest = std::max(largest, std::abs(effort));
+                       const Target now = target_of(model, s.state);
+                       direction = std::max(direction, norm(cross(now.L, first.L)) / (norm(now.L) * norm(first.L)));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  least scale %.3g, largest effort %.6g of %.6g, direction %.2g\n", least, largest, limit, direction);
   EXPECT_LT(least, 0.999);
@@ -154,13 +156,14 @@ TEST(Detumbling, ScalesTheTorqueToTheGripper) {
       double force = 0, moment = 0, least = 1;
     } found;
     const double t_f = norm(target_of(model, start).L) / kTorque;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0.02 * t_f, {}, [&](const PhaseSample& s) {
-      const Wrenchd F = grasp_wrench(s.state, s.dynamics->acceleration());
-      found.force = std::max(found.force, norm(F.linear)), found.moment = std::max(found.moment, norm(F.angular));
-      const JointLawCommand command = evaluation->at(s.time, s.state, {});
-      EXPECT_TRUE(command.within_limits);
-      found.least = std::min(found.least, command.scale);
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {start, 0, 0.5 * t_f, 0.02 * t_f}, {}, {.observe = [&](const PhaseSample& s) {
+          const Wrenchd F = grasp_wrench(s.state, s.dynamics->acceleration());
+          found.force = std::max(found.force, norm(F.linear)), found.moment = std::max(found.moment, norm(F.angular));
+          const JointLawCommand command = evaluation->at(s.time, s.state, {});
+          EXPECT_TRUE(command.within_limits);
+          found.least = std::min(found.least, command.scale);
+        }});
     EXPECT_TRUE(o.finished) << o.failure;
     return found;
   };
@@ -196,7 +199,7 @@ TEST(Detumbling, ReportsInsufficientLimits) {
   EXPECT_GE(cut.limiting, 0);
   EXPECT_LE(cut.effort.cwiseAbs().maxCoeff(), limit);
   PhaseDynamics dynamics(weak, with_law(weak, detumbling(weak)));
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 2});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  %.3g times the limit; %ld steps, %ld rejected\n", cut.demand, o.steps, o.rejected);
   EXPECT_LT(o.steps, 5000);
@@ -237,7 +240,7 @@ TEST(Detumbling, SampledLawConvergesToTheContinuousOne) {
     PhaseSetup setup = with_law(model, detumbling(model));
     setup.clock = std::make_shared<ControlClock>(ControlTiming{i == 0 ? 0.04 : 0.02, 0}, model.joints().size());
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 0.5 * t_f});
     ASSERT_TRUE(o.finished) << o.failure;
     error[i] = norm(target_of(model, o.end_state).L - 0.5 * first.L) / norm(first.L);
   }

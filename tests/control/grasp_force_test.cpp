@@ -102,39 +102,40 @@ ForceRun run_law(const TwoArms& t, const GraspForceLaw& law) {
   ForceRun f;
   const Kinematics first = forward_kinematics(t.model, t.state);
   const double energy = kinetic_energy(t.model, first, t.state);
-  f.outcome = simulate_phase(dynamics, t.state, 0, 6, 0.5, integration, [&](const PhaseSample& s) {
-    const Kinematics k = forward_kinematics(t.model, s.state);
-    f.target.push_back(inverse(k.X_WB[0]) * k.X_WB[law.target]);
-    f.time.push_back(s.time);
-    // The solver's wrench on the second arm, and therefore on the target, in W.
-    const LoopClosure& c = t.closures[0];
-    const Posed X_WC = k.X_WB[c.body_a] * c.X_AC;
-    const Wrenchd F = X_WC.R * closure_wrench(c, s.dynamics->loops()->multipliers());
-    // The first arm's wrench from the target's motion.
-    const auto A = body_accelerations(t.model, k, s.dynamics->acceleration())[law.target];
-    const BodyDescription& body = t.model.bodies()[law.target].description;
-    const Vector3d w = k.V_WB[law.target].angular, arm = k.X_WB[law.target].R * body.com;
-    const Symmetric3d I = rotate(k.X_WB[law.target].R, body.inertia);
-    const Vector3d force = body.mass * (A.linear + cross(A.angular, arm) + cross(w, cross(w, arm)));
-    const Vector3d com = k.X_WB[law.target].p + arm, moment = I * A.angular + cross(w, I * w);
-    const Vector3d p_1 = k.X_WB[law.target].p;
-    const Vector3d F_1 = force + F.linear;
-    const Vector3d N_1 = moment + F.angular + cross(X_WC.p - com, F.linear) - cross(p_1 - com, F_1);
-    Eigen::VectorXd stacked(12);
-    for (int i = 0; i < 3; ++i) {
-      stacked[i] = N_1[i] / law.moment_length, stacked[3 + i] = F_1[i];
-      stacked[6 + i] = -F.angular[i] / law.moment_length, stacked[9 + i] = -F.linear[i];
-    }
-    GraspForceLaw with_pair = law;
-    with_pair.pairs = {{0, 1, 1, 0, 0}};
-    const GraspMap map = grasp_map(with_pair, t.model, k);
-    const Eigen::VectorXd inside = map.internal_part(stacked), unit = map.pairs.col(0);
-    const double squeeze = unit.dot(inside) / unit.squaredNorm();
-    f.squeeze.push_back(squeeze);
-    f.others = std::max(f.others, (inside - squeeze * unit).norm());
-    f.work_error =
-        std::max(f.work_error, std::abs(kinetic_energy(t.model, k, s.state) - energy - s.integrals.motor_work));
-  });
+  f.outcome = simulate_phase(
+      dynamics, {t.state, 0, 6, 0.5}, integration, {.observe = [&](const PhaseSample& s) {
+        const Kinematics k = forward_kinematics(t.model, s.state);
+        f.target.push_back(inverse(k.X_WB[0]) * k.X_WB[law.target]);
+        f.time.push_back(s.time);
+        // The solver's wrench on the second arm, and therefore on the target, in W.
+        const LoopClosure& c = t.closures[0];
+        const Posed X_WC = k.X_WB[c.body_a] * c.X_AC;
+        const Wrenchd F = X_WC.R * closure_wrench(c, s.dynamics->loops()->multipliers());
+        // The first arm's wrench from the target's motion.
+        const auto A = body_accelerations(t.model, k, s.dynamics->acceleration())[law.target];
+        const BodyDescription& body = t.model.bodies()[law.target].description;
+        const Vector3d w = k.V_WB[law.target].angular, arm = k.X_WB[law.target].R * body.com;
+        const Symmetric3d I = rotate(k.X_WB[law.target].R, body.inertia);
+        const Vector3d force = body.mass * (A.linear + cross(A.angular, arm) + cross(w, cross(w, arm)));
+        const Vector3d com = k.X_WB[law.target].p + arm, moment = I * A.angular + cross(w, I * w);
+        const Vector3d p_1 = k.X_WB[law.target].p;
+        const Vector3d F_1 = force + F.linear;
+        const Vector3d N_1 = moment + F.angular + cross(X_WC.p - com, F.linear) - cross(p_1 - com, F_1);
+        Eigen::VectorXd stacked(12);
+        for (int i = 0; i < 3; ++i) {
+          stacked[i] = N_1[i] / law.moment_length, stacked[3 + i] = F_1[i];
+          stacked[6 + i] = -F.angular[i] / law.moment_length, stacked[9 + i] = -F.linear[i];
+        }
+        GraspForceLaw with_pair = law;
+        with_pair.pairs = {{0, 1, 1, 0, 0}};
+        const GraspMap map = grasp_map(with_pair, t.model, k);
+        const Eigen::VectorXd inside = map.internal_part(stacked), unit = map.pairs.col(0);
+        const double squeeze = unit.dot(inside) / unit.squaredNorm();
+        f.squeeze.push_back(squeeze);
+        f.others = std::max(f.others, (inside - squeeze * unit).norm());
+        f.work_error =
+            std::max(f.work_error, std::abs(kinetic_energy(t.model, k, s.state) - energy - s.integrals.motor_work));
+      }});
   const Kinematics last = forward_kinematics(t.model, f.outcome.end_state);
   f.change = momentum_about(t.model, last, Vector3d::zero()) - momentum_about(t.model, first, Vector3d::zero());
   return f;

@@ -106,11 +106,12 @@ TEST(Impedance, EndEffectorIsAnOscillator) {
     IntegrationSetup integration;
     integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
     double error = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 8, 0.5, integration, [&](const PhaseSample& s) {
-      const Vector3d e = apart(s.state, s.time);
-      for (int i = 0; i < 3; ++i)
-        error = std::max(error, std::abs(e[i] - oscillator(kMass, kDamping, kStiffness, off[i], v[i], s.time)));
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {start, 0, 8, 0.5}, integration, {.observe = [&](const PhaseSample& s) {
+          const Vector3d e = apart(s.state, s.time);
+          for (int i = 0; i < 3; ++i)
+            error = std::max(error, std::abs(e[i] - oscillator(kMass, kDamping, kStiffness, off[i], v[i], s.time)));
+        }});
     ASSERT_TRUE(o.finished) << o.failure;
     std::printf("  joints %zu: off the oscillator by %.2g m\n", model.joints().size(), error);
     EXPECT_LT(error, 1e-9);  // measured 2e-12
@@ -193,10 +194,11 @@ TEST(Impedance, EndEffectorRotationIsAnOscillator) {
   IntegrationSetup integration;
   integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
   double error = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 6, 0.5, integration, [&](const PhaseSample& s) {
-    const double exact = oscillator(kInertia, kTurnDamping, kTurnStiffness, angle, 0, s.time);
-    error = std::max(error, std::abs(impedance->deviation(s.time, s.state).angle - std::abs(exact)));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 6, 0.5}, integration, {.observe = [&](const PhaseSample& s) {
+                       const double exact = oscillator(kInertia, kTurnDamping, kTurnStiffness, angle, 0, s.time);
+                       error = std::max(error, std::abs(impedance->deviation(s.time, s.state).angle - std::abs(exact)));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  off by %.2g rad\n", error);
   EXPECT_LT(error, 1e-9);
@@ -220,10 +222,11 @@ TEST(Impedance, TransposeLawActsAsASpring) {
   integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
   const double before = energy_of(start);
   double error = 0, moving = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20, 1, integration, [&](const PhaseSample& s) {
-    error = std::max(error, std::abs(energy_of(s.state) - before));
-    moving = std::max(moving, kinetic_energy(model, forward_kinematics(model, s.state), s.state));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 20, 1}, integration, {.observe = [&](const PhaseSample& s) {
+                       error = std::max(error, std::abs(energy_of(s.state) - before));
+                       moving = std::max(moving, kinetic_energy(model, forward_kinematics(model, s.state), s.state));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("  energy off by %.2g of %.3g J, kinetic up to %.3g J\n", error, before, moving);
   EXPECT_LT(error, 1e-9 * before);

@@ -71,14 +71,15 @@ TEST(BeamMotion, SurvivesASpinUp) {
     EXPECT_EQ(last.name, "beam:16");
     std::map<double, double> at;
     double largest = 0;
-    simulate_phase(dynamics, zero_state(model), 0, 18, 0.02, tolerances(1e-8, 1e-8), [&](const PhaseSample& s) {
-      const Kinematics k = forward_kinematics(model, s.state);
-      const Vector3d p = k.X_WB.back() * Vector3d{tip, 0, 0};
-      const double q = s.state.q[model.bodies()[1].q];
-      const double w = -std::sin(q) * p[0] + std::cos(q) * p[1];
-      at[std::round(50 * s.time) / 50] = w;
-      if (s.time < 15) largest = std::min(largest, w);
-    });
+    simulate_phase(dynamics, {zero_state(model), 0, 18, 0.02}, tolerances(1e-8, 1e-8),
+                   {.observe = [&](const PhaseSample& s) {
+                     const Kinematics k = forward_kinematics(model, s.state);
+                     const Vector3d p = k.X_WB.back() * Vector3d{tip, 0, 0};
+                     const double q = s.state.q[model.bodies()[1].q];
+                     const double w = -std::sin(q) * p[0] + std::cos(q) * p[1];
+                     at[std::round(50 * s.time) / 50] = w;
+                     if (s.time < 15) largest = std::min(largest, w);
+                   }});
     EXPECT_NEAR(largest, -0.57375, 1e-3);
     EXPECT_NEAR(at[5], -0.46844, 1e-3);
     EXPECT_NEAR(at[7.5], -0.55898, 1e-3);
@@ -146,11 +147,12 @@ TEST(BeamMotion, SpinningRaisesTheFrequency) {
     PhaseDynamics dynamics(model, with_first_joint(model, driven([&](double t) { return spin * t; },
                                                                  [&](double) { return spin; }, 12, 2)));
     std::vector<double> times, tips;
-    simulate_phase(dynamics, start, 0, 12, 0.005, tolerances(1e-10, 1e-13), [&](const PhaseSample& s) {
-      const Vector3d p = forward_kinematics(model, s.state).X_WB.back().p;
-      const double q = s.state.q[model.bodies()[1].q];
-      times.push_back(s.time), tips.push_back(in_plane ? -std::sin(q) * p[0] + std::cos(q) * p[1] : p[2]);
-    });
+    simulate_phase(dynamics, {start, 0, 12, 0.005}, tolerances(1e-10, 1e-13), {.observe = [&](const PhaseSample& s) {
+                     const Vector3d p = forward_kinematics(model, s.state).X_WB.back().p;
+                     const double q = s.state.q[model.bodies()[1].q];
+                     times.push_back(s.time),
+                         tips.push_back(in_plane ? -std::sin(q) * p[0] + std::cos(q) * p[1] : p[2]);
+                   }});
     // Frequency of the best sine fit over the whole time.
     const auto fit = [&](double w) {
       double ss = 0, cc = 0;
@@ -221,8 +223,8 @@ TEST(BeamMotion, ConservesMomentumAndEnergy) {
     };
     double lost = 0;
     State end;
-    simulate_phase(dynamics, start, 0, 5, 0.5, tolerances(1e-12, 1e-13),
-                   [&](const PhaseSample& s) { end = s.state, lost = -s.integrals.friction_work; });
+    simulate_phase(dynamics, {start, 0, 5, 0.5}, tolerances(1e-12, 1e-13),
+                   {.observe = [&](const PhaseSample& s) { end = s.state, lost = -s.integrals.friction_work; }});
     EXPECT_NEAR(energy(end) + lost, energy(start), 1e-10 * energy(start));
     if (damping > 0) {
       EXPECT_GT(lost, 1e-3 * energy(start));
@@ -252,8 +254,8 @@ TEST(GearMotion, CrossesBacklash) {
   start.v = {-2.0 / 3 * u, u};
   PhaseDynamics dynamics(model, {});
   std::vector<State> at;
-  simulate_phase(dynamics, start, 0, period, period / 4, tolerances(1e-10, 1e-12),
-                 [&](const PhaseSample& s) { at.push_back(s.state); });
+  simulate_phase(dynamics, {start, 0, period, period / 4}, tolerances(1e-10, 1e-12),
+                 {.observe = [&](const PhaseSample& s) { at.push_back(s.state); }});
   const State& end = at.back();
   EXPECT_NEAR(end.q[1], 0, 1e-7);
   EXPECT_NEAR(end.v[1], u, 1e-7);

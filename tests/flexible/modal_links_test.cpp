@@ -317,7 +317,7 @@ TEST(ModalLinks, LoopsStayClosed) {
   const auto momentum = [&](const State& s) {
     return momentum_about(pair.model, forward_kinematics(pair.model, s), Vector3d::zero());
   };
-  simulate_phase(dynamics, state, 0, 1, 0.1, integration, [&](const PhaseSample& s) { end = s.state; });
+  simulate_phase(dynamics, {state, 0, 1, 0.1}, integration, {.observe = [&](const PhaseSample& s) { end = s.state; }});
   const ClosureDefect d = closure_defect(closures[0], forward_kinematics(pair.model, end));
   EXPECT_LT(std::max({d.position, d.angle, d.velocity, d.angular_velocity}), 1e-8);
   const Momentumd drift = momentum(end) - momentum(state);

@@ -141,10 +141,11 @@ TEST(VibrationModes, ConserveMomentumAndEnergy) {
     tolerances.relative_tolerance = 1e-12, tolerances.absolute_tolerance = 1e-13;
     double lost = 0, largest = 0;
     State end;
-    simulate_phase(dynamics, start, 0, 8, 0.5, tolerances, [&](const PhaseSample& s) {
-      end = s.state, lost = -s.integrals.friction_work;
-      for (const int body : model.springs()) largest = std::max(largest, std::abs(s.state.q[model.bodies()[body].q]));
-    });
+    simulate_phase(dynamics, {start, 0, 8, 0.5}, tolerances, {.observe = [&](const PhaseSample& s) {
+                     end = s.state, lost = -s.integrals.friction_work;
+                     for (const int body : model.springs())
+                       largest = std::max(largest, std::abs(s.state.q[model.bodies()[body].q]));
+                   }});
     EXPECT_GT(largest, 0.02);
     EXPECT_GT(lost, 1e-4 * energy(start));
     EXPECT_NEAR(energy(end) + lost, energy(start), 1e-9 * energy(start));

@@ -333,7 +333,7 @@ TEST_F(ImportedScenario, WrittenElsewhereIsTheSameProblem) {
       const fs::path path = folder_ / "scenario.yaml", place = folder_ / "elsewhere/deep/other.yaml";
       const CaptureProblem p = load_scenario(path, changes, files);
       const std::string text =
-          changed_scenario_text(path, changed_tree(path, changes, files), p, p, place, "", "moved");
+          changed_scenario_text({path, changed_tree(path, changes, files), p}, p, place, "", "moved");
       std::ofstream(place) << text;
       const CaptureProblem q = load_scenario(place);
       ASSERT_EQ(p.robot.bodies.size(), q.robot.bodies.size());

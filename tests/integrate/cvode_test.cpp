@@ -65,8 +65,9 @@ Vector own_solution(const Manifold& manifold, const Rhs& rhs, const Vector& y0, 
                     double tolerance) {
   DormandPrince853<double> stepper(manifold, {.rtol = tolerance, .atol = tolerance});
   Vector states;
-  const auto result = integrate(stepper, rhs, 0.0, y0, outputs.back(), outputs,
-                                [&](double, auto y) { states.insert(states.end(), y.begin(), y.end()); });
+  const auto result =
+      integrate(stepper, rhs, 0.0, y0, outputs.back(),
+                ObservedTimes{outputs, [&](double, auto y) { states.insert(states.end(), y.begin(), y.end()); }});
   EXPECT_TRUE(result.finished()) << result.explanation();
   return states;
 }

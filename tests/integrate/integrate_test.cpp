@@ -21,11 +21,12 @@ void expect_outputs(Method& stepper, double bound) {
   std::size_t next = 0;
   double error = 0.0;
   const IntegrationResult result =
-      integrate(stepper, Coupled{}, 0.0, Coupled::exact(0.0), 3.0, outputs, [&](double t, std::span<const double> y) {
-        ASSERT_LT(next, outputs.size());
-        EXPECT_EQ(t, outputs[next++]);
-        error = std::max(error, largest_difference(y, Coupled::exact(t)));
-      });
+      integrate(stepper, Coupled{}, 0.0, Coupled::exact(0.0), 3.0,
+                ObservedTimes{outputs, [&](double t, std::span<const double> y) {
+                                ASSERT_LT(next, outputs.size());
+                                EXPECT_EQ(t, outputs[next++]);
+                                error = std::max(error, largest_difference(y, Coupled::exact(t)));
+                              }});
   EXPECT_EQ(next, outputs.size());
   EXPECT_LT(error, bound);
   EXPECT_TRUE(result.finished()) << result.explanation();
@@ -45,10 +46,12 @@ TEST(Integrate, RunsBackwards) {
   DormandPrince853<double> stepper({.size = Coupled::kSize}, {.rtol = 1e-13, .atol = 1e-13});
   const Vector outputs = {3.0, 1.5, 0.0};
   int count = 0;
-  const auto result = integrate(stepper, Coupled{}, 3.0, Coupled::exact(3.0), 0.0, outputs, [&](double t, auto y) {
-    EXPECT_LT(largest_difference(y, Coupled::exact(t)), 1e-10);  // measured at most 9.6e-13
-    ++count;
-  });
+  const auto result =
+      integrate(stepper, Coupled{}, 3.0, Coupled::exact(3.0), 0.0,
+                ObservedTimes{outputs, [&](double t, auto y) {
+                                EXPECT_LT(largest_difference(y, Coupled::exact(t)), 1e-10);  // measured at most 9.6e-13
+                                ++count;
+                              }});
   EXPECT_TRUE(result.finished());
   EXPECT_EQ(count, 3);
 }
@@ -56,7 +59,7 @@ TEST(Integrate, RunsBackwards) {
 TEST(Integrate, RefusesOutputTimesOutOfOrder) {
   RungeKutta4<double> stepper({.size = Coupled::kSize}, 0.1);
   const auto run = [&](const Vector& outputs) {
-    integrate(stepper, Coupled{}, 0.0, Coupled::exact(0.0), 1.0, outputs, [](double, auto) {});
+    integrate(stepper, Coupled{}, 0.0, Coupled::exact(0.0), 1.0, ObservedTimes{outputs, [](double, auto) {}});
   };
   EXPECT_NO_THROW(run({0.0, 1.0}));
   EXPECT_THROW(run({0.5, 0.4}), std::invalid_argument);
@@ -70,7 +73,8 @@ TEST(Integrate, ReportsAFailureAndTheOutputsBeforeIt) {
   DormandPrince853<double> stepper({.size = 1}, {});
   const Vector outputs = {0.0, 0.5, 0.9, 1.5};
   int count = 0;
-  const auto result = integrate(stepper, rhs, 0.0, Vector{1.0}, 2.0, outputs, [&](double, auto) { ++count; });
+  const auto result =
+      integrate(stepper, rhs, 0.0, Vector{1.0}, 2.0, ObservedTimes{outputs, [&](double, auto) { ++count; }});
   EXPECT_EQ(count, 3);
   EXPECT_FALSE(result.finished());
   EXPECT_EQ(result.status, StepStatus::step_too_small);

@@ -34,7 +34,7 @@ std::vector<Phase> held_phases(int index, int count, const Kind& kind, bool acte
 void expect_ground_works(const std::vector<Phase>& phases) {
   const Phase& p = phases[0];
   PhaseDynamics dynamics(p.model, p.own_setup());
-  const PhaseOutcome o = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight());
+  const PhaseOutcome o = simulate_phase(dynamics, {p.start, p.begin, p.end}, tight());
   double most = 0;
   for (const TreeIntegrals& tree : o.integrals.trees)
     most = std::max(most, norm(tree.impulse.linear) + norm(tree.impulse.angular));

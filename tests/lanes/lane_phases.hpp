@@ -48,25 +48,26 @@ inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& ph
                     const LaneGate& gate = {}) {
   Outcomes outcomes;
   std::size_t next = 0;
-  run_lanes(
-      structure,
-      [&](LaneCase& c) {
-        if (next == order.size()) return false;
-        const Phase& p = phases[static_cast<std::size_t>(order[next])];
-        c.id = static_cast<std::uint64_t>(order[next++]);
-        if (structure.control.by_case) case_dynamics[c.id] = std::make_unique<PhaseDynamics>(p.model, p.own_setup());
-        lane_case(structure, p.model, p.setup, p.start, lane_motion(structure, p.model, p.setup, p.begin, p.end), c);
-        return true;
-      },
-      [&](const LaneCase& c, const LaneOutcome& o) {
-        EXPECT_EQ(c.id, o.id);
-        EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
-        if (structure.control.by_case) case_dynamics.at(o.id)->end_control(o.time);
-      },
-      set, watch, gate,
-      [&](const LaneTurn& turn, std::span<double> command) {
-        return take_turn(structure, *case_dynamics.at(turn.id), turn, command);
-      });
+  const LaneCaller caller{[&](LaneCase& c) {
+                            if (next == order.size()) return false;
+                            const Phase& p = phases[static_cast<std::size_t>(order[next])];
+                            c.id = static_cast<std::uint64_t>(order[next++]);
+                            if (structure.control.by_case)
+                              case_dynamics[c.id] = std::make_unique<PhaseDynamics>(p.model, p.own_setup());
+                            lane_case(structure, p.model, p.setup, p.start,
+                                      lane_motion(structure, p.model, p.setup, p.begin, p.end), c);
+                            return true;
+                          },
+                          [&](const LaneCase& c, const LaneOutcome& o) {
+                            EXPECT_EQ(c.id, o.id);
+                            EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
+                            if (structure.control.by_case) case_dynamics.at(o.id)->end_control(o.time);
+                          },
+                          watch, gate,
+                          [&](const LaneTurn& turn, std::span<double> command) {
+                            return take_turn(structure, *case_dynamics.at(turn.id), turn, command);
+                          }};
+  run_lanes(structure, caller, set);
   return outcomes;
 }
 
@@ -222,7 +223,7 @@ inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSet
     EXPECT_TRUE(o.finished()) << explanation(o);
     const Phase& p = phases[id];
     PhaseDynamics dynamics(p.model, p.own_setup());
-    const PhaseOutcome expected = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration);
+    const PhaseOutcome expected = simulate_phase(dynamics, {p.start, p.begin, p.end}, integration);
     EXPECT_TRUE(expected.finished) << expected.failure;
     if (structure.control.by_case) {
       const PhaseSetup &left = case_dynamics.at(id)->setup(), &alone = dynamics.setup();

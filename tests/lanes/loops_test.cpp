@@ -102,7 +102,7 @@ void expect_accounts_alike(const std::vector<Phase>& phases, const IntegrationSe
     for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
       const Phase& p = phases[id];
       PhaseDynamics dynamics(p.model, p.own_setup());
-      const LoopOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration).loops;
+      const LoopOutcome alone = simulate_phase(dynamics, {p.start, p.begin, p.end}, integration).loops;
       EXPECT_EQ(o.loops.rank, alone.rank);
       EXPECT_LE(o.loops.rank, alone.rows);
       for (const double open : {o.loops.largest.position, o.loops.largest.angle, o.loops.largest.velocity,
@@ -142,7 +142,7 @@ TEST(LaneLoops, RedundantRowsAgree) {
     const std::vector<Phase> phases = phases_of(random_closed(index), index, 5, kind);
     expect_accounts_alike(phases, tight(1e-10));
     PhaseDynamics dynamics(phases[0].model, phases[0].setup);
-    const PhaseOutcome alone = simulate_phase(dynamics, phases[0].start, 1, 1.01, 0, tight());
+    const PhaseOutcome alone = simulate_phase(dynamics, {phases[0].start, 1, 1.01}, tight());
     any = any || alone.loops.rank < alone.loops.rows;
   }
   EXPECT_TRUE(any);
@@ -287,8 +287,8 @@ TEST(LaneLoops, AccelerationsAgree) {
       for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
         const Phase& p = phases[id];
         PhaseDynamics dynamics(p.model, p.own_setup());
-        const State alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight(1e-9)).end_state;
-        const State start = simulate_phase(dynamics, p.start, p.begin, p.begin, 0, tight(1e-9)).end_state;
+        const State alone = simulate_phase(dynamics, {p.start, p.begin, p.end}, tight(1e-9)).end_state;
+        const State start = simulate_phase(dynamics, {p.start, p.begin, p.begin}, tight(1e-9)).end_state;
         double change = 0, off = 0, fastest = 0;
         for (std::size_t i = 0; i < alone.v.size(); ++i) {
           change = std::max(change, std::abs(alone.v[i] - start.v[i]));
@@ -382,7 +382,7 @@ TEST(LaneLoops, LeaveWhenDrivesContradict) {
     const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
     for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
       PhaseDynamics dynamics(phases[id].model, phases[id].setup);
-      const bool alone = simulate_phase(dynamics, phases[id].start, 0, 1, 0, tight(1e-9)).finished;
+      const bool alone = simulate_phase(dynamics, {phases[id].start, 0, 1}, tight(1e-9)).finished;
       EXPECT_EQ(alone, id >= 3);
       EXPECT_EQ(o.finished(), alone) << explanation(o);
     }

@@ -91,7 +91,7 @@ std::vector<Phase> phases_with(const Outside& outside, int index, int count, con
 void expect_much_comes_in(const std::vector<Phase>& phases) {
   PhaseDynamics dynamics(phases[0].model, phases[0].setup);
   const Phase& p = phases[0];
-  const PhaseIntegrals all = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).integrals;
+  const PhaseIntegrals all = simulate_phase(dynamics, {p.start, p.begin, p.end}, tight()).integrals;
   EXPECT_GT(std::abs(all.external_work), 0.05);
   EXPECT_GT(norm(all.external_impulse.angular), 0.5);
 }

@@ -87,7 +87,7 @@ TEST(LanePhase, UnstableSampledControlIsReported) {
     EXPECT_NE(explanation(o).find("sampled control is unstable"), std::string::npos) << explanation(o);
     PhaseDynamics dynamics(phases[id].model, phases[id].own_setup());
     const PhaseOutcome alone =
-        simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
+        simulate_phase(dynamics, {phases[id].start, phases[id].begin, phases[id].end}, tight(1e-9));
     EXPECT_FALSE(alone.finished);
     EXPECT_EQ(alone.end_time, o.time);
     EXPECT_NE(alone.failure.find("sampled control is unstable"), std::string::npos) << alone.failure;
@@ -99,7 +99,7 @@ TEST(LanePhase, ErrorsShrinkWithTheTolerance) {
   std::vector<State> truth;
   for (const Phase& p : phases) {
     PhaseDynamics dynamics(p.model, p.setup);
-    truth.push_back(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight(1e-14)).end_state);
+    truth.push_back(simulate_phase(dynamics, {p.start, p.begin, p.end}, tight(1e-14)).end_state);
   }
   const InstructionSet set = supported_instruction_sets().back();
   double before = std::numeric_limits<double>::infinity();
@@ -131,17 +131,16 @@ TEST(LanePhase, RejectsInvalidCases) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
   const auto once = [&](auto change) {
     bool given = false;
-    run_lanes(
-        structure,
-        [&](LaneCase& c) {
-          if (given) return false;
-          const Phase& p = phases[0];
-          lane_case(structure, p.model, p.setup, p.start, lane_motion(structure, p.model, p.setup, 1, 2), c);
-          change(c);
-          return given = true;
-        },
-        [](const LaneCase&, const LaneOutcome&) { throw std::runtime_error("from the sink"); },
-        InstructionSet::one_lane);
+    const LaneCaller caller{[&](LaneCase& c) {
+                              if (given) return false;
+                              const Phase& p = phases[0];
+                              lane_case(structure, p.model, p.setup, p.start,
+                                        lane_motion(structure, p.model, p.setup, 1, 2), c);
+                              change(c);
+                              return given = true;
+                            },
+                            [](const LaneCase&, const LaneOutcome&) { throw std::runtime_error("from the sink"); }};
+    run_lanes(structure, caller, InstructionSet::one_lane);
   };
   EXPECT_THROW(once([](LaneCase& c) { c.links.pop_back(); }), std::invalid_argument);
   EXPECT_THROW(once([](LaneCase& c) { c.motion = nullptr; }), std::invalid_argument);
@@ -185,15 +184,14 @@ TEST(LanePhase, MemoryDoesNotGrow) {
   const auto motion = lane_motion(structure, p.model, p.setup, 1, 1.05);
   int given = 0;
   std::size_t early = 0, late = 0;
-  run_lanes(
-      structure,
+  const LaneCaller caller{
       [&](LaneCase& c) {
         if (given == 3000) return false;
         lane_case(structure, p.model, p.setup, p.start, motion, c);
         return ++given > 0;
       },
-      [&](const LaneCase&, const LaneOutcome&) { (early == 0 && given > 100 ? early : late) = mallinfo2().uordblks; },
-      supported_instruction_sets().back());
+      [&](const LaneCase&, const LaneOutcome&) { (early == 0 && given > 100 ? early : late) = mallinfo2().uordblks; }};
+  run_lanes(structure, caller, supported_instruction_sets().back());
   std::printf("heap in use after 100 cases %zu, after 3000 %zu\n", early, late);
   EXPECT_NEAR(static_cast<double>(late), static_cast<double>(early), 4096);
 }

@@ -36,7 +36,7 @@ Difference continue_alone(const std::vector<Phase>& phases, const IntegrationSet
   for (const auto& [id, o] : run_with_gate(structure, phases, all_of(phases), set)) {
     const Phase& p = phases[id];
     PhaseDynamics whole(p.model, p.own_setup()), rest(p.model, p.own_setup());
-    const PhaseOutcome expected = simulate_phase(whole, p.start, p.begin, p.end, 0, integration);
+    const PhaseOutcome expected = simulate_phase(whole, {p.start, p.begin, p.end}, integration);
     if (o.finished()) {
       EXPECT_GE(last_time(id), p.end);
       continue;
@@ -55,7 +55,7 @@ Difference continue_alone(const std::vector<Phase>& phases, const IntegrationSet
     if (rest.setup().clock)
       end_control(*lane_motion(structure, p.model, p.setup, p.begin, p.end), o, *rest.setup().clock);
     const PhaseResumption from{p.begin, o.integrals, o.next_step};
-    const PhaseOutcome alone = simulate_phase(rest, {o.q, o.v}, o.time, p.end, integration, {}, {}, from);
+    const PhaseOutcome alone = simulate_phase(rest, {{o.q, o.v}, o.time, p.end}, integration, {.resumed = from});
     EXPECT_TRUE(alone.finished) << alone.failure;
     if (!p.setup.clock) {
       EXPECT_NEAR(static_cast<double>(alone.steps + o.steps), static_cast<double>(expected.steps),
@@ -136,7 +136,7 @@ TEST(LaneStepRefused, BitsDependOnTheCaseAlone) {
 TEST(LaneStepRefused, IntegralsOfAnotherPhaseAreRefused) {
   const Phase p = phases_of(167, JointControl::pd, {}, true)[0];
   PhaseDynamics dynamics(p.model, p.setup);
-  EXPECT_THROW(simulate_phase(dynamics, p.start, 1, 2, tight(), {}, {}, PhaseResumption{1, {}, 0.1}),
+  EXPECT_THROW(simulate_phase(dynamics, {p.start, 1, 2}, tight(), {.resumed = PhaseResumption{1, {}, 0.1}}),
                std::invalid_argument);
 }
 

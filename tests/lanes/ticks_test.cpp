@@ -164,7 +164,7 @@ void expect_firings(const std::vector<Phase>& phases, long least) {
   long firings = 0;
   for (const Phase& p : phases) {
     PhaseDynamics dynamics(p.model, p.own_setup());
-    EXPECT_TRUE(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).finished);
+    EXPECT_TRUE(simulate_phase(dynamics, {p.start, p.begin, p.end}, tight()).finished);
     const ThrusterBank& bank = *dynamics.setup().actuators.thrusters;
     for (std::size_t i = 0; i < bank.size(); ++i) firings += bank.use(i).firings;
   }
@@ -220,7 +220,7 @@ TEST(LanePhase, SampledControllersMayFail) {
       EXPECT_NE(explanation(o).find("control failed"), std::string::npos);
       PhaseDynamics dynamics(phases[id].model, phases[id].own_setup());
       const PhaseOutcome alone =
-          simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
+          simulate_phase(dynamics, {phases[id].start, phases[id].begin, phases[id].end}, tight(1e-9));
       EXPECT_EQ(alone.end_time, o.time);
       try {
         ASSERT_TRUE(o.error);
@@ -236,9 +236,8 @@ TEST(LanePhase, SampledCasesRequireAControl) {
   std::vector<Phase> phases = sampled_phases(47, 1, {}, 0.05, 0);
   control_by_own(phases[0]);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
-  EXPECT_THROW(run_lanes(
-                   structure, [](LaneCase&) { return false; }, [](const LaneCase&, const LaneOutcome&) {},
-                   InstructionSet::one_lane),
+  EXPECT_THROW(run_lanes(structure, {[](LaneCase&) { return false; }, [](const LaneCase&, const LaneOutcome&) {}},
+                         InstructionSet::one_lane),
                std::invalid_argument);
   PhaseSetup continuous = phases[0].setup;
   continuous.clock.reset(), continuous.channels.reset();

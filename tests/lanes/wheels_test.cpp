@@ -102,7 +102,7 @@ std::vector<Phase> phases_with(const Wheels& wheels, int index, int count, const
 void expect_wheels_work(const std::vector<Phase>& phases, double least) {
   const Phase& p = phases[0];
   PhaseDynamics dynamics(p.model, p.own_setup());
-  const State end = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).end_state;
+  const State end = simulate_phase(dynamics, {p.start, p.begin, p.end}, tight()).end_state;
   double change = 0;
   for (const ReactionWheel& wheel : p.setup.wheels) {
     const auto v = static_cast<std::size_t>(wheel.velocity);
@@ -194,7 +194,7 @@ TEST(LaneWheels, SampledDumpingAgrees) {
   });
   const Phase& p = phases[0];
   PhaseDynamics dynamics(p.model, p.own_setup());
-  EXPECT_TRUE(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).finished);
+  EXPECT_TRUE(simulate_phase(dynamics, {p.start, p.begin, p.end}, tight()).finished);
   EXPECT_GT(dynamics.setup().actuators.thrusters->dumped().begun, 0);
   expect_by_case_alike("dumping", phases);
 }
@@ -234,8 +234,8 @@ PhaseOutcome rest_of(const Phase& p, const LaneStructure& structure, const LaneO
   PhaseDynamics dynamics(p.model, p.own_setup());
   if (dynamics.setup().clock)
     end_control(*lane_motion(structure, p.model, p.setup, p.begin, p.end), o, *dynamics.setup().clock);
-  return simulate_phase(dynamics, {o.q, o.v}, o.time, p.end, integration, {}, {},
-                        PhaseResumption{p.begin, o.integrals, o.next_step});
+  return simulate_phase(dynamics, {{o.q, o.v}, o.time, p.end}, integration,
+                        {.resumed = PhaseResumption{p.begin, o.integrals, o.next_step}});
 }
 
 // Lanes hand back cases with a wheel near its maximum rate, and only these, before it reaches the rate; in single runs
@@ -257,7 +257,8 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
         for (const ReactionWheel& wheel : p.setup.wheels)
           fastest = std::max(fastest, std::abs(sample.state.v[static_cast<std::size_t>(wheel.velocity)]));
       };
-      const PhaseOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0.01, tight(1e-10), record);
+      const PhaseOutcome alone =
+          simulate_phase(dynamics, {p.start, p.begin, p.end, 0.01}, tight(1e-10), {.observe = record});
       EXPECT_TRUE(alone.finished) << alone.failure;
       const bool reaches = fastest >= wheels.rate * (1 - 1e-9);
       if (reaches) {

@@ -92,7 +92,7 @@ TEST(PathSegment, WithASplineAgreesWithForwardDynamics) {
     }
     setup.recover_roots = false;
     PhaseDynamics dynamics(f.servicer.model, setup);
-    const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
+    const PhaseOutcome outcome = simulate_phase(dynamics, {f.servicer.state, f.start.begin, f.start.end});
     ASSERT_TRUE(outcome.finished) << outcome.failure;
     const Posed expected = root_pose(f.servicer.model, outcome.end_state, 0);
     EXPECT_LT(worst.note(norm(end.X_WB.p - expected.p), i), 1e-9);

@@ -50,7 +50,7 @@ PhaseSetup followed(const SegmentCase& f) {
 
 Posed simulated_end(const SegmentCase& f, const PhaseSetup& setup) {
   PhaseDynamics dynamics(f.servicer.model, setup);
-  const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
+  const PhaseOutcome outcome = simulate_phase(dynamics, {f.servicer.state, f.start.begin, f.start.end});
   EXPECT_TRUE(outcome.finished) << outcome.failure;
   return root_pose(f.servicer.model, outcome.end_state, 0);
 }

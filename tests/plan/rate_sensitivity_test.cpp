@@ -85,7 +85,7 @@ double simulated_miss(const TiltedArms& arms, const ReachSolution& plan) {
   }
   setup.recover_roots = false;
   PhaseDynamics dynamics(arms.model, setup);
-  const PhaseOutcome outcome = simulate_phase(dynamics, arms.state, p.start.begin, p.start.end, 0, {});
+  const PhaseOutcome outcome = simulate_phase(dynamics, {arms.state, p.start.begin, p.start.end});
   EXPECT_TRUE(outcome.finished) << outcome.failure;
   const Kinematics k = forward_kinematics(arms.model, outcome.end_state);
   double worst = 0;

@@ -86,7 +86,7 @@ Simulated simulated(const Servicer& s, FloatingBase& base, const StraightInProbl
     const FreeMotion now = free_motion(s.model, servicer, sample.time, {0, 0, 0});
     f.drift = std::max(f.drift, norm(now.h.angular - p.motion.h.angular) + norm(now.h.linear - p.motion.h.linear));
   };
-  EXPECT_TRUE(simulate_phase(dynamics, state, p.begin, p.end, 0.02, {}, observe).finished);
+  EXPECT_TRUE(simulate_phase(dynamics, {state, p.begin, p.end, 0.02}, {}, {.observe = observe}).finished);
   return f;
 }
 

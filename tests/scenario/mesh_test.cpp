@@ -454,7 +454,7 @@ TEST_F(MeshInScenario, FilesAreFoundFromAnotherPlace) {
     ScenarioFiles files;
     const CaptureProblem p = load_scenario(path, some, files);
     const std::filesystem::path place = folder_.path() / "out" / "far" / "best.yaml";
-    const std::string text = changed_scenario_text(path, changed_tree(path, some, files), p, p, place, "", "moved");
+    const std::string text = changed_scenario_text({path, changed_tree(path, some, files), p}, p, place, "", "moved");
     const CaptureProblem moved = load_scenario(folder_.write("out/far/best.yaml", text));
     EXPECT_EQ(moved.robot.bodies[0].mass, some.empty() ? 100 : 90);
     ASSERT_THAT(moved.robot.geometry, SizeIs(1));

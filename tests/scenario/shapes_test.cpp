@@ -150,7 +150,7 @@ TEST(Shapes, ChangesAreWrittenBack) {
     CaptureProblem after = before;
     after.targets[0].geometry.back().size[1] = 7;
     after.targets[0].geometry.back().X_BG.p = {0.5, 0.25, 0.125};
-    const std::string text = changed_scenario_text(path, changed_tree(path, {}, files), before, after, path, "", "");
+    const std::string text = changed_scenario_text({path, changed_tree(path, {}, files), before}, after, path, "", "");
     const CaptureProblem written = loaded(text);
     EXPECT_TRUE(problem_bytes(written) == problem_bytes(after));
   }
@@ -171,7 +171,7 @@ TEST(Shapes, MeshesOfAListAreReadAndMoved) {
   EXPECT_EQ(p.targets[0].geometry[1].mesh, p.robot.geometry[0].second.mesh);
   std::filesystem::create_directory(folder.path() / "out");
   const std::string text =
-      changed_scenario_text(path, changed_tree(path, {}, files), p, p, folder.path() / "out" / "moved.yaml", "", "");
+      changed_scenario_text({path, changed_tree(path, {}, files), p}, p, folder.path() / "out" / "moved.yaml", "", "");
   const CaptureProblem moved = load_scenario(folder.write("out/moved.yaml", text));
   ASSERT_TRUE(moved.targets[0].geometry.at(1).mesh);
   EXPECT_EQ(moved.targets[0].geometry[1].mesh->name, "part.obj");

@@ -29,13 +29,14 @@ TEST(AttitudeControl, IsTheDampedOscillatorAboutOneAxis) {
     PhaseDynamics dynamics(model, setup);
     const Vector3d at = root_pose(model, start, 0) * com;
     double off = 0, lost = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 6, 0.25, {}, [&](const PhaseSample& s) {
-      const Posed X = root_pose(model, s.state, 0);
-      const Vector3d phi = rotation_vector(transpose(R_WD) * X.R);
-      const double expected = damped_oscillation(angle, kd / (2 * inertia), kp / inertia, s.time);
-      off = std::max({off, norm(phi - expected * Vector3d::unit(axis)), norm(X * com - at)});
-      lost = std::max(lost, std::abs(totals(model, s.state).energy - s.integrals.external_work));
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 6, 0.25}, {}, {.observe = [&](const PhaseSample& s) {
+                         const Posed X = root_pose(model, s.state, 0);
+                         const Vector3d phi = rotation_vector(transpose(R_WD) * X.R);
+                         const double expected = damped_oscillation(angle, kd / (2 * inertia), kp / inertia, s.time);
+                         off = std::max({off, norm(phi - expected * Vector3d::unit(axis)), norm(X * com - at)});
+                         lost = std::max(lost, std::abs(totals(model, s.state).energy - s.integrals.external_work));
+                       }});
     ASSERT_TRUE(o.finished);
     std::printf("[ measured ] attitude against the oscillator: %.3g, energy %.3g\n", off, lost);
     EXPECT_LT(off, 1e-11);   // measured 1.1e-12
@@ -57,10 +58,10 @@ TEST(AttitudeControl, SaturatesByAxis) {
   EXPECT_EQ(torque[2], -0.1);
   PhaseDynamics dynamics(model, setup);
   const State start = turned(model, rotation_about({1, 0, 0}, 0.5));
-  simulate_phase(dynamics, start, 0, 2, 0.5, {}, [&](const PhaseSample& s) {
-    EXPECT_NEAR(s.state.v[0], -0.1 / 2 * s.time, 1e-14);
-    EXPECT_NEAR(s.integrals.external_impulse.angular[0], -0.1 * s.time, 1e-14);
-  });
+  simulate_phase(dynamics, {start, 0, 2, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                   EXPECT_NEAR(s.state.v[0], -0.1 / 2 * s.time, 1e-14);
+                   EXPECT_NEAR(s.integrals.external_impulse.angular[0], -0.1 * s.time, 1e-14);
+                 }});
 }
 
 // The torque acts along the shorter rotation, also slightly below and above half a turn, for either sign of q.
@@ -92,7 +93,7 @@ TEST(AttitudeControl, ReturnsFromHalfTurn) {
     setup.attitude = {0, random.rotation(), {4, 4, 4}, {3, 3, 3}};
     PhaseDynamics dynamics(model, setup);
     const State start = turned(model, setup.attitude->R_WD * rotation_about(random.direction(), M_PI - 1e-6));
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 60});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_LT(rotation_angle(transpose(setup.attitude->R_WD) * root_pose(model, o.end_state, 0).R), 1e-9);
   }

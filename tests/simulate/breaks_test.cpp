@@ -63,9 +63,9 @@ TEST_P(Jump, IntegratesAsTwoPhases) {
     SCOPED_TRACE(seed_note(i));
     const Jumping r = jumping_robot(i, GetParam());
     PhaseDynamics whole(r.model, r.whole), first(r.model, r.first), second(r.model, r.second);
-    const PhaseOutcome one = simulate_phase(whole, r.start, 0, 1, 0, {});
-    const PhaseOutcome a = simulate_phase(first, r.start, 0, kJoin, 0, {});
-    const PhaseOutcome b = simulate_phase(second, a.end_state, kJoin, 1, 0, {});
+    const PhaseOutcome one = simulate_phase(whole, {r.start, 0, 1});
+    const PhaseOutcome a = simulate_phase(first, {r.start, 0, kJoin});
+    const PhaseOutcome b = simulate_phase(second, {a.end_state, kJoin, 1});
     ASSERT_TRUE(one.finished && b.finished);
     EXPECT_LT(worst.note(difference(one.end_state, b.end_state), i), 1e-10);
     EXPECT_NEAR(one.integrals.motor_work, a.integrals.motor_work + b.integrals.motor_work, 1e-9);
@@ -73,7 +73,7 @@ TEST_P(Jump, IntegratesAsTwoPhases) {
     EXPECT_LE(static_cast<double>(one.steps + one.rejected),
               1.05 * static_cast<double>(a.steps + a.rejected + b.steps + b.rejected) + 3);
     if (GetParam() == JointControl::pd) continue;  // PD damping is unstable backwards in time
-    const PhaseOutcome returned = simulate_phase(whole, one.end_state, 1, 0, 0, {});
+    const PhaseOutcome returned = simulate_phase(whole, {one.end_state, 1, 0});
     ASSERT_TRUE(returned.finished);
     EXPECT_LT(back.note(difference(returned.end_state, r.start), i), 1e-9);
   }
@@ -86,10 +86,10 @@ TEST(Breaks, SaveRejectedSteps) {
     SCOPED_TRACE(seed_note(i));
     const Jumping r = jumping_robot(i, JointControl::prescribed);
     PhaseDynamics dynamics(r.model, r.whole);
-    with += simulate_phase(dynamics, r.start, 0, 1, 0, {}).rejected;
+    with += simulate_phase(dynamics, {r.start, 0, 1}).rejected;
     PhaseDynamics first(r.model, r.first), second(r.model, r.second);
-    const PhaseOutcome half = simulate_phase(first, r.start, 0, kJoin, 0, {});
-    apart += half.rejected + simulate_phase(second, half.end_state, kJoin, 1, 0, {}).rejected;
+    const PhaseOutcome half = simulate_phase(first, {r.start, 0, kJoin});
+    apart += half.rejected + simulate_phase(second, {half.end_state, kJoin, 1}).rejected;
     DormandPrince853<double> stepper(dynamics.manifold(), {1e-12, 1e-13, {}});
     const std::vector<double> y0 = dynamics.initial(r.start, 0);
     const IntegrationResult across = integrate(stepper, dynamics, 0, y0, 1);
@@ -105,12 +105,12 @@ TEST(Breaks, SaveRejectedSteps) {
 TEST(Breaks, Rk4RetainsItsOrder) {
   const Jumping r = jumping_robot(3, JointControl::prescribed);
   PhaseDynamics dynamics(r.model, r.whole);
-  const State fine = simulate_phase(dynamics, r.start, 0, 1, 0, {}).end_state;
+  const State fine = simulate_phase(dynamics, {r.start, 0, 1}).end_state;
   const auto error = [&](double step) {
     IntegrationSetup setup;
     setup.method = IntegrationSetup::Method::rk4;
     setup.step = step;
-    return difference(simulate_phase(dynamics, r.start, 0, 1, 0, setup).end_state, fine);
+    return difference(simulate_phase(dynamics, {r.start, 0, 1}, setup).end_state, fine);
   };
   // Neither step size divides 1/3. With the jump inside a step, the error would decrease by at most 16, not by 256.
   const double coarse = error(1.0 / 20), fine_step = error(1.0 / 80);
@@ -129,24 +129,24 @@ TEST(Breaks, SampleAtBreakHasLaterLimit) {
   PhaseDynamics dynamics(model, setup);
   std::vector<double> times, efforts;
   const auto note = [&](const PhaseSample& s) { times.push_back(s.time), efforts.push_back(s.motor[0]); };
-  simulate_phase(dynamics, turning(model, 0), 0, 2, 0.5, {}, note);
+  simulate_phase(dynamics, {turning(model, 0), 0, 2, 0.5}, {}, {.observe = note});
   EXPECT_THAT(times, ElementsAre(0, 0.5, 1, 1.5, 2));
   EXPECT_NEAR(efforts[0], 6 * kWheelInertia, 1e-12);
   EXPECT_NEAR(efforts[2], -6 * kWheelInertia, 1e-12);  // both segments: decelerating, then accelerating back
-  simulate_phase(dynamics, turning(model, 0), 0, 1, 0, {}, note);
+  simulate_phase(dynamics, {turning(model, 0), 0, 1}, {}, {.observe = note});
   EXPECT_NEAR(efforts.back(), -6 * kWheelInertia, 1e-12);
   times.clear(), efforts.clear();
   setup.drives[0].trajectory =
       interpolate_samples(std::vector<double>{0, 1, 2}, std::vector<double>{0, 1, 1}, std::vector<double>{0, 0, 0});
   PhaseDynamics stops(model, setup);
-  simulate_phase(stops, turning(model, 0), 0, 2, 0.25, {}, note);
+  simulate_phase(stops, {turning(model, 0), 0, 2, 0.25}, {}, {.observe = note});
   EXPECT_EQ(times.size(), 9u);
   EXPECT_NEAR(efforts[4], 0, 1e-12);  // the next segment is at rest
-  simulate_phase(stops, turning(model, 0), 0, 1, 0, {}, note);
+  simulate_phase(stops, {turning(model, 0), 0, 1}, {}, {.observe = note});
   EXPECT_NEAR(efforts.back(), -6 * kWheelInertia, 1e-12);  // the previous segment decelerates
   efforts.clear();
   State end = turning(model, 0, 1);
-  simulate_phase(stops, end, 2, 0, 1, {}, note);  // backwards, at t = 2, 1, 0
+  simulate_phase(stops, {end, 2, 0, 1}, {}, {.observe = note});  // backwards, at t = 2, 1, 0
   EXPECT_NEAR(efforts[1], -6 * kWheelInertia, 1e-12);
 }
 
@@ -162,7 +162,7 @@ TEST(Breaks, PushIsExact) {
   EXPECT_THAT(dynamics.breaks(0, 2), ElementsAre(kJoin, 0.8));
   EXPECT_THAT(dynamics.breaks(2, 0), ElementsAre(0.8, kJoin));
   EXPECT_THAT(dynamics.breaks(kJoin, 0.8), ElementsAre());
-  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 2, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 2});
   const double dt = 0.8 - kJoin;
   EXPECT_NEAR(o.end_state.q[1], 2 * (dt * dt / 2 + dt * 1.2), 1e-14);
   EXPECT_NEAR(o.end_state.v[4], 2 * dt, 1e-14);
@@ -193,7 +193,7 @@ TEST(Breaks, Many) {
   setup.drives[0].control = JointControl::prescribed;
   setup.drives[0].trajectory = interpolate_samples(times, positions, rates);
   PhaseDynamics dynamics(model, setup);
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 1), 0, 100, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 1), 0, 100});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(o.steps, count + 20);
   EXPECT_LT(o.rejected, 20);
@@ -203,7 +203,7 @@ TEST(Breaks, Many) {
 TEST(Breaks, DoNotChangeDynamics) {
   const Jumping r = jumping_robot(1, JointControl::prescribed);
   PhaseDynamics used(r.model, r.whole), fresh(r.model, r.whole);
-  simulate_phase(used, r.start, 0, 0.2, 0, {});
+  simulate_phase(used, {r.start, 0, 0.2});
   const std::vector<double> y = fresh.initial(r.start, 0);
   used.initial(r.start, 0);
   EXPECT_EQ(difference(used.state(0.7, y), fresh.state(0.7, y)), 0);

@@ -95,7 +95,8 @@ TEST(ClosedPhase, OutputDoesNotChangeMotion) {
   std::vector<State> ends;
   for (const double interval : {5.0, 0.37, 0.01}) {
     PhaseDynamics dynamics(l.model, closed(l));
-    const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 3.0), 0, 5, interval, {}, [](const PhaseSample&) {});
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start(l, 1.0, 3.0), 0, 5, interval}, {}, {.observe = [](const PhaseSample&) {}});
     ASSERT_TRUE(o.finished) << o.failure;
     ends.push_back(o.end_state);
   }
@@ -109,17 +110,18 @@ TEST(ClosedPhase, EveryOutputIsClosed) {
   PhaseDynamics dynamics(l.model, closed(l));
   double energy = 0, open = 0, wrong = 0, drift = 0, turned = 0;
   const State from = start(l, 1.0, 3.0);
-  const PhaseOutcome o = simulate_phase(dynamics, from, 0, 20, 0.013, {}, [&](const PhaseSample& s) {
-    const Kinematics k = forward_kinematics(l.model, s.state);
-    const ClosureDefect defect = closure_defect(l.closures[0], k);
-    open = std::max({open, defect.position, defect.angle, defect.velocity, defect.angular_velocity});
-    const double crank = s.state.q[coordinate(l, "crank")];
-    wrong = std::max(wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(crank).rocker));
-    const double T = kinetic_energy(l.model, k, s.state);
-    if (s.time == 0) energy = T;
-    drift = std::max(drift, std::abs(T - energy) / energy);
-    turned = std::max(turned, std::abs(crank));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {from, 0, 20, 0.013}, {}, {.observe = [&](const PhaseSample& s) {
+                       const Kinematics k = forward_kinematics(l.model, s.state);
+                       const ClosureDefect defect = closure_defect(l.closures[0], k);
+                       open = std::max({open, defect.position, defect.angle, defect.velocity, defect.angular_velocity});
+                       const double crank = s.state.q[coordinate(l, "crank")];
+                       wrong = std::max(wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(crank).rocker));
+                       const double T = kinetic_energy(l.model, k, s.state);
+                       if (s.time == 0) energy = T;
+                       drift = std::max(drift, std::abs(T - energy) / energy);
+                       turned = std::max(turned, std::abs(crank));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(open, 1e-13);   // measured 7.8e-15
   EXPECT_LT(wrong, 1e-13);  // measured 6e-15
@@ -135,11 +137,11 @@ TEST(ClosedPhase, RunsBackToStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 3.0);
   PhaseDynamics there(l.model, closed(l));
-  const PhaseOutcome o = simulate_phase(there, from, 0, 3, 0.5, {}, {});
+  const PhaseOutcome o = simulate_phase(there, {from, 0, 3, 0.5});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(difference(o.end_state, from), 0.5);
   PhaseDynamics back(l.model, closed(l));
-  const PhaseOutcome p = simulate_phase(back, o.end_state, 3, 0, 0.5, {}, {});
+  const PhaseOutcome p = simulate_phase(back, {o.end_state, 3, 0, 0.5});
   ASSERT_TRUE(p.finished) << p.failure;
   EXPECT_LT(difference(p.end_state, from), 1e-8);  // the initial rates are finite differences with errors of 1e-10
 }
@@ -148,8 +150,8 @@ TEST(ClosedPhase, ClosedAtStopCondition) {
   const Linkage l = linkage();
   PhaseDynamics dynamics(l.model, closed(l));
   const int crank = coordinate(l, "crank");
-  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 3.0), 0, 20, 0.1, {}, {},
-                                        [&](double, const State& s) { return 4.0 - s.q[crank]; });
+  const PhaseOutcome o = simulate_phase(dynamics, {start(l, 1.0, 3.0), 0, 20, 0.1}, {},
+                                        {.stop = [&](double, const State& s) { return 4.0 - s.q[crank]; }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_TRUE(o.stopped);
   EXPECT_NEAR(o.end_state.q[crank], 4.0, 1e-10);
@@ -167,14 +169,15 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   }
   PhaseDynamics dynamics(l.model, setup);
   double wrong = 0, balance = 0, energy = 0, largest = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 0.5), 0, 4, 0.05, {}, [&](const PhaseSample& s) {
-    wrong = std::max(
-        wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(s.state.q[coordinate(l, "crank")]).rocker));
-    const double T = kinetic_energy(l.model, forward_kinematics(l.model, s.state), s.state);
-    if (s.time == 0) energy = T;
-    largest = std::max(largest, T);
-    balance = std::max(balance, std::abs(T - energy - s.integrals.motor_work - s.integrals.friction_work));
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start(l, 1.0, 0.5), 0, 4, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+        wrong = std::max(
+            wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(s.state.q[coordinate(l, "crank")]).rocker));
+        const double T = kinetic_energy(l.model, forward_kinematics(l.model, s.state), s.state);
+        if (s.time == 0) energy = T;
+        largest = std::max(largest, T);
+        balance = std::max(balance, std::abs(T - energy - s.integrals.motor_work - s.integrals.friction_work));
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(o.end_state.q[coordinate(l, "crank")], 12, 1e-14);
   EXPECT_LT(wrong, 1e-12);             // measured 4.4e-16
@@ -196,12 +199,13 @@ TEST(ClosedPhase, ContradictoryDrivesEndWithReason) {
   }
   PhaseDynamics dynamics(l.model, setup);
   int samples = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 0.0), 0, 2, 0.05, {}, [&](const PhaseSample& s) {
-    ++samples;
-    for (double x : s.state.q) EXPECT_TRUE(std::isfinite(x));
-    for (double x : s.state.v) EXPECT_TRUE(std::isfinite(x));
-    for (double x : s.motor) EXPECT_TRUE(std::isfinite(x));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start(l, 1.0, 0.0), 0, 2, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+                       ++samples;
+                       for (double x : s.state.q) EXPECT_TRUE(std::isfinite(x));
+                       for (double x : s.state.v) EXPECT_TRUE(std::isfinite(x));
+                       for (double x : s.motor) EXPECT_TRUE(std::isfinite(x));
+                     }});
   EXPECT_FALSE(o.finished);
   EXPECT_NE(o.failure.find("t = "), std::string::npos) << o.failure;
   EXPECT_NE(o.failure.find("loop"), std::string::npos) << o.failure;
@@ -226,7 +230,7 @@ TEST(ClosedPhase, ContradictoryRatesRejectedAtStart) {
           0, JointPath{JointProfile::quintic, 2, from.q[body.q], from.q[body.q] + 2 * rate, rate, rate}};
     }
     PhaseDynamics dynamics(l.model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, from, 0, 1e-12, 1, {}, [](const PhaseSample&) {});
+    const PhaseOutcome o = simulate_phase(dynamics, {from, 0, 1e-12, 1}, {}, {.observe = [](const PhaseSample&) {}});
     EXPECT_FALSE(o.finished);
     const std::string wrong = "joints that move as prescribed contradict the closed loops at t = 0 s: pin, along";
     EXPECT_EQ(o.failure.starts_with(wrong), factor != 1) << o.failure;
@@ -240,9 +244,10 @@ TEST(ClosedPhase, RejectsOpenStart) {
   State near = start(l, 1.0, 1.0);
   near.q[coordinate(l, "rocker")] += 1e-3;
   PhaseDynamics dynamics(l.model, closed(l));
-  const PhaseOutcome o = simulate_phase(dynamics, near, 0, 1, 0.1, {}, [&](const PhaseSample& s) {
-    EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, s.state)).position, 1e-14);
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {near, 0, 1, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                       EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, s.state)).position, 1e-14);
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(o.loops.unprojected.position, 5e-4);
   EXPECT_GT(o.loops.correction_total, o.loops.integration_error);
@@ -250,7 +255,7 @@ TEST(ClosedPhase, RejectsOpenStart) {
   Linkage apart = linkage();
   apart.closures[0].X_BD.p = {-9, 0, 0};
   PhaseDynamics never(apart.model, closed(apart));
-  const PhaseOutcome n = simulate_phase(never, start(l, 1.0, 1.0), 0, 1, 0.1, {}, {});
+  const PhaseOutcome n = simulate_phase(never, {start(l, 1.0, 1.0), 0, 1, 0.1});
   EXPECT_FALSE(n.finished);
   EXPECT_NE(n.failure.find("the loops cannot be closed at t = 0"), std::string::npos) << n.failure;
   EXPECT_NE(n.failure.find(" m and "), std::string::npos) << n.failure;

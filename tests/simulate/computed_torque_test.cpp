@@ -64,13 +64,14 @@ TEST(ComputedTorque, TracksExactlyFromMatchingStart) {
     set_gains(setup.drives);
     surround(model, i, setup, start, random);
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-      EXPECT_LT(tracking.note(tracking_error(model, setup, s, JointControl::computed_torque), i), 1e-10);
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {start, 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+          EXPECT_LT(tracking.note(tracking_error(model, setup, s, JointControl::computed_torque), i), 1e-10);
+        }});
     ASSERT_TRUE(o.finished) << o.failure;
     for (JointDrive& d : setup.drives) d.control = JointControl::prescribed;
     PhaseDynamics prescribed(model, setup);
-    const PhaseOutcome p = simulate_phase(prescribed, start, 0, 2, 0, {});
+    const PhaseOutcome p = simulate_phase(prescribed, {start, 0, 2});
     EXPECT_LT(ideal.note(difference(o.end_state, p.end_state), i), 1e-9);
     EXPECT_NEAR(o.integrals.motor_work, p.integrals.motor_work, 1e-9 * (1 + std::abs(p.integrals.motor_work)));
   }
@@ -97,14 +98,15 @@ TEST(ComputedTorque, ErrorsDecayAsASecondOrderSystem) {
       start.q[body.q] += e0.back(), start.v[body.v] += v0.back();
     }
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1.5, 0.1, {}, [&](const PhaseSample& s) {
-      for (std::size_t j = 0; j < e0.size(); ++j) {
-        const Body& body = model.bodies()[model.joints()[j]];
-        const JointPoint p = evaluate(setup.drives[j].trajectory, s.time);
-        const double e = (e0[j] + (v0[j] + 5 * e0[j]) * s.time) * std::exp(-5 * s.time);
-        EXPECT_LT(worst.note(std::abs(s.state.q[body.q] - p.position - e), i), 1e-10);
-      }
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 1.5, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                         for (std::size_t j = 0; j < e0.size(); ++j) {
+                           const Body& body = model.bodies()[model.joints()[j]];
+                           const JointPoint p = evaluate(setup.drives[j].trajectory, s.time);
+                           const double e = (e0[j] + (v0[j] + 5 * e0[j]) * s.time) * std::exp(-5 * s.time);
+                           EXPECT_LT(worst.note(std::abs(s.state.q[body.q] - p.position - e), i), 1e-10);
+                         }
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
   }
 }
@@ -126,15 +128,15 @@ TEST(ComputedTorque, SaturatesAtEffortLimit) {
     PhaseDynamics dynamics(model, setup);
     const double before = totals(model, start).energy;
     double largest = before, off = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.05, {}, [&](const PhaseSample& s) {
-      for (double torque : s.motor) {
-        EXPECT_LE(std::abs(torque), limit);
-        ++(std::abs(torque) == limit ? cut : free);
-      }
-      const double T = totals(model, s.state).energy;
-      largest = std::max(largest, T);
-      off = std::max(off, std::abs(T - before - s.integrals.motor_work));
-    });
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 2, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+                                            for (double torque : s.motor) {
+                                              EXPECT_LE(std::abs(torque), limit);
+                                              ++(std::abs(torque) == limit ? cut : free);
+                                            }
+                                            const double T = totals(model, s.state).energy;
+                                            largest = std::max(largest, T);
+                                            off = std::max(off, std::abs(T - before - s.integrals.motor_work));
+                                          }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_LT(worst.note(off / largest, i), 1e-9);
   }
@@ -148,10 +150,10 @@ TEST(ComputedTorque, SaturatedTorqueAccelerates) {
   PhaseSetup setup;
   setup.drives = {{JointControl::computed_torque, JointTrajectory::at_rest(5), 25, 10}};
   PhaseDynamics dynamics(model, setup);
-  simulate_phase(dynamics, turning(model, 0), 0, 2, 0.5, {}, [&](const PhaseSample& s) {
-    EXPECT_EQ(s.motor[0], 0.2);
-    EXPECT_NEAR(s.state.v[0], 0.2 / kWheelInertia * s.time, 1e-13);
-  });
+  simulate_phase(dynamics, {turning(model, 0), 0, 2, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                   EXPECT_EQ(s.motor[0], 0.2);
+                   EXPECT_NEAR(s.state.v[0], 0.2 / kWheelInertia * s.time, 1e-13);
+                 }});
 }
 
 // The controller does not compensate friction: theta'' = kp (1 - theta) - (kd + c/I) theta'.
@@ -161,12 +163,13 @@ TEST(ComputedTorque, FrictionDisturbsIt) {
   PhaseSetup setup;
   setup.drives = {{JointControl::computed_torque, JointTrajectory::at_rest(1), kp, kd}};
   PhaseDynamics dynamics(model, setup);
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 3, 0.25, {}, [&](const PhaseSample& s) {
-    const double error = damped_oscillation(-1, 0.5 * (kd + viscous / kWheelInertia), kp, s.time);
-    EXPECT_NEAR(s.state.q[0], 1 + error, 1e-11);
-    EXPECT_NEAR(s.motor[0], kWheelInertia * (kp * (1 - s.state.q[0]) - kd * s.state.v[0]), 1e-12);
-    EXPECT_EQ(s.friction[0], -viscous * s.state.v[0]);
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {turning(model, 0), 0, 3, 0.25}, {}, {.observe = [&](const PhaseSample& s) {
+                       const double error = damped_oscillation(-1, 0.5 * (kd + viscous / kWheelInertia), kp, s.time);
+                       EXPECT_NEAR(s.state.q[0], 1 + error, 1e-11);
+                       EXPECT_NEAR(s.motor[0], kWheelInertia * (kp * (1 - s.state.q[0]) - kd * s.state.v[0]), 1e-12);
+                       EXPECT_EQ(s.friction[0], -viscous * s.state.v[0]);
+                     }});
   EXPECT_LT(o.integrals.friction_work, -0.1);
   EXPECT_NEAR(o.integrals.motor_work + o.integrals.friction_work,
               0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], 1e-11);
@@ -194,13 +197,14 @@ TEST(ComputedTorque, CombinesWithOtherControls) {
     PhaseDynamics dynamics(model, setup);
     const double before = totals(model, start).energy;
     double largest = before, off = 0, error = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-      error = std::max(error, tracking_error(model, setup, s, JointControl::computed_torque));
-      EXPECT_EQ(tracking_error(model, setup, s, JointControl::prescribed), 0);
-      const double T = totals(model, s.state).energy;
-      largest = std::max(largest, T);
-      off = std::max(off, std::abs(T - before - s.integrals.motor_work - s.integrals.friction_work));
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                         error = std::max(error, tracking_error(model, setup, s, JointControl::computed_torque));
+                         EXPECT_EQ(tracking_error(model, setup, s, JointControl::prescribed), 0);
+                         const double T = totals(model, s.state).energy;
+                         largest = std::max(largest, T);
+                         off = std::max(off, std::abs(T - before - s.integrals.motor_work - s.integrals.friction_work));
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_LT(energy.note(off / largest, i), 1e-9);
     if (i % 2 == 0) {

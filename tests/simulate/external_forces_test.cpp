@@ -53,19 +53,20 @@ TEST_P(External, ImpulseAndWorkBalance) {
     const Totals before = totals(model, start);
     const Posed X_WB = root_pose(model, start, base);
     double largest = size(before.momentum), off = 0, most = before.energy, lost = 0, max_impulse = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.2, {}, [&](const PhaseSample& s) {
-      const Totals now = totals(model, s.state);
-      largest = std::max(largest, size(now.momentum));
-      max_impulse = std::max(max_impulse, size(s.integrals.external_impulse));
-      off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
-      most = std::max(most, now.energy);
-      lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work -
-                                     s.integrals.external_work));
-      if (p.root == Root::held) {
-        const Posed X = root_pose(model, s.state, base);
-        EXPECT_LT(norm(X.p - X_WB.p) + rotation_angle(transpose(X.R) * X_WB.R), 1e-15);
-      }
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 2, 0.2}, {}, {.observe = [&](const PhaseSample& s) {
+                         const Totals now = totals(model, s.state);
+                         largest = std::max(largest, size(now.momentum));
+                         max_impulse = std::max(max_impulse, size(s.integrals.external_impulse));
+                         off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
+                         most = std::max(most, now.energy);
+                         lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work -
+                                                        s.integrals.friction_work - s.integrals.external_work));
+                         if (p.root == Root::held) {
+                           const Posed X = root_pose(model, s.state, base);
+                           EXPECT_LT(norm(X.p - X_WB.p) + rotation_angle(transpose(X.R) * X_WB.R), 1e-15);
+                         }
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_GT(max_impulse, 0.01);
     // The impulse is integrated without error control: 2e-12 here, 4e-10 over six other seeds.
@@ -83,15 +84,16 @@ TEST(Gravity, CentreOfMassFallsOnAParabola) {
   PhaseDynamics dynamics(model, setup);
   const Totals before = totals(model, start);
   const Vector3d v = (1 / model.mass()) * before.momentum.linear;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 3, 0.5, {}, [&](const PhaseSample& s) {
-    const Totals now = totals(model, s.state);
-    const Vector3d expected = before.com + s.time * v + 0.5 * s.time * s.time * setup.gravity;
-    EXPECT_LT(norm(now.com - expected), 1e-10);  // measured 9.2e-13
-    const double work = model.mass() * dot(setup.gravity, now.com - before.com);
-    EXPECT_NEAR(s.integrals.external_work, work, 1e-10 * (1 + std::abs(work)));
-    const Vector3d impulse = model.mass() * s.time * setup.gravity;
-    EXPECT_LT(norm(s.integrals.external_impulse.linear - impulse), 1e-10 * (1 + norm(impulse)));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 3, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                       const Totals now = totals(model, s.state);
+                       const Vector3d expected = before.com + s.time * v + 0.5 * s.time * s.time * setup.gravity;
+                       EXPECT_LT(norm(now.com - expected), 1e-10);  // measured 9.2e-13
+                       const double work = model.mass() * dot(setup.gravity, now.com - before.com);
+                       EXPECT_NEAR(s.integrals.external_work, work, 1e-10 * (1 + std::abs(work)));
+                       const Vector3d impulse = model.mass() * s.time * setup.gravity;
+                       EXPECT_LT(norm(s.integrals.external_impulse.linear - impulse), 1e-10 * (1 + norm(impulse)));
+                     }});
   EXPECT_TRUE(o.finished);
 }
 
@@ -122,14 +124,14 @@ TEST(FixedRoot, PendulumPeriodAndEnergy) {
     g = std::sqrt(a * g), a = mean;
   }
   const double period = 2 * M_PI / (w0 * a);
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, period, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, period});
   ASSERT_TRUE(o.finished);
   EXPECT_NEAR(o.end_state.q[0], 1.9, 1e-11);
   EXPECT_NEAR(o.end_state.v[0], 0, 1e-11);
   EXPECT_NEAR(o.integrals.external_work, 0, 1e-10);
   // Over a period the linear impulses of ground and gravity cancel.
   EXPECT_LT(norm(o.integrals.external_impulse.linear), 1e-10);
-  const PhaseOutcome half = simulate_phase(dynamics, start, 0, period / 4, 0, {});
+  const PhaseOutcome half = simulate_phase(dynamics, {start, 0, period / 4});
   EXPECT_NEAR(half.end_state.q[0], 0, 1e-10);
   EXPECT_NEAR(half.end_state.v[0], -w0 * std::sqrt(2 * (1 - std::cos(1.9))), 1e-10);
 }

@@ -156,16 +156,17 @@ TEST(ExternalLoad, ImpulseAndWorkBalance) {
     double largest = size(before.momentum), most = before.energy, off = 0, lost = 0, work = 0, impulse = 0;
     IntegrationSetup integration;
     integration.relative_tolerance = 1e-14, integration.absolute_tolerance = 1e-15;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, integration, [&](const PhaseSample& s) {
-      const Totals now = totals(model, s.state);
-      largest = std::max(largest, size(now.momentum));
-      most = std::max(most, now.energy);
-      off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
-      lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work -
-                                     s.integrals.external_work));
-      work = std::max(work, std::abs(s.integrals.external_work));
-      impulse = std::max(impulse, size(s.integrals.external_impulse));
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 2, 0.1}, integration, {.observe = [&](const PhaseSample& s) {
+                         const Totals now = totals(model, s.state);
+                         largest = std::max(largest, size(now.momentum));
+                         most = std::max(most, now.energy);
+                         off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
+                         lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work -
+                                                        s.integrals.friction_work - s.integrals.external_work));
+                         work = std::max(work, std::abs(s.integrals.external_work));
+                         impulse = std::max(impulse, size(s.integrals.external_impulse));
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_GT(work, 0.05);
     EXPECT_GT(impulse, 1);
@@ -203,7 +204,7 @@ TEST(ExternalLoad, WeldedBodyEqualsCarrier) {
     on_root.loads[0].p_BP = welded.X_PF * load.p_BP;
     if (in_body) on_root.loads[0].amplitude = welded.X_PF.R * load.amplitude;
     PhaseDynamics a(model, on_welded), b(model, on_root);
-    const PhaseOutcome of_a = simulate_phase(a, start, 0, 3, 0, {}), of_b = simulate_phase(b, start, 0, 3, 0, {});
+    const PhaseOutcome of_a = simulate_phase(a, {start, 0, 3}), of_b = simulate_phase(b, {start, 0, 3});
     EXPECT_LT(difference(of_a.end_state, of_b.end_state), 1e-11);  // measured 2.7e-14
     EXPECT_GT(difference(of_a.end_state, start), 0.5);
     EXPECT_NEAR(of_a.integrals.external_work, of_b.integrals.external_work, 1e-11);
@@ -220,7 +221,7 @@ TEST(ExternalLoad, HalfSineImpulse) {
   PhaseSetup setup;
   setup.loads = {load};
   PhaseDynamics dynamics(model, setup);
-  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 2, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 2});
   const double share = 2 / M_PI * 0.5;
   const Totals end = totals(model, o.end_state);
   EXPECT_LT(norm(end.momentum.linear - share * Vector3d{7, -3, 2}), 1e-12);
@@ -244,7 +245,7 @@ TEST(ExternalLoad, BodyFrameRotates) {
     setup.loads = {load};
     setup.loads[0].frame = in_body ? LoadFrame::body : LoadFrame::world;
     PhaseDynamics dynamics(model, setup);
-    return root_twist(model, simulate_phase(dynamics, start, 0, t, 0, {}).end_state, 0).linear;
+    return root_twist(model, simulate_phase(dynamics, {start, 0, t}).end_state, 0).linear;
   };
   EXPECT_LT(norm(speed(false) - Vector3d{2 * t, 0, 0}), 1e-12);
   EXPECT_LT(norm(speed(true) - (2 / w) * Vector3d{std::sin(w * t), 1 - std::cos(w * t), 0}), 1e-12);

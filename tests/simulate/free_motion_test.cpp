@@ -30,10 +30,10 @@ TEST(FreeBody, SymmetricTopIsExact) {
     set_root_pose(model, 0, top.X_WB, start);
     set_root_twist(model, 0, {top.X_WB.R * top.w_B, top.v_W}, start);
     PhaseDynamics dynamics(model, {});
-    simulate_phase(dynamics, start, 0, 20, 2, {}, [&](const PhaseSample& s) {
-      const Posed X = root_pose(model, s.state, 0), exact = top.pose(s.time);
-      EXPECT_LT(worst.note(norm(X.p - exact.p) + rotation_angle(transpose(exact.R) * X.R), i), 1e-9);
-    });
+    simulate_phase(dynamics, {start, 0, 20, 2}, {}, {.observe = [&](const PhaseSample& s) {
+                     const Posed X = root_pose(model, s.state, 0), exact = top.pose(s.time);
+                     EXPECT_LT(worst.note(norm(X.p - exact.p) + rotation_angle(transpose(exact.R) * X.R), i), 1e-9);
+                   }});
   }
 }
 
@@ -73,14 +73,14 @@ TEST(FreeBody, TriaxialTargetIsJacobis) {
   const Vector3d h = R * Vector3d{I1 * A, 0, I3 * C};
   PhaseDynamics dynamics(model, {});
   double rates = 0, momenta = 0, path = 0;
-  simulate_phase(dynamics, start, 0, 40, 1, {}, [&](const PhaseSample& s) {
-    const Jacobi j = jacobi(l * s.time, m);
-    const Posed X = root_pose(model, s.state, 0);
-    const Vector3d w{s.state.v[0], s.state.v[1], s.state.v[2]};
-    rates = std::max(rates, norm(w - Vector3d{A * j.dn, B * j.sn, C * j.cn}));
-    momenta = std::max(momenta, norm(X.R * Vector3d{I1 * w[0], I2 * w[1], I3 * w[2]} - h));
-    path = std::max(path, norm(X * com - (Vector3d{4, 5, 6} + R * com + s.time * v_com)));
-  });
+  simulate_phase(dynamics, {start, 0, 40, 1}, {}, {.observe = [&](const PhaseSample& s) {
+                   const Jacobi j = jacobi(l * s.time, m);
+                   const Posed X = root_pose(model, s.state, 0);
+                   const Vector3d w{s.state.v[0], s.state.v[1], s.state.v[2]};
+                   rates = std::max(rates, norm(w - Vector3d{A * j.dn, B * j.sn, C * j.cn}));
+                   momenta = std::max(momenta, norm(X.R * Vector3d{I1 * w[0], I2 * w[1], I3 * w[2]} - h));
+                   path = std::max(path, norm(X * com - (Vector3d{4, 5, 6} + R * com + s.time * v_com)));
+                 }});
   std::printf("[ measured ] triaxial: rates %.3g, momentum %.3g, path %.3g\n", rates, momenta, path);
   EXPECT_LT(rates, 1e-9);
   EXPECT_LT(momenta, 1e-13);
@@ -126,15 +126,16 @@ Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, S
   PhaseDynamics dynamics(r.model, setup);
   const std::vector<Momentumd> before = tree_momenta(r.model, r.state);
   Drift d;
-  const PhaseOutcome o = simulate_phase(dynamics, r.state, 0, 5, 0.5, integration, [&](const PhaseSample& s) {
-    const std::vector<Momentumd> now = tree_momenta(r.model, s.state);
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      EXPECT_GT(norm(before[i].linear), 0.01);
-      EXPECT_GT(norm(before[i].angular), 0.001);
-      d.linear = std::max(d.linear, norm(now[i].linear - before[i].linear) / norm(before[i].linear));
-      d.angular = std::max(d.angular, norm(now[i].angular - before[i].angular) / norm(before[i].angular));
-    }
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {r.state, 0, 5, 0.5}, integration, {.observe = [&](const PhaseSample& s) {
+        const std::vector<Momentumd> now = tree_momenta(r.model, s.state);
+        for (std::size_t i = 0; i < now.size(); ++i) {
+          EXPECT_GT(norm(before[i].linear), 0.01);
+          EXPECT_GT(norm(before[i].angular), 0.001);
+          d.linear = std::max(d.linear, norm(now[i].linear - before[i].linear) / norm(before[i].linear));
+          d.angular = std::max(d.angular, norm(now[i].angular - before[i].angular) / norm(before[i].angular));
+        }
+      }});
   EXPECT_TRUE(o.finished) << o.failure;
   end = o.end_state;
   correction = o.momentum_corrected;
@@ -183,10 +184,10 @@ TEST(Backwards, ReturnsToTheStart) {
     SCOPED_TRACE(seed_note(i));
     const Robot r = random_robot(i);
     PhaseDynamics dynamics(r.model, {});
-    const PhaseOutcome there = simulate_phase(dynamics, r.state, 0, 2, 0, {});
+    const PhaseOutcome there = simulate_phase(dynamics, {r.state, 0, 2});
     std::vector<double> times;
-    const PhaseOutcome back = simulate_phase(dynamics, there.end_state, 2, 0, 0.75, {},
-                                             [&](const PhaseSample& s) { times.push_back(s.time); });
+    const PhaseOutcome back = simulate_phase(dynamics, {there.end_state, 2, 0, 0.75}, {},
+                                             {.observe = [&](const PhaseSample& s) { times.push_back(s.time); }});
     ASSERT_TRUE(back.finished);
     EXPECT_EQ(back.end_time, 0);
     EXPECT_THAT(times, ::testing::ElementsAre(2, 1.25, 0.5, 0));
@@ -200,29 +201,29 @@ TEST(SimulatePhase, SamplesAtGridAndEnd) {
   PhaseDynamics dynamics(r.model, {});
   std::vector<double> times;
   const auto note = [&](const PhaseSample& s) { times.push_back(s.time); };
-  simulate_phase(dynamics, r.state, 1, 2, 0.3, {}, note);
+  simulate_phase(dynamics, {r.state, 1, 2, 0.3}, {}, {.observe = note});
   EXPECT_THAT(times, ::testing::ElementsAre(1, 1.3, 1.6, 1.9, 2));
   times.clear();
-  simulate_phase(dynamics, r.state, 0, 1, 0.1, {}, note);
+  simulate_phase(dynamics, {r.state, 0, 1, 0.1}, {}, {.observe = note});
   ASSERT_EQ(times.size(), 11u);  // one sample at the end, although 10 * 0.1 rounds
   EXPECT_EQ(times.back(), 1);
   times.clear();
-  simulate_phase(dynamics, r.state, 0, 1, 0, {}, note);
+  simulate_phase(dynamics, {r.state, 0, 1}, {}, {.observe = note});
   EXPECT_THAT(times, ::testing::ElementsAre(0, 1));
   times.clear();
-  simulate_phase(dynamics, r.state, 4, 4, 0.1, {}, note);
+  simulate_phase(dynamics, {r.state, 4, 4, 0.1}, {}, {.observe = note});
   EXPECT_THAT(times, ::testing::ElementsAre(4));
 }
 
 TEST(SimulatePhase, Rk4ConvergesToTheAdaptiveResult) {
   const Robot r = random_robot(2);
   PhaseDynamics dynamics(r.model, {});
-  const State fine = simulate_phase(dynamics, r.state, 0, 1, 0, {}).end_state;
+  const State fine = simulate_phase(dynamics, {r.state, 0, 1}).end_state;
   const auto error = [&](double step) {
     IntegrationSetup setup;
     setup.method = IntegrationSetup::Method::rk4;
     setup.step = step;
-    return difference(simulate_phase(dynamics, r.state, 0, 1, 0, setup).end_state, fine);
+    return difference(simulate_phase(dynamics, {r.state, 0, 1}, setup).end_state, fine);
   };
   const double coarse = error(1.0 / 20), half = error(1.0 / 40);
   std::printf("[ measured ] RK4 errors %.3g, %.3g\n", coarse, half);
@@ -234,7 +235,7 @@ TEST(SimulatePhase, ReportsFailureTime) {
   PhaseDynamics dynamics(r.model, {});
   IntegrationSetup setup;
   setup.max_steps = 3;
-  const PhaseOutcome o = simulate_phase(dynamics, r.state, 0, 100, 1, setup);
+  const PhaseOutcome o = simulate_phase(dynamics, {r.state, 0, 100, 1}, setup);
   EXPECT_FALSE(o.finished);
   EXPECT_THAT(o.failure, ::testing::HasSubstr("the limit on the number of steps is used up"));
   EXPECT_GT(o.end_time, 0);

@@ -119,17 +119,18 @@ TEST_P(HeldImpulses, AreInTheBalances) {
     PhaseDynamics dynamics(model, setup);
     const Inner before = inner(model, state);
     double scale = before.energy, missing = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, state, 0, 1.5, 0.05, {}, [&](const PhaseSample& s) {
-      const Inner now = inner(model, s.state);
-      const TreeIntegrals outside = s.integrals.trees.empty() ? TreeIntegrals{} : s.integrals.trees[0];
-      const double work = s.integrals.motor_work + s.integrals.friction_work + outside.work;
-      scale = std::max(scale, now.energy);
-      missing = std::max(missing, std::abs(now.energy - before.energy - work));
-      largest_work = std::max(largest_work, std::abs(outside.work) + std::abs(s.integrals.motor_work));
-      const Momentumd entered = now.h - before.h - outside.impulse;
-      off = std::max({off, norm(entered.linear) / std::max(1.0, norm(now.h.linear)),
-                      norm(entered.angular) / std::max(1.0, norm(now.h.angular))});
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {state, 0, 1.5, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+          const Inner now = inner(model, s.state);
+          const TreeIntegrals outside = s.integrals.trees.empty() ? TreeIntegrals{} : s.integrals.trees[0];
+          const double work = s.integrals.motor_work + s.integrals.friction_work + outside.work;
+          scale = std::max(scale, now.energy);
+          missing = std::max(missing, std::abs(now.energy - before.energy - work));
+          largest_work = std::max(largest_work, std::abs(outside.work) + std::abs(s.integrals.motor_work));
+          const Momentumd entered = now.h - before.h - outside.impulse;
+          off = std::max({off, norm(entered.linear) / std::max(1.0, norm(now.h.linear)),
+                          norm(entered.angular) / std::max(1.0, norm(now.h.angular))});
+        }});
     ASSERT_TRUE(o.finished) << o.failure;
     impacts += dynamics.joint_modes().stop_impact_count();
     EXPECT_LT(missing / scale, 1e-10);

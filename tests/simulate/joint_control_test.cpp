@@ -15,7 +15,7 @@ namespace joint_control_test {
 TEST(Friction, ViscousSlowsExponentially) {
   const Model model = flywheel({0.3, 0, 1e-3});
   PhaseDynamics dynamics(model, {});
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 2), 0, 5, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 2), 0, 5});
   ASSERT_TRUE(o.finished);
   const double rate = 2 * std::exp(-0.3 * 5 / kWheelInertia);
   EXPECT_NEAR(o.end_state.v[0], rate, 1e-12);
@@ -26,9 +26,9 @@ TEST(Friction, ViscousSlowsExponentially) {
 TEST(Friction, CoulombSlowsSteadilyUntilItStops) {
   const Model model = flywheel({0, 0.5, 1e-3});
   PhaseDynamics dynamics(model, {});
-  const PhaseOutcome moving = simulate_phase(dynamics, turning(model, 2), 0, 5, 0, {});
+  const PhaseOutcome moving = simulate_phase(dynamics, {turning(model, 2), 0, 5});
   EXPECT_NEAR(moving.end_state.v[0], 2 - 0.5 * 5 / kWheelInertia, 1e-12);
-  const PhaseOutcome stopped = simulate_phase(dynamics, turning(model, -2), 0, 14, 0, {});
+  const PhaseOutcome stopped = simulate_phase(dynamics, {turning(model, -2), 0, 14});
   ASSERT_TRUE(stopped.finished);
   EXPECT_LT(std::abs(stopped.end_state.v[0]), 1e-6);
   EXPECT_NEAR(stopped.integrals.friction_work, -kWheelInertia / 2 * 4, 1e-10);
@@ -41,17 +41,19 @@ TEST(EffortLimit, SaturatesAndAcceleratesByIt) {
   setup.drives[0] = {JointControl::pd, JointTrajectory::at_rest(5), 49, 14};
   PhaseDynamics dynamics(model, setup);
   int samples = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 3, 0.1, {}, [&](const PhaseSample& s) {
-    EXPECT_EQ(s.motor[0], 0.2);
-    EXPECT_NEAR(s.state.v[0], 0.2 / kWheelInertia * s.time, 1e-13);
-    ++samples;
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {turning(model, 0), 0, 3, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                       EXPECT_EQ(s.motor[0], 0.2);
+                       EXPECT_NEAR(s.state.v[0], 0.2 / kWheelInertia * s.time, 1e-13);
+                       ++samples;
+                     }});
   EXPECT_TRUE(o.finished);
   EXPECT_EQ(samples, 31);
   EXPECT_NEAR(o.integrals.motor_work, kWheelInertia / 2 * std::pow(0.6 / kWheelInertia, 2), 1e-13);
   setup.drives[0].trajectory = JointTrajectory::at_rest(-5);
   PhaseDynamics other(model, setup);
-  simulate_phase(other, turning(model, 0), 0, 1, 0.1, {}, [](const PhaseSample& s) { EXPECT_EQ(s.motor[0], -0.2); });
+  simulate_phase(other, {turning(model, 0), 0, 1, 0.1}, {},
+                 {.observe = [](const PhaseSample& s) { EXPECT_EQ(s.motor[0], -0.2); }});
 }
 
 // 2 kg m^2 + rotor under PD towards 1 rad: the damped oscillator in closed form.
@@ -61,11 +63,12 @@ TEST(PD, IsTheDampedOscillator) {
   setup.drives = {{JointControl::pd, JointTrajectory::at_rest(1), 20, 2}};
   PhaseDynamics dynamics(model, setup);
   const double damping = 2 / (2 * kWheelInertia), w = std::sqrt(20 / kWheelInertia - damping * damping);
-  simulate_phase(dynamics, turning(model, 0), 0, 6, 0.25, {}, [&](const PhaseSample& s) {
-    const double e = std::exp(-damping * s.time);
-    EXPECT_NEAR(s.state.q[0], 1 - e * (std::cos(w * s.time) + damping / w * std::sin(w * s.time)), 1e-11);
-    EXPECT_NEAR(s.motor[0], 20 * (1 - s.state.q[0]) - 2 * s.state.v[0], 1e-14);  // products may be fused
-  });
+  simulate_phase(dynamics, {turning(model, 0), 0, 6, 0.25}, {}, {.observe = [&](const PhaseSample& s) {
+                   const double e = std::exp(-damping * s.time);
+                   EXPECT_NEAR(s.state.q[0], 1 - e * (std::cos(w * s.time) + damping / w * std::sin(w * s.time)),
+                               1e-11);
+                   EXPECT_NEAR(s.motor[0], 20 * (1 - s.state.q[0]) - 2 * s.state.v[0], 1e-14);  // products may be fused
+                 }});
 }
 
 TEST(PrescribedJoints, FollowTheirPathExactly) {
@@ -77,14 +80,14 @@ TEST(PrescribedJoints, FollowTheirPathExactly) {
     PhaseSetup setup;
     setup.drives = random_drives(model, start, JointControl::prescribed, 2, random, 3);
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 3, 5, 0.5, {}, [&](const PhaseSample& s) {
-      for (std::size_t j = 0; j < model.joints().size(); ++j) {
-        const Body& body = model.bodies()[model.joints()[j]];
-        const JointPoint p = evaluate(setup.drives[j].trajectory, s.time);
-        EXPECT_EQ(s.state.q[body.q], p.position);
-        EXPECT_EQ(s.state.v[body.v], p.rate);
-      }
-    });
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 3, 5, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                                            for (std::size_t j = 0; j < model.joints().size(); ++j) {
+                                              const Body& body = model.bodies()[model.joints()[j]];
+                                              const JointPoint p = evaluate(setup.drives[j].trajectory, s.time);
+                                              EXPECT_EQ(s.state.q[body.q], p.position);
+                                              EXPECT_EQ(s.state.v[body.v], p.rate);
+                                            }
+                                          }});
     ASSERT_TRUE(o.finished) << o.failure;
   }
 }
@@ -100,12 +103,12 @@ TEST(PD, ConvergesToIdealTracking) {
   PhaseSetup setup;
   setup.drives = random_drives(model, start, JointControl::prescribed, 3, random);
   PhaseDynamics ideal(model, setup);
-  const State reference = simulate_phase(ideal, start, 0, 3, 0, {}).end_state;
+  const State reference = simulate_phase(ideal, {start, 0, 3}).end_state;
   const auto error = [&](double stiffness) {
     PhaseSetup pd = setup;
     for (JointDrive& d : pd.drives) d.control = JointControl::pd, d.kp = stiffness, d.kd = 2 * std::sqrt(stiffness * 5);
     PhaseDynamics dynamics(model, pd);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 3, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 3});
     EXPECT_TRUE(o.finished) << o.failure;
     return difference(o.end_state, reference);
   };
@@ -145,20 +148,21 @@ TEST_P(Work, EqualsChangeOfEnergy) {
     PhaseDynamics dynamics(model, setup);
     const double before = totals(model, start).energy;
     double largest = before, off = 0, friction_before = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-      const double T = totals(model, s.state).energy;
-      largest = std::max(largest, T);
-      off = std::max(off, std::abs(T - before - s.integrals.motor_work - s.integrals.friction_work));
-      EXPECT_LE(s.integrals.friction_work, friction_before);  // friction never adds energy
-      friction_before = s.integrals.friction_work;
-      EXPECT_EQ(s.integrals.external_work, 0);
-      for (std::size_t j = 0; j < s.friction.size(); ++j) {
-        EXPECT_LE(s.friction[j] * s.state.v[model.bodies()[model.joints()[j]].v], 0);
-        if (GetParam().control != JointControl::prescribed && i % 3 == 0) {
-          EXPECT_LE(std::abs(s.motor[j]), 5.0);
-        }
-      }
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {start, 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                         const double T = totals(model, s.state).energy;
+                         largest = std::max(largest, T);
+                         off = std::max(off, std::abs(T - before - s.integrals.motor_work - s.integrals.friction_work));
+                         EXPECT_LE(s.integrals.friction_work, friction_before);  // friction never adds energy
+                         friction_before = s.integrals.friction_work;
+                         EXPECT_EQ(s.integrals.external_work, 0);
+                         for (std::size_t j = 0; j < s.friction.size(); ++j) {
+                           EXPECT_LE(s.friction[j] * s.state.v[model.bodies()[model.joints()[j]].v], 0);
+                           if (GetParam().control != JointControl::prescribed && i % 3 == 0) {
+                             EXPECT_LE(std::abs(s.motor[j]), 5.0);
+                           }
+                         }
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_LT(o.integrals.friction_work, 0);
     motors = std::max(motors, std::abs(o.integrals.motor_work));
@@ -183,13 +187,13 @@ TEST_P(Work, EqualsIntegralOfPower) {
   setup.drives = random_drives(model, start, GetParam().control, 2, random);
   PhaseDynamics dynamics(model, setup);
   std::vector<double> motor, friction;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.002, {}, [&](const PhaseSample& s) {
-    motor.push_back(0), friction.push_back(0);
-    for (std::size_t j = 0; j < s.motor.size(); ++j) {
-      const double rate = s.state.v[model.bodies()[model.joints()[j]].v];
-      motor.back() += s.motor[j] * rate, friction.back() += s.friction[j] * rate;
-    }
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 2, 0.002}, {}, {.observe = [&](const PhaseSample& s) {
+                                          motor.push_back(0), friction.push_back(0);
+                                          for (std::size_t j = 0; j < s.motor.size(); ++j) {
+                                            const double rate = s.state.v[model.bodies()[model.joints()[j]].v];
+                                            motor.back() += s.motor[j] * rate, friction.back() += s.friction[j] * rate;
+                                          }
+                                        }});
   ASSERT_TRUE(o.finished);
   ASSERT_EQ(motor.size(), 1001u);
   const auto simpson = [](const std::vector<double>& y) {

@@ -43,13 +43,14 @@ TEST(JointModes, FrictionStopsAndHoldsWheel) {
   const Model model = flywheel(sticking(c));
   for (double sense : {1.0, -1.0}) {
     PhaseDynamics dynamics(model, {});
-    const PhaseOutcome o = simulate_phase(dynamics, turning(model, sense * w0), 0, 20, 0.25, {}, [&](const auto& s) {
-      const double t = std::min(s.time, stop);
-      EXPECT_NEAR(s.state.v[0], sense * (w0 - c / kWheelInertia * t), 1e-11);  // measured 1e-12
-      EXPECT_NEAR(s.state.q[0], sense * (w0 * t - 0.5 * c / kWheelInertia * t * t), 1e-10);
-      if (s.time <= stop) return;
-      EXPECT_EQ(s.state.v[0], 0);
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {turning(model, sense * w0), 0, 20, 0.25}, {}, {.observe = [&](const auto& s) {
+                         const double t = std::min(s.time, stop);
+                         EXPECT_NEAR(s.state.v[0], sense * (w0 - c / kWheelInertia * t), 1e-11);  // measured 1e-12
+                         EXPECT_NEAR(s.state.q[0], sense * (w0 * t - 0.5 * c / kWheelInertia * t * t), 1e-10);
+                         if (s.time <= stop) return;
+                         EXPECT_EQ(s.state.v[0], 0);
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_NEAR(o.integrals.friction_work, -0.5 * kWheelInertia * w0 * w0, 1e-10);
     ASSERT_EQ(o.integrals.joints.size(), 1U);
@@ -66,23 +67,24 @@ TEST(JointModes, BreakAwayAtStaticEffort) {
   const Model model = flywheel(sticking(c, s));
   for (double sense : {1.0, -1.0}) {
     PhaseDynamics dynamics(model, pulled(model, [&](double t, std::size_t) { return sense * rate * t; }));
-    const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 12, 0.5, {}, [&](const PhaseSample& x) {
-      const double t = x.time;
-      if (t < leaves) {
-        EXPECT_EQ(x.state.v[0], 0);
-        EXPECT_NEAR(x.friction[0], -sense * rate * t, 1e-14);  // holding effort
-      } else {
-        const double slid = 0.5 * rate * (t * t - leaves * leaves) - c * (t - leaves);
-        EXPECT_NEAR(x.state.v[0], sense * slid / kWheelInertia, 1e-10);
-      }
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {turning(model, 0), 0, 12, 0.5}, {}, {.observe = [&](const PhaseSample& x) {
+                         const double t = x.time;
+                         if (t < leaves) {
+                           EXPECT_EQ(x.state.v[0], 0);
+                           EXPECT_NEAR(x.friction[0], -sense * rate * t, 1e-14);  // holding effort
+                         } else {
+                           const double slid = 0.5 * rate * (t * t - leaves * leaves) - c * (t - leaves);
+                           EXPECT_NEAR(x.state.v[0], sense * slid / kWheelInertia, 1e-10);
+                         }
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_EQ(dynamics.joint_modes().joints()[0].breakaways, 1);
   }
   PhaseDynamics below(model, pulled(model, [](double, std::size_t) { return 0.8 * (1 - 1e-9); }));
-  EXPECT_EQ(simulate_phase(below, turning(model, 0), 0, 5, 0, {}).end_state.v[0], 0);
+  EXPECT_EQ(simulate_phase(below, {turning(model, 0), 0, 5}).end_state.v[0], 0);
   PhaseDynamics above(model, pulled(model, [](double, std::size_t) { return 0.8 * (1 + 1e-9); }));
-  EXPECT_NEAR(simulate_phase(above, turning(model, 0), 0, 5, 0, {}).end_state.v[0], 5 * 0.3 / kWheelInertia, 1e-8);
+  EXPECT_NEAR(simulate_phase(above, {turning(model, 0), 0, 5}).end_state.v[0], 5 * 0.3 / kWheelInertia, 1e-8);
 }
 
 // Two sliders in series on the ground, without gravity along them.
@@ -107,7 +109,7 @@ TEST(JointModes, JointDecisionOfSlidingJoint) {
   const auto accelerations = [](double first, double second, double effort_on_first) {
     const Model model = sliders(sticking(first), sticking(second));
     PhaseDynamics dynamics(model, pulled(model, [=](double, std::size_t j) { return j == 0 ? effort_on_first : 0; }));
-    const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 1, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 1});
     EXPECT_TRUE(o.finished) << o.failure;
     return o.end_state.v;
   };
@@ -152,7 +154,7 @@ TEST(JointModes, BounceGeometricallyAndRest) {
   const Model model = block(stopped(-height, 10, e, least));
   const auto run = [&](double interval, std::vector<JointModes::StopImpact>& impacts) {
     PhaseDynamics dynamics(model, pulled(model, [](double, std::size_t) { return -push; }));
-    const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 4, interval, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 4, interval});
     EXPECT_TRUE(o.finished) << o.failure;
     impacts = dynamics.joint_modes().stop_impacts();
     EXPECT_EQ(dynamics.joint_modes().joints()[0].mode, JointModes::Mode::held);
@@ -190,11 +192,12 @@ TEST(JointModes, LeaveAStopWhenPulled) {
   const Model model = block(stopped(-1, 0, 0.5));
   // b rests on its upper stop under 2 (1 - t), until t = 1.
   PhaseDynamics dynamics(model, pulled(model, [](double t, std::size_t) { return 2 * (1 - t); }));
-  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 1.5, 0.125, {}, [](const PhaseSample& s) {
-    if (s.time >= 1) return;
-    EXPECT_EQ(s.state.v[0], 0);
-    EXPECT_NEAR(s.friction[0], -2 * (1 - s.time), 1e-13);
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {zero_state(model), 0, 1.5, 0.125}, {}, {.observe = [](const PhaseSample& s) {
+                       if (s.time >= 1) return;
+                       EXPECT_EQ(s.state.v[0], 0);
+                       EXPECT_NEAR(s.friction[0], -2 * (1 - s.time), 1e-13);
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(o.end_state.v[0], -0.5 * 0.5 / 3, 1e-10);  // -(t - 1)^2 / m
   EXPECT_EQ(dynamics.joint_modes().stop_impact_count(), 0);
@@ -238,16 +241,17 @@ TEST(JointModes, ConserveMomentumAndBalanceEnergy) {
     PhaseDynamics dynamics(model, setup);
     const Totals before = totals(model, state);
     ASSERT_GT(norm(before.momentum.angular), 1e-3);
-    const PhaseOutcome o = simulate_phase(dynamics, state, 0, 3, 0.5, {}, [&](const PhaseSample& s) {
-      const Totals now = totals(model, s.state);
-      const double scale = std::max(before.energy, now.energy);
-      worst_momentum = std::max(worst_momentum,
-                                norm(now.momentum.angular - before.momentum.angular) / norm(before.momentum.angular));
-      worst_momentum =
-          std::max(worst_momentum, norm(now.momentum.linear - before.momentum.linear) / norm(before.momentum.linear));
-      const double work = s.integrals.motor_work + s.integrals.friction_work;
-      worst_energy = std::max(worst_energy, std::abs(now.energy - before.energy - work) / scale);
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {state, 0, 3, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+          const Totals now = totals(model, s.state);
+          const double scale = std::max(before.energy, now.energy);
+          worst_momentum = std::max(
+              worst_momentum, norm(now.momentum.angular - before.momentum.angular) / norm(before.momentum.angular));
+          worst_momentum = std::max(worst_momentum,
+                                    norm(now.momentum.linear - before.momentum.linear) / norm(before.momentum.linear));
+          const double work = s.integrals.motor_work + s.integrals.friction_work;
+          worst_energy = std::max(worst_energy, std::abs(now.energy - before.energy - work) / scale);
+        }});
     ASSERT_TRUE(o.finished) << o.failure;
     impacts += dynamics.joint_modes().stop_impact_count();
     double heat = 0, lost = 0;
@@ -417,7 +421,7 @@ TEST(JointModes, WorkUnderSampledControl) {
   setup.drives[1].trajectory = JointTrajectory::at_rest(0.5);  // beyond its stop
   setup.clock = std::make_shared<ControlClock>(ControlTiming{0.01, 0.002}, 2);
   PhaseDynamics dynamics(model, setup);
-  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 5, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 5});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_EQ(dynamics.joint_modes().joints()[1].end, JointModes::End::upper);
   EXPECT_EQ(o.end_state.v[0], 0);
@@ -463,10 +467,11 @@ TEST(JointModes, StickInClosedLoop) {
       const Kinematics k = forward_kinematics(model, x);
       return kinetic_energy(model, k, x) - model.mass() * dot(setup.gravity, center_of_mass(model, k));
     };
-    PhaseOutcome o = simulate_phase(dynamics, s, 0, 4, 0.125, {}, [&](const PhaseSample& x) {
-      EXPECT_NEAR(energy(x.state) - energy(s), x.integrals.friction_work, 1e-9);  // measured 1e-11
-      EXPECT_NEAR(x.state.q[at("left")], x.state.q[at("right")], 1e-12);
-    });
+    PhaseOutcome o =
+        simulate_phase(dynamics, {s, 0, 4, 0.125}, {}, {.observe = [&](const PhaseSample& x) {
+                         EXPECT_NEAR(energy(x.state) - energy(s), x.integrals.friction_work, 1e-9);  // measured 1e-11
+                         EXPECT_NEAR(x.state.q[at("left")], x.state.q[at("right")], 1e-12);
+                       }});
     EXPECT_TRUE(o.finished) << o.failure;
     for (double w : o.end_state.v) EXPECT_NEAR(w, 0, 1e-12);
     return o;
@@ -494,7 +499,7 @@ TEST(JointMotors, FollowTorqueSpeedLine) {
     PhaseSetup setup = pulled(model, [&, sense = direction](double, std::size_t) { return sense * 100.0; });
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{0.5, 0}, 1);
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 10, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 0), 0, 10});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_NEAR(o.end_state.v[0], direction * w0 * (1 - std::exp(-10 / T)), 1e-9);
     const double stall = most / (3 * k);  // [A]; the gear ratio is 3
@@ -515,7 +520,7 @@ TEST(JointMotors, RippleWithTheirAngle) {
   const Model model = ModelBuilder().add(ground).add(wheel).build();
   constexpr double tau = 1.5, k = 2 * 3;
   PhaseDynamics dynamics(model, pulled(model, [](double, std::size_t) { return tau; }));
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 5, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 0), 0, 5});
   ASSERT_TRUE(o.finished) << o.failure;
   const double theta = o.end_state.q[0],
                work = tau * (theta + 0.3 / k * (std::cos(phase) - std::cos(k * theta + phase)));

@@ -130,25 +130,27 @@ TEST(MomentGyros, ScissoredPairRotatesBase) {
   EXPECT_FALSE(dynamics.is_disturbed());
   const State start = spinning(c);
   double worst_rate = 0, worst_motor = 0, worst_spin = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 3, 0.1, {}, [&](const PhaseSample& s) {
-    const double t = s.time, e = std::exp(-kBandwidth * t);
-    const double d = r * (t - (1 - e) / kBandwidth), d1 = r * (1 - e), d2 = r * kBandwidth * e;
-    const double S = std::sin(d), C = std::cos(d), inertia = I + kJ * S * S;
-    const double w = -2 * kH * S / inertia;
-    const double w1 = (-2 * kH * C * d1 - 2 * kJ * S * C * d1 * w) / inertia;
-    worst_rate = std::max(worst_rate, norm(rate_of(c, s.state) - Vector3d{0, 0, w}));
-    // Euler's equations of gimbal and rotor about their axes.
-    const double motor = kGimbal * d2 - w * C * (kH + 0.5 * kJ * S * w);
-    const double spin = kJ * (w1 * S + w * C * d1);
-    for (const MomentGyro& g : c.gyros) {
-      EXPECT_NEAR(s.state.q[g.gimbal_coordinate], d, 1e-11);
-      worst_motor = std::max(worst_motor, std::abs(s.motor[g.gimbal] - motor));
-      worst_spin = std::max(worst_spin, std::abs(s.motor[g.rotor] - spin));
-    }
-    EXPECT_NEAR(s.dynamics->control_torque()[2], -2 * kH * C * d1, 1e-8);  // tolerance of the dense output of the rates
-    EXPECT_LT(norm(totals(c.model, s.state).momentum.angular), 1e-12 * kH);
-    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 3, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+        const double t = s.time, e = std::exp(-kBandwidth * t);
+        const double d = r * (t - (1 - e) / kBandwidth), d1 = r * (1 - e), d2 = r * kBandwidth * e;
+        const double S = std::sin(d), C = std::cos(d), inertia = I + kJ * S * S;
+        const double w = -2 * kH * S / inertia;
+        const double w1 = (-2 * kH * C * d1 - 2 * kJ * S * C * d1 * w) / inertia;
+        worst_rate = std::max(worst_rate, norm(rate_of(c, s.state) - Vector3d{0, 0, w}));
+        // Euler's equations of gimbal and rotor about their axes.
+        const double motor = kGimbal * d2 - w * C * (kH + 0.5 * kJ * S * w);
+        const double spin = kJ * (w1 * S + w * C * d1);
+        for (const MomentGyro& g : c.gyros) {
+          EXPECT_NEAR(s.state.q[g.gimbal_coordinate], d, 1e-11);
+          worst_motor = std::max(worst_motor, std::abs(s.motor[g.gimbal] - motor));
+          worst_spin = std::max(worst_spin, std::abs(s.motor[g.rotor] - spin));
+        }
+        EXPECT_NEAR(s.dynamics->control_torque()[2], -2 * kH * C * d1,
+                    1e-8);  // tolerance of the dense output of the rates
+        EXPECT_LT(norm(totals(c.model, s.state).momentum.angular), 1e-12 * kH);
+        EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] base rate %.2g rad/s off, gimbal's torque %.2g, rotor's %.2g N m\n", worst_rate,
               worst_motor, worst_spin);
@@ -167,22 +169,23 @@ TEST(MomentGyros, ConservesMomentum) {
   const Vector3d L = totals(c.model, start).momentum.angular;
   EXPECT_GT(norm(L), 10);
   double drift = 0, off = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20, 0.5, {}, [&](const PhaseSample& s) {
-    drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular - L) / norm(L));
-    const Rotationd R = root_pose(c.model, s.state, c.base).R;
-    const double d = s.state.q[c.gyros[0].gimbal_coordinate];
-    const Vector3d axis{std::cos(d), 0, -std::sin(d)}, w = rate_of(c, s.state);
-    // The rotor's inertia rotates with the gimbal; the gimbal's inertia is about its axis.
-    Symmetric3d I = Symmetric3d::diagonal(50, 45, 40);
-    const Symmetric3d before = about({1, 0, 0}, kJ), now = about(axis, kJ);
-    for (double Symmetric3d::*entry :
-         {&Symmetric3d::xx, &Symmetric3d::yy, &Symmetric3d::zz, &Symmetric3d::xy, &Symmetric3d::xz, &Symmetric3d::yz})
-      I.*entry += now.*entry - before.*entry;
-    const Vector3d h = (kJ * s.state.v[c.gyros[0].rotor_velocity]) * axis +
-                       Vector3d{0, kGimbal * s.state.v[c.gyros[0].gimbal_velocity], 0};
-    off = std::max(off, norm(transpose(R) * L - I * w - h));
-    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-8);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 20, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+        drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular - L) / norm(L));
+        const Rotationd R = root_pose(c.model, s.state, c.base).R;
+        const double d = s.state.q[c.gyros[0].gimbal_coordinate];
+        const Vector3d axis{std::cos(d), 0, -std::sin(d)}, w = rate_of(c, s.state);
+        // The rotor's inertia rotates with the gimbal; the gimbal's inertia is about its axis.
+        Symmetric3d I = Symmetric3d::diagonal(50, 45, 40);
+        const Symmetric3d before = about({1, 0, 0}, kJ), now = about(axis, kJ);
+        for (double Symmetric3d::*entry : {&Symmetric3d::xx, &Symmetric3d::yy, &Symmetric3d::zz, &Symmetric3d::xy,
+                                           &Symmetric3d::xz, &Symmetric3d::yz})
+          I.*entry += now.*entry - before.*entry;
+        const Vector3d h = (kJ * s.state.v[c.gyros[0].rotor_velocity]) * axis +
+                           Vector3d{0, kGimbal * s.state.v[c.gyros[0].gimbal_velocity], 0};
+        off = std::max(off, norm(transpose(R) * L - I * w - h));
+        EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-8);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] momentum drifts by %.2g, base's rate from it %.2g N m s off\n", drift, off);
   EXPECT_LT(drift, 1e-11);
@@ -205,12 +208,13 @@ TEST(MomentGyros, PyramidRotatesBase) {
   const double energy = totals(c.model, start).energy;
   EXPECT_GT(norm(L), 2);
   double drift = 0, work = 0, lacking = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 120, 0.5, {}, [&](const PhaseSample& s) {
-    drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular - L));
-    work = std::max(work, std::abs(totals(c.model, s.state).energy - energy - s.integrals.motor_work));
-    lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
-    EXPECT_GT(s.dynamics->base().gyros().singularity_measure(), 0.2);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 120, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+        drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular - L));
+        work = std::max(work, std::abs(totals(c.model, s.state).energy - energy - s.integrals.motor_work));
+        lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
+        EXPECT_GT(s.dynamics->base().gyros().singularity_measure(), 0.2);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] momentum drifts by %.2g N m s of %.3g, energy %.2g J of %.3g; torque lacking %.2g N m\n",
               drift, norm(L), work, energy, lacking);
@@ -233,11 +237,12 @@ TEST(MomentGyros, GimbalsAtRestWhileBaseRotates) {
   State start = spinning(c, {0.4});
   start.v[c.model.bodies()[c.base].v + 2] = 0.1;
   double holding = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0.5, {}, [&](const PhaseSample& s) {
-    EXPECT_NEAR(s.state.q[c.gyros[0].gimbal_coordinate], 0.4, 1e-14);
-    holding = std::max(holding, std::abs(s.motor[c.gyros[0].gimbal]));
-    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 10, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                                          EXPECT_NEAR(s.state.q[c.gyros[0].gimbal_coordinate], 0.4, 1e-14);
+                                          holding = std::max(holding, std::abs(s.motor[c.gyros[0].gimbal]));
+                                          EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy,
+                                                      s.integrals.motor_work, 1e-9);
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(holding, 0.5);
 }
@@ -251,13 +256,14 @@ TEST(MomentGyros, MotorsRestoreRates) {
   State start = spinning(c);
   start.v[c.gyros[0].rotor_velocity] += 3, start.v[c.gyros[0].gimbal_velocity] = 0.2;
   const Vector3d L = totals(c.model, start).momentum.angular;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-    const double e = std::exp(-kBandwidth * s.time);
-    EXPECT_NEAR(s.state.v[c.gyros[0].rotor_velocity], kSpin + 3 * e, 1e-8);
-    EXPECT_NEAR(s.state.v[c.gyros[0].gimbal_velocity], 0.2 * e, 1e-9);
-    EXPECT_LT(norm(totals(c.model, s.state).momentum.angular - L), 1e-12 * norm(L));
-    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-7);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+        const double e = std::exp(-kBandwidth * s.time);
+        EXPECT_NEAR(s.state.v[c.gyros[0].rotor_velocity], kSpin + 3 * e, 1e-8);
+        EXPECT_NEAR(s.state.v[c.gyros[0].gimbal_velocity], 0.2 * e, 1e-9);
+        EXPECT_LT(norm(totals(c.model, s.state).momentum.angular - L), 1e-12 * norm(L));
+        EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-7);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
 }
 
@@ -269,17 +275,18 @@ TEST(MomentGyros, MotorsSaturate) {
   PhaseDynamics dynamics(c.model, commanding_rates(c, {r, r}));
   const State start = spinning(c);
   double largest = 0, drift = 0, on_base = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 4, 0.05, {}, [&](const PhaseSample& s) {
-    largest = std::max(largest, std::abs(s.motor[c.gyros[0].gimbal]));
-    drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular));
-    on_base = std::max(on_base, std::abs(s.dynamics->control_torque()[2]));
-    // Until the gimbal is near its commanded rate, the motor applies its maximum torque against h w.
-    if (s.time > 0.4) return;
-    const double w = rate_of(c, s.state)[2], d = s.state.q[c.gyros[0].gimbal_coordinate];
-    const double slope = s.dynamics->acceleration()[c.gyros[0].gimbal_velocity];
-    EXPECT_NEAR(kGimbal * slope, most + w * std::cos(d) * (kH + 0.5 * kJ * std::sin(d) * w), 1e-10);
-    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 4, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+        largest = std::max(largest, std::abs(s.motor[c.gyros[0].gimbal]));
+        drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular));
+        on_base = std::max(on_base, std::abs(s.dynamics->control_torque()[2]));
+        // Until the gimbal is near its commanded rate, the motor applies its maximum torque against h w.
+        if (s.time > 0.4) return;
+        const double w = rate_of(c, s.state)[2], d = s.state.q[c.gyros[0].gimbal_coordinate];
+        const double slope = s.dynamics->acceleration()[c.gyros[0].gimbal_velocity];
+        EXPECT_NEAR(kGimbal * slope, most + w * std::cos(d) * (kH + 0.5 * kJ * std::sin(d) * w), 1e-10);
+        EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(largest, most, 1e-15);
   EXPECT_LT(drift, 1e-11 * kH);
@@ -344,9 +351,9 @@ TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   State start = singular;
   start.v[c.model.bodies()[c.base].v] = -0.02;
   double lacking = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 200, 0.1, {}, [&](const PhaseSample& s) {
-    lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 200, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                                          lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(lacking, 0.1);
   EXPECT_LT(norm(rate_of(c, o.end_state)), 1e-3);

@@ -47,7 +47,7 @@ OrbitalMotion seen_in_orbit(const Model& model, const ReferenceOrbit& orbit, con
 }
 State after(const Model& model, const PhaseSetup& setup, const State& start, double t) {
   PhaseDynamics dynamics(model, setup);
-  const PhaseOutcome outcome = simulate_phase(dynamics, start, 0, t, 0, kTight);
+  const PhaseOutcome outcome = simulate_phase(dynamics, {start, 0, t}, kTight);
   EXPECT_TRUE(outcome.finished) << outcome.failure;
   return outcome.end_state;
 }
@@ -286,16 +286,17 @@ TEST(Orbit, ImpulseAndWorkBalance) {
     integration.relative_tolerance = 1e-14, integration.absolute_tolerance = 1e-15;
     const State held = dynamics.unprojected_state(0, dynamics.initial(start, 0));
     const Totals begin = totals(model, held);
-    const PhaseOutcome o = simulate_phase(dynamics, held, 0, 2, 0.1, integration, [&](const PhaseSample& s) {
-      const Totals now = totals(model, s.state);
-      largest = std::max(largest, size(now.momentum));
-      most = std::max(most, now.energy);
-      off = std::max(off, size(now.momentum - begin.momentum - s.integrals.external_impulse));
-      lost = std::max(lost, std::abs(now.energy - begin.energy - s.integrals.motor_work - s.integrals.friction_work -
-                                     s.integrals.external_work));
-      work = std::max(work, std::abs(s.integrals.external_work));
-      impulse = std::max(impulse, size(s.integrals.external_impulse));
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {held, 0, 2, 0.1}, integration, {.observe = [&](const PhaseSample& s) {
+                         const Totals now = totals(model, s.state);
+                         largest = std::max(largest, size(now.momentum));
+                         most = std::max(most, now.energy);
+                         off = std::max(off, size(now.momentum - begin.momentum - s.integrals.external_impulse));
+                         lost = std::max(lost, std::abs(now.energy - begin.energy - s.integrals.motor_work -
+                                                        s.integrals.friction_work - s.integrals.external_work));
+                         work = std::max(work, std::abs(s.integrals.external_work));
+                         impulse = std::max(impulse, size(s.integrals.external_impulse));
+                       }});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_GT(work, 0.05);
     EXPECT_GT(impulse, 1);

@@ -103,13 +103,14 @@ TEST(ReactionWheels, AbsorbSpinInExpectedTime) {
   PhaseDynamics dynamics(g.model, commanding_torque(g, {0, 0, -u}));
   EXPECT_FALSE(dynamics.is_disturbed());
   const State start = spinning(g, {0, 0, w0});
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, (J - J_s) * w0 / u, 0.5, {}, [&](const PhaseSample& s) {
-    EXPECT_NEAR(rate_of(g, s.state)[2], w0 - u * s.time / (J - J_s), 1e-14);
-    EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
-    EXPECT_NEAR(s.dynamics->control_torque()[2], -u, 1e-15);
-    // The kinetic energy changes by the work of the motor only.
-    EXPECT_NEAR(totals(g.model, s.state).energy - totals(g.model, start).energy, s.integrals.motor_work, 1e-12);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, (J - J_s) * w0 / u, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+        EXPECT_NEAR(rate_of(g, s.state)[2], w0 - u * s.time / (J - J_s), 1e-14);
+        EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
+        EXPECT_NEAR(s.dynamics->control_torque()[2], -u, 1e-15);
+        // The kinetic energy changes by the work of the motor only.
+        EXPECT_NEAR(totals(g.model, s.state).energy - totals(g.model, start).energy, s.integrals.motor_work, 1e-12);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(std::abs(rate_of(g, o.end_state)[2]), 1e-14);
   EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], J * w0 / J_s, 1e-12 * J * w0 / J_s);
@@ -126,14 +127,15 @@ TEST(ReactionWheels, BearingFrictionTransfersMomentum) {
   const double energy = totals(g.model, start).energy;
   double off = 0, heat = 0;
   PhaseDynamics dynamics(g.model, setup);
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 200, 5, {}, [&](const PhaseSample& s) {
-    const double now = s.state.v[g.wheels[0].velocity];
-    off = std::max(off, std::abs(now - ((W + d / c) * std::exp(-c * s.time / m) - d / c)));
-    EXPECT_LT(norm(totals(g.model, s.state).momentum.angular), 1e-12 * J_s * W);
-    EXPECT_NEAR(rate_of(g, s.state)[2], -J_s * now / J, 1e-13);
-    heat = std::max(heat, std::abs(energy - totals(g.model, s.state).energy + s.integrals.friction_work));
-    EXPECT_EQ(s.integrals.motor_work, 0);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 200, 5}, {}, {.observe = [&](const PhaseSample& s) {
+        const double now = s.state.v[g.wheels[0].velocity];
+        off = std::max(off, std::abs(now - ((W + d / c) * std::exp(-c * s.time / m) - d / c)));
+        EXPECT_LT(norm(totals(g.model, s.state).momentum.angular), 1e-12 * J_s * W);
+        EXPECT_NEAR(rate_of(g, s.state)[2], -J_s * now / J, 1e-13);
+        heat = std::max(heat, std::abs(energy - totals(g.model, s.state).energy + s.integrals.friction_work));
+        EXPECT_EQ(s.integrals.motor_work, 0);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] rate %.2g rad/s off, heat %.2g J of %.3g\n", off, heat, -o.integrals.friction_work);
   EXPECT_LT(off, 1e-9);
@@ -151,10 +153,11 @@ TEST(ReactionWheels, SpinRemainsAtMaximumRate) {
   setup.controller = controller;
   PhaseDynamics dynamics(g.model, setup);
   double largest = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, spinning(g, {0, 0, w0}), 0, 12, 0.1, {}, [&](const PhaseSample& s) {
-    largest = std::max(largest, s.state.v[g.wheels[0].velocity]);
-    EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {spinning(g, {0, 0, w0}), 0, 12, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+        largest = std::max(largest, s.state.v[g.wheels[0].velocity]);
+        EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(largest, most, 1e-11 * most);
   EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], most, 1e-11 * most);
@@ -163,7 +166,7 @@ TEST(ReactionWheels, SpinRemainsAtMaximumRate) {
 
   controller->torque = {0, 0, u};
   PhaseDynamics back(g.model, setup);
-  const PhaseOutcome slower = simulate_phase(back, o.end_state, 0, 1, 0.5, {});
+  const PhaseOutcome slower = simulate_phase(back, {o.end_state, 0, 1, 0.5});
   ASSERT_TRUE(slower.finished) << slower.failure;
   EXPECT_NEAR(rate_of(g, slower.end_state)[2] - rate_of(g, o.end_state)[2], u / (J - J_s), 1e-13);
 }
@@ -179,12 +182,13 @@ TEST(ReactionWheels, FreedWhenTorqueReverses) {
   int at_limit = 0, below = 0;
   double off = 0;
   const State start = spinning(g, {0, 0, 0.25});
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0.05, {}, [&](const PhaseSample& s) {
-    const double rate = std::abs(s.state.v[g.wheels[0].velocity]);
-    EXPECT_LT(rate, 10 * (1 + 1e-11));
-    (rate > 10 * (1 - 1e-11) ? at_limit : below) += 1;
-    off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 60, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+        const double rate = std::abs(s.state.v[g.wheels[0].velocity]);
+        EXPECT_LT(rate, 10 * (1 + 1e-11));
+        (rate > 10 * (1 - 1e-11) ? at_limit : below) += 1;
+        off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(at_limit, 5);
   EXPECT_GT(below, 5);
@@ -224,7 +228,7 @@ TEST(ReactionWheels, GyroscopicCoupling) {
     w += dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
   }
   PhaseDynamics dynamics(g.model, PhaseSetup{});
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, T, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, T});
   ASSERT_TRUE(o.finished) << o.failure;
   const Vector3d end = rate_of(g, o.end_state);
   const double off = (Eigen::Vector3d(end[0], end[1], end[2]) - w).norm();
@@ -243,20 +247,21 @@ TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
   const State start = spinning(g, {0.1, 0.12, 0.08});
   int at_limit = 0;
   double given = 0, off = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 80, 0.1, {}, [&](const PhaseSample& s) {
-    const Quaterniond q = quaternion_from(root_pose(g.model, s.state, setup.attitude->root).R);
-    const Vector3d commanded = attitude_torque(*setup.attitude, q, rate_of(g, s.state));
-    bool held = false, cut = false;
-    for (const ReactionWheel& wheel : g.wheels) {
-      held = held || std::abs(s.state.v[wheel.velocity]) > 9.5 * (1 - 1e-11);
-      cut = cut || std::abs(s.motor[wheel.joint]) > 0.5 * (1 - 1e-9);
-      EXPECT_LT(std::abs(s.state.v[wheel.velocity]), 9.5 * (1 + 1e-11));
-    }
-    at_limit += held;
-    // The torque that holds the wheel at its rate is small, and the control law ignores it.
-    if (!cut) given = std::max(given, norm(s.dynamics->control_torque() - commanded));
-    off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 80, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+        const Quaterniond q = quaternion_from(root_pose(g.model, s.state, setup.attitude->root).R);
+        const Vector3d commanded = attitude_torque(*setup.attitude, q, rate_of(g, s.state));
+        bool held = false, cut = false;
+        for (const ReactionWheel& wheel : g.wheels) {
+          held = held || std::abs(s.state.v[wheel.velocity]) > 9.5 * (1 - 1e-11);
+          cut = cut || std::abs(s.motor[wheel.joint]) > 0.5 * (1 - 1e-9);
+          EXPECT_LT(std::abs(s.state.v[wheel.velocity]), 9.5 * (1 + 1e-11));
+        }
+        at_limit += held;
+        // The torque that holds the wheel at its rate is small, and the control law ignores it.
+        if (!cut) given = std::max(given, norm(s.dynamics->control_torque() - commanded));
+        off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(at_limit, 10);
   std::printf("[ measured ] torque missed %.3g N m, momentum %.3g N m s, rate left %.3g\n", given, off,
@@ -287,15 +292,17 @@ TEST(ReactionWheels, StayWithinMaximumRates) {
     setup.wheels = g.wheels;
     PhaseDynamics dynamics(g.model, setup);
     const Totals before = totals(g.model, start);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 30, 0.1, {}, [&](const PhaseSample& s) {
-      for (const ReactionWheel& wheel : g.wheels) {
-        EXPECT_LT(std::abs(s.state.v[wheel.velocity]), wheel.rate * (1 + 1e-10)) << trial << " at " << s.time;
-        held += std::abs(s.state.v[wheel.velocity]) > wheel.rate * (1 - 1e-11);
-      }
-      const Totals now = totals(g.model, s.state);
-      off = std::max(off, norm(now.momentum.angular - before.momentum.angular));
-      lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work));
-    });
+    const PhaseOutcome o = simulate_phase(
+        dynamics, {start, 0, 30, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+          for (const ReactionWheel& wheel : g.wheels) {
+            EXPECT_LT(std::abs(s.state.v[wheel.velocity]), wheel.rate * (1 + 1e-10)) << trial << " at " << s.time;
+            held += std::abs(s.state.v[wheel.velocity]) > wheel.rate * (1 - 1e-11);
+          }
+          const Totals now = totals(g.model, s.state);
+          off = std::max(off, norm(now.momentum.angular - before.momentum.angular));
+          lost =
+              std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work));
+        }});
     EXPECT_TRUE(o.finished) << trial << ": " << o.failure;
   }
   std::printf("[ measured ] %d times at the largest rate, momentum %.3g N m s, energy %.3g J\n", held, off, lost);

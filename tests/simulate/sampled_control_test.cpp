@@ -42,13 +42,13 @@ std::vector<double> simulated_rates(double a, double delay, int samples, double&
   lost = 0;
   double scale = 0;
   const double before = kWheelInertia / 2;
-  const PhaseOutcome o =
-      simulate_phase(dynamics, turning(model, 1), 0, samples * kPeriod, kPeriod, {}, [&](const PhaseSample& s) {
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {turning(model, 1), 0, samples * kPeriod, kPeriod}, {}, {.observe = [&](const PhaseSample& s) {
         const double energy = kWheelInertia / 2 * s.state.v[0] * s.state.v[0];
         scale = std::max({scale, energy, before});
         lost = std::max(lost, std::abs(energy - before - s.integrals.motor_work) / scale);
         w.push_back(s.state.v[0]);
-      });
+      }});
   EXPECT_TRUE(o.finished) << o.failure;
   return w;
 }
@@ -113,10 +113,11 @@ TEST(SampledControl, DampsBaseByExternalTorque) {
   State start = zero_state(model);
   start.v[1] = 1;
   double off = 0, lost = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20 * kPeriod, kPeriod, {}, [&](const PhaseSample& s) {
-    off = std::max(off, std::abs(s.state.v[1] - std::pow(-0.5, std::round(s.time / kPeriod))));
-    lost = std::max(lost, std::abs(3 * (s.state.v[1] - 1) - s.integrals.external_impulse.angular[1]));
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 20 * kPeriod, kPeriod}, {}, {.observe = [&](const PhaseSample& s) {
+        off = std::max(off, std::abs(s.state.v[1] - std::pow(-0.5, std::round(s.time / kPeriod))));
+        lost = std::max(lost, std::abs(3 * (s.state.v[1] - 1) - s.integrals.external_impulse.angular[1]));
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] sampled base: rate %.3g, impulse %.3g\n", off, lost);
   EXPECT_LT(off, 1e-13);
@@ -126,7 +127,7 @@ TEST(SampledControl, DampsBaseByExternalTorque) {
 TEST(SampledControl, ReportsUnstableLoop) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, damped(model, 4, 0));  // grows by 3 per sample
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 1), 0, 10, 1, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 1), 0, 10, 1});
   EXPECT_FALSE(o.finished);
   EXPECT_NEAR(o.end_time, 0.09, 1e-12);  // 3^9 = 19683
   EXPECT_NEAR(std::abs(o.end_state.v[0]), 19683, 1e-6);
@@ -144,7 +145,7 @@ TEST(SampledControl, HoldsAcrossSegments) {
     double t = 0;
     for (const double end : ends) {
       PhaseDynamics dynamics(model, setup);  // with the same clock
-      const PhaseOutcome o = simulate_phase(dynamics, state, t, end, 0, {});
+      const PhaseOutcome o = simulate_phase(dynamics, {state, t, end});
       EXPECT_TRUE(o.finished) << o.failure;
       state = o.end_state, t = end;
     }
@@ -170,7 +171,7 @@ TEST(SampledControl, ComputedTorqueAndNoiseAreReadAtTheSamples) {
     const double a = 9 * (0.5 - n.position - q) + 3 * (-n.rate - w);
     q += w * kPeriod + a * kPeriod * kPeriod / 2, w += a * kPeriod;
   }
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 30 * kPeriod, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 0), 0, 30 * kPeriod});
   ASSERT_TRUE(o.finished);
   off = std::max(std::abs(o.end_state.q[0] - q), std::abs(o.end_state.v[0] - w));
   std::printf("[ measured ] sampled computed torque with noise: %.3g\n", off);
@@ -200,13 +201,13 @@ TEST(Controller, EqualsBuiltInLaw) {
     setup.drives = {{JointControl::pd, JointTrajectory::at_rest(1), 20, 2}};
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{kPeriod, kPeriod}, 1);
     PhaseDynamics law(model, setup);
-    const PhaseOutcome expected = simulate_phase(law, turning(model, 0), 0, 1, 0, {});
+    const PhaseOutcome expected = simulate_phase(law, {turning(model, 0), 0, 1});
     const auto own = std::make_shared<OwnPd>();
     setup.drives[0].control = JointControl::controller;
     setup.controller = own;
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{kPeriod, kPeriod}, 1);
     PhaseDynamics dynamics(model, setup);
-    const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 1, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 0), 0, 1});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_NEAR(o.end_state.q[0], expected.end_state.q[0], 1e-12);
     EXPECT_NEAR(o.integrals.motor_work, expected.integrals.motor_work, 1e-12);
@@ -225,9 +226,10 @@ TEST(Controller, LimitedAndRejectedIfNotFinite) {
   setup.controller = own;
   setup.clock = std::make_shared<ControlClock>(ControlTiming{kPeriod, 0}, 1);
   PhaseDynamics dynamics(model, setup);
-  simulate_phase(dynamics, turning(model, 0), 0, 0.1, 0, {}, [](const PhaseSample& s) { EXPECT_EQ(s.motor[0], 0.2); });
+  simulate_phase(dynamics, {turning(model, 0), 0, 0.1}, {},
+                 {.observe = [](const PhaseSample& s) { EXPECT_EQ(s.motor[0], 0.2); }});
   own->value = NAN;
-  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0.1, 0.2, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning(model, 0), 0.1, 0.2});
   EXPECT_FALSE(o.finished);
   EXPECT_EQ(o.end_time, 0.1);
   EXPECT_NE(o.failure.find("at t = 0.1 s the controller returns an effort of nan at joint"), std::string::npos)
@@ -245,7 +247,7 @@ TEST(Controller, RotatesBase) {
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{kPeriod, 0.5 * kPeriod}, 0);
     PhaseDynamics dynamics(model, setup);
     EXPECT_TRUE(dynamics.is_disturbed());
-    const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 1, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {zero_state(model), 0, 1});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_NEAR(o.end_state.v[2], 0.2 * (sampled ? 1 - 0.5 * kPeriod : 1), 1e-13);
     EXPECT_NEAR(o.integrals.external_impulse.angular[2], 4 * o.end_state.v[2], 1e-12);
@@ -260,7 +262,7 @@ TEST(ControlClock, RejectsInvalidTiming) {
   EXPECT_THROW(ControlClock({NAN, 0}, 1), std::invalid_argument);
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, damped(model, 0.5, 0));
-  EXPECT_THROW(simulate_phase(dynamics, turning(model, 1), 1, 0, 0, {}), std::logic_error);
+  EXPECT_THROW(simulate_phase(dynamics, {turning(model, 1), 1, 0}), std::logic_error);
 }
 
 }  // namespace sampled_control_test

@@ -21,9 +21,9 @@ struct Stopped {
 Stopped run_until(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                   const StopCondition& stop, const IntegrationSetup& integration = {}) {
   Stopped s;
-  s.outcome = simulate_phase(
-      dynamics, start, t0, t1, interval, integration,
-      [&](const PhaseSample& sample) { s.times.push_back(sample.time); }, stop);
+  s.outcome =
+      simulate_phase(dynamics, {start, t0, t1, interval}, integration,
+                     {.observe = [&](const PhaseSample& sample) { s.times.push_back(sample.time); }, .stop = stop});
   return s;
 }
 
@@ -63,10 +63,10 @@ TEST(Stop, StateEqualsPhaseOfSameLength) {
     setup.drives = random_drives(model, start, JointControl::pd, 2, random);
     PhaseDynamics dynamics(model, setup);
     const PhaseOutcome s =
-        simulate_phase(dynamics, start, 0, 2, 0, {}, {}, [](double t, const State&) { return 1.2345 - t * t; });
+        simulate_phase(dynamics, {start, 0, 2}, {}, {.stop = [](double t, const State&) { return 1.2345 - t * t; }});
     ASSERT_TRUE(s.stopped);
     EXPECT_NEAR(s.end_time, std::sqrt(1.2345), 1e-13);
-    const PhaseOutcome p = simulate_phase(dynamics, start, 0, s.end_time, 0, {});
+    const PhaseOutcome p = simulate_phase(dynamics, {start, 0, s.end_time});
     EXPECT_LT(worst.note(difference(s.end_state, p.end_state), i), 1e-10);
     EXPECT_NEAR(s.integrals.motor_work, p.integrals.motor_work, 1e-10);
   }

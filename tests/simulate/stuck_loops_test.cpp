@@ -210,13 +210,14 @@ TEST(StuckLoops, BreakAwayTime) {
     int breakaways = 0;
     for (const double end : {1 - 1e-7, 1 + 1e-4}) {
       PhaseDynamics dynamics(s.model, s.setup());
-      const PhaseOutcome out = simulate_phase(dynamics, s.state, 0, end, 0.05, {}, [&](const PhaseSample& x) {
-        for (const JointModes::Joint& j : dynamics.joint_modes().joints()) {
-          if (j.mode == JointModes::Mode::held) {
-            EXPECT_LT(std::abs(x.friction[j.joint]), j.breakaway * (1 + 1e-10));
-          }
-        }
-      });
+      const PhaseOutcome out =
+          simulate_phase(dynamics, {s.state, 0, end, 0.05}, {}, {.observe = [&](const PhaseSample& x) {
+                           for (const JointModes::Joint& j : dynamics.joint_modes().joints()) {
+                             if (j.mode == JointModes::Mode::held) {
+                               EXPECT_LT(std::abs(x.friction[j.joint]), j.breakaway * (1 + 1e-10));
+                             }
+                           }
+                         }});
       ASSERT_TRUE(out.finished) << out.failure;
       breakaways = 0;
       for (const JointModes::Joint& j : dynamics.joint_modes().joints()) breakaways += j.breakaways;

@@ -79,13 +79,14 @@ TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   PhaseDynamics dynamics(c.model, c.setup);
   std::vector<double> ons;
   long firings = 0;
-  const PhaseOutcome o =
-      simulate_phase(dynamics, turning_about_z(c.model, 0, w), 0, 300, 0.01, {}, [&](const PhaseSample& s) {
-        long now = 0;
-        for (std::size_t i = 0; i < c.bank->size(); ++i) now += c.bank->use(i).firings;
-        if (now > firings) ons.push_back(s.time);
-        firings = now;
-      });
+  const PhaseOutcome o = simulate_phase(dynamics, {turning_about_z(c.model, 0, w), 0, 300, 0.01}, {},
+                                        {.observe = [&](const PhaseSample& s) {
+                                          long now = 0;
+                                          for (std::size_t i = 0; i < c.bank->size(); ++i)
+                                            now += c.bank->use(i).firings;
+                                          if (now > firings) ons.push_back(s.time);
+                                          firings = now;
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   // Upper edge at rate w, then -(D - w) down to the lower edge, then w again. During a pulse the angle moves on.
   const double up = edge(w), down = edge(D - w);
@@ -116,13 +117,14 @@ TEST(Thrusters, LimitCycleUnderAConstantTorqueBalancesIt) {
   PhaseDynamics dynamics(c.model, c.setup);
   std::vector<double> ons;
   long firings = 0;
-  const PhaseOutcome o =
-      simulate_phase(dynamics, turning_about_z(c.model, 0, 0), 0, 200, 0.005, {}, [&](const PhaseSample&) {
-        long now = 0;
-        for (std::size_t i = 0; i < c.bank->size(); ++i) now += c.bank->use(i).firings;
-        if (now > firings) ons.push_back(c.bank->time());
-        firings = now;
-      });
+  const PhaseOutcome o = simulate_phase(dynamics, {turning_about_z(c.model, 0, 0), 0, 200, 0.005}, {},
+                                        {.observe = [&](const PhaseSample&) {
+                                          long now = 0;
+                                          for (std::size_t i = 0; i < c.bank->size(); ++i)
+                                            now += c.bank->use(i).firings;
+                                          if (now > firings) ons.push_back(c.bank->time());
+                                          firings = now;
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   ASSERT_GT(ons.size(), 10u);
   for (std::size_t k = 5; k + 1 < ons.size(); ++k) EXPECT_NEAR(ons[k + 1] - ons[k], T * t_min / disturbance, 0.011);
@@ -136,7 +138,7 @@ TEST(Thrusters, PulsesMatchCommandWithExactEdges) {
     c.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, delay}, 0);
     PhaseDynamics dynamics(c.model, c.setup);
     const double w0 = 0.05;
-    const PhaseOutcome o = simulate_phase(dynamics, turning_about_z(c.model, 0.2, w0), 0, 20, 0.5, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {turning_about_z(c.model, 0.2, w0), 0, 20, 0.5});
     ASSERT_TRUE(o.finished) << o.failure;
     double about_z = 0;
     for (std::size_t i = 0; i < c.bank->size(); ++i)
@@ -157,7 +159,7 @@ TEST(Thrusters, RampsAreExact) {
   Case c = make_case(couples(0.05, rise, fall), 1, 5, {});
   c.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.25, 0}, 0);
   PhaseDynamics dynamics(c.model, c.setup);
-  const PhaseOutcome o = simulate_phase(dynamics, turning_about_z(c.model, 0, 0.08), 0, 10.2, 0.5, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning_about_z(c.model, 0, 0.08), 0, 10.2, 0.5});
   ASSERT_TRUE(o.finished) << o.failure;
   double about_z = 0;
   for (std::size_t i = 0; i < c.bank->size(); ++i) {
@@ -266,7 +268,7 @@ TEST(Thrusters, SwitchExactlyAtLevel) {
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.8, 0.3};
   Case c = make_case(couples(), 0, kd, schmitt);
   PhaseDynamics dynamics(c.model, c.setup);
-  const PhaseOutcome o = simulate_phase(dynamics, turning_about_z(c.model, 0, w0), 0, 5, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {turning_about_z(c.model, 0, w0), 0, 5});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(o.end_state.v[2], schmitt.level_off * T / kd, 1e-12);
   EXPECT_NEAR(c.bank->use(8).on_time + c.bank->use(9).on_time, kInertia * (w0 - o.end_state.v[2]) / T, 1e-11);
@@ -392,10 +394,12 @@ TEST(Wheels, NullSpaceControlReachesSpeeds) {
   for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
   EXPECT_LT(norm(momentum_of(w, start)), 1e-14);
   PhaseDynamics dynamics(w.model, w.setup);
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20, 0.5, {}, [&](const PhaseSample& s) {
-    for (int i = 0; i < 4; ++i) EXPECT_NEAR(s.state.v[w.wheels[i].velocity], bias[i] * std::exp(-rate * s.time), 1e-8);
-    EXPECT_LT(norm(s.dynamics->control_torque()), 1e-14);
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 20, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                       for (int i = 0; i < 4; ++i)
+                         EXPECT_NEAR(s.state.v[w.wheels[i].velocity], bias[i] * std::exp(-rate * s.time), 1e-8);
+                       EXPECT_LT(norm(s.dynamics->control_torque()), 1e-14);
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   const int v = w.model.bodies()[w.setup.attitude->root].v;
   for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(o.end_state.v[v + k]), 1e-14);
@@ -413,10 +417,10 @@ TEST(Wheels, NullSpaceControlConservesMomentum) {
   ASSERT_GT(norm(held), 1);
   PhaseDynamics dynamics(w.model, w.setup);
   const int v = w.model.bodies()[w.setup.attitude->root].v;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20, 0.5, {}, [&](const PhaseSample& s) {
-    for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(s.state.v[v + k]), 1e-13);
-    EXPECT_LT(norm(momentum_of(w, s.state) - held), 1e-11);
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 20, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                                          for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(s.state.v[v + k]), 1e-13);
+                                          EXPECT_LT(norm(momentum_of(w, s.state) - held), 1e-11);
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   // The null space of the pyramid is (1, -1, 1, -1)/2.
   const auto apart = [&](const State& s) {
@@ -439,10 +443,11 @@ TEST(Wheels, NullSpaceControlUsesRemainingTorque) {
   for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
   PhaseDynamics dynamics(w.model, w.setup);
   double largest = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 3, 0.05, {}, [&](const PhaseSample& s) {
-    for (const ReactionWheel& wheel : w.wheels) largest = std::max(largest, std::abs(s.motor[wheel.joint]));
-    EXPECT_LT(norm(s.dynamics->control_torque() - s.dynamics->base().attitude_torque_in(s.state)), 1e-13);
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {start, 0, 3, 0.05}, {}, {.observe = [&](const PhaseSample& s) {
+        for (const ReactionWheel& wheel : w.wheels) largest = std::max(largest, std::abs(s.motor[wheel.joint]));
+        EXPECT_LT(norm(s.dynamics->control_torque() - s.dynamics->base().attitude_torque_in(s.state)), 1e-13);
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(largest, most, 1e-14);
 }
@@ -460,7 +465,7 @@ TEST(Thrusters, DumpAtMostRemainingMomentum) {
   const Vector3d held = momentum_of(w, start);
   ASSERT_GT(norm(held), 0.9);
   PhaseDynamics dynamics(w.model, w.setup);
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1, 0, {});
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 1});
   ASSERT_TRUE(o.finished) << o.failure;
   double on = 0, expected = 0;
   for (std::size_t i = 0; i < w.bank->size(); ++i) on += w.bank->use(i).on_time;
@@ -482,10 +487,11 @@ TEST(Thrusters, DumpWheelMomentumWithBaseAtRest) {
   PhaseDynamics dynamics(w.model, w.setup);
   const Body& base = w.model.bodies()[w.setup.attitude->root];
   double angle = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 90, 0.5, {}, [&](const PhaseSample& s) {
-    const double* q = s.state.q.data() + base.q + 3;
-    angle = std::max(angle, 2 * std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]));
-  });
+  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 90, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
+                                          const double* q = s.state.q.data() + base.q + 3;
+                                          angle =
+                                              std::max(angle, 2 * std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]));
+                                        }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(norm(momentum_of(w, o.end_state)), 0.5);
   // Pulses are at the beginning of a period, so sampled rates are low by half a pulse, 1.25e-3 rad/s. The attitude
@@ -527,7 +533,7 @@ TEST(Wheels, NullSpaceControlIsSampled) {
     const double bias[4] = {60, -60, 60, -60};
     for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
     PhaseDynamics dynamics(w.model, w.setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 10});
     ASSERT_TRUE(o.finished) << o.failure;
     const double left = std::pow(1 - (doubled ? 2 : 1) * rate * period, 20);
     for (int i = 0; i < 4; ++i) EXPECT_NEAR(o.end_state.v[w.wheels[i].velocity], bias[i] * left, 1e-11);
@@ -548,7 +554,7 @@ TEST(Thrusters, DumpMeasuredMomentum) {
     const double held = norm(momentum_of(w, start));
     ASSERT_TRUE(held < 4 && 2 * held > 4) << held;
     PhaseDynamics dynamics(w.model, w.setup);
-    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1, 0, {});
+    const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 1});
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_EQ(w.bank->dumped().begun, doubled ? 1 : 0);
     if (doubled) {
@@ -586,10 +592,11 @@ TEST(BaseControl, FeedforwardHoldsBaseWhileArmsMove) {
     PhaseDynamics dynamics(model, setup);
     const int q = model.bodies()[setup.attitude->root].q + 3;
     double largest = 0;
-    const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 15, 0.1, {}, [&](const PhaseSample& s) {
-      const double* p = s.state.q.data() + q;
-      largest = std::max(largest, 2 * std::sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]));
-    });
+    const PhaseOutcome o =
+        simulate_phase(dynamics, {zero_state(model), 0, 15, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                         const double* p = s.state.q.data() + q;
+                         largest = std::max(largest, 2 * std::sqrt(p[1] * p[1] + p[2] * p[2] + p[3] * p[3]));
+                       }});
     EXPECT_TRUE(o.finished) << o.failure;
     return largest;
   };
@@ -632,10 +639,11 @@ TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   PhaseDynamics dynamics(model, setup);
   const int v = model.bodies()[setup.attitude->root].v;
   double fastest = 0, largest_torque = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 15, 0.1, {}, [&](const PhaseSample& s) {
-    for (int k = 0; k < 3; ++k) fastest = std::max(fastest, std::abs(s.state.v[v + k]));
-    largest_torque = std::max(largest_torque, norm(s.dynamics->control_torque()));
-  });
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {zero_state(model), 0, 15, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                       for (int k = 0; k < 3; ++k) fastest = std::max(fastest, std::abs(s.state.v[v + k]));
+                       largest_torque = std::max(largest_torque, norm(s.dynamics->control_torque()));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(largest_torque, 0.1);
   EXPECT_LT(fastest, 1e-12);
@@ -668,9 +676,10 @@ TEST(BaseControl, FeedforwardFromJointMotionWithinLimit) {
     State start = zero_state(model);
     start.v[v] = 0.2, start.v[v + 1] = -0.3, start.v[v + 2] = 0.1;
     double largest = 0;
-    PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0.1, {}, [&](const PhaseSample& s) {
-      for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(s.dynamics->control_torque()[k]));
-    });
+    PhaseOutcome o = simulate_phase(dynamics, {start, 0, 10, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                                      for (int k = 0; k < 3; ++k)
+                                        largest = std::max(largest, std::abs(s.dynamics->control_torque()[k]));
+                                    }});
     EXPECT_TRUE(o.finished) << o.failure;
     return std::pair{o.end_state, largest};
   };
@@ -694,7 +703,7 @@ TEST(Thrusters, ReportRequirements) {
   EXPECT_THROW(ThrusterBank(faulty, Vector3d{0, 0, 0}), std::invalid_argument);
   Case back = make_case(couples(), 1, 1, {ThrusterModulation::Kind::schmitt, 0.6, 0.2});
   PhaseDynamics dynamics(back.model, back.setup);
-  EXPECT_THROW(simulate_phase(dynamics, zero_state(back.model), 1, 0, 0, {}), std::logic_error);
+  EXPECT_THROW(simulate_phase(dynamics, {zero_state(back.model), 1, 0}), std::logic_error);
 }
 
 }  // namespace thrusters_test

@@ -89,17 +89,18 @@ TEST(TrackingNoise, PrescribedJointsFollowSensedReference) {
   const State there = dynamics.state(0, dynamics.initial(start, 0));
   const Totals before = totals(model, there);
   double off = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, there, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-    for (std::size_t j = 0; j < setup.drives.size(); ++j) {
-      const Body& body = model.bodies()[model.joints()[j]];
-      const JointPoint p = evaluate(setup.drives[j].trajectory, s.time), n = setup.drives[j].noise.at(s.time);
-      EXPECT_EQ(s.state.q[body.q], p.position - n.position);
-      EXPECT_EQ(s.state.v[body.v], p.rate - n.rate);
-    }
-    // The energy balance requires prescribed accelerations consistent with the rates.
-    off = std::max(off, std::abs(totals(model, s.state).energy - before.energy - s.integrals.motor_work -
-                                 s.integrals.friction_work));
-  });
+  const PhaseOutcome o = simulate_phase(
+      dynamics, {there, 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+        for (std::size_t j = 0; j < setup.drives.size(); ++j) {
+          const Body& body = model.bodies()[model.joints()[j]];
+          const JointPoint p = evaluate(setup.drives[j].trajectory, s.time), n = setup.drives[j].noise.at(s.time);
+          EXPECT_EQ(s.state.q[body.q], p.position - n.position);
+          EXPECT_EQ(s.state.v[body.v], p.rate - n.rate);
+        }
+        // The energy balance requires prescribed accelerations consistent with the rates.
+        off = std::max(off, std::abs(totals(model, s.state).energy - before.energy - s.integrals.motor_work -
+                                     s.integrals.friction_work));
+      }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] energy less work under noise, relative: %.3g\n", off / before.energy);
   EXPECT_LT(off, 1e-9 * before.energy);  // measured 7e-14
@@ -111,12 +112,12 @@ TEST(TrackingNoise, EntersPDThroughPositionAndRate) {
   setup.drives = {{JointControl::pd, JointTrajectory::at_rest(1), 20, 2, NoiseSignal({0.02, 3, 5}, 0)}};
   PhaseDynamics dynamics(model, setup);
   double largest = 0;
-  simulate_phase(dynamics, turning(model, 0), 0, 2, 0.1, {}, [&](const PhaseSample& s) {
-    const JointPoint n = setup.drives[0].noise.at(s.time);
-    const double quiet = 20 * (1 - s.state.q[0]) - 2 * s.state.v[0];
-    EXPECT_NEAR(s.motor[0], quiet - 20 * n.position - 2 * n.rate, 1e-13);
-    largest = std::max(largest, std::abs(s.motor[0] - quiet));
-  });
+  simulate_phase(dynamics, {turning(model, 0), 0, 2, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                   const JointPoint n = setup.drives[0].noise.at(s.time);
+                   const double quiet = 20 * (1 - s.state.q[0]) - 2 * s.state.v[0];
+                   EXPECT_NEAR(s.motor[0], quiet - 20 * n.position - 2 * n.rate, 1e-13);
+                   largest = std::max(largest, std::abs(s.motor[0] - quiet));
+                 }});
   EXPECT_GT(largest, 0.5);
 }
 
@@ -134,7 +135,7 @@ TEST(TrackingNoise, DrivesTheErrorUnderComputedTorque) {
     setup.drives[j].noise = NoiseSignal({0.02, 2, 6}, static_cast<std::uint32_t>(j));
   }
   PhaseDynamics dynamics(model, setup);
-  const State end = simulate_phase(dynamics, start, 0, 2, 0, {}).end_state;
+  const State end = simulate_phase(dynamics, {start, 0, 2}).end_state;
   for (std::size_t j = 0; j < setup.drives.size(); ++j) {
     const NoiseSignal& noise = setup.drives[j].noise;
     const auto acceleration = [&](double t, double e, double rate) {
