@@ -20,6 +20,7 @@
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/plan/objective_kind.hpp"
+#include "grapnel/problem/base_actuators.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
@@ -116,6 +117,7 @@ struct RobotSetup {
   std::vector<WheelSetup> wheels;                           // of the base
   std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
+  OtherActuators actuators;                                 // of the base, of other kinds
   std::optional<double> propellant;                         // available propellant [kg]; absent: not stated
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
@@ -205,8 +207,8 @@ struct TrackingSetup {
 struct BaseControlSetup {
   /// The source of the torque. outside: an external torque, which changes the system's momentum, as with ideal
   /// thrusters. wheels: the base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent:
-  /// the wheels if there are any, else the gyros, else outside.
-  enum class Actuators { outside, wheels, thrusters, gyros };
+  /// the wheels if there are any, else the gyros, else outside. Other kinds: those of RobotSetup::actuators.
+  using Actuators = BaseActuatorKind;
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]

@@ -337,6 +337,10 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
     if (fires && !problem.control &&
         control->modulation.value_or(ThrusterModulation{}).kind == ThrusterModulation::Kind::pulse_width)
       faults.push_back("base control: thrusters with pulse widths need a control clock");
+    if (control && control->actuators && is_other(*control->actuators)) {
+      if (const std::string fault = functions_of(*control->actuators).fault(problem); !fault.empty())
+        faults.push_back("base control: " + fault);
+    }
     if (control && control->dumping && problem.robot.wheels.empty())
       faults.push_back("base control: dumping needs reaction wheels");
   }

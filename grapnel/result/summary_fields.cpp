@@ -610,6 +610,11 @@ const Type& type_of<Summary>() {
   return s.result.gyros;
 }
 > ("gyros", "", "control moment gyros; absent if there are none"), derived < [](const S& s) -> auto& {
+  return s.result.actuators;
+}
+> ("actuators", "", "actuators of the base of other kinds; absent if there are none")
+        .when<[](const S& s) { return !s.result.actuators.empty(); }>(),
+    derived < [](const S& s) -> auto& {
   return s.result.joints;
 }
 > ("joints", "",
