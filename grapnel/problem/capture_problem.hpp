@@ -27,6 +27,7 @@
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/magnetic_field.hpp"
 #include "grapnel/simulate/orbit.hpp"
 
 namespace grapnel {
@@ -621,6 +622,7 @@ struct OrbitSetup {
   double true_anomaly = 0;        // at t = 0 [rad]
   Vector3d radial{1, 0, 0};       // unit, in W: outward at t = 0
   Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it, in the direction of orbital motion
+  std::optional<MagneticField> magnetic_field = {};  // of the Earth; absent: not evaluated
   /// The reference point at t = 0, and its velocity, in the frame of the problem. Zero for files, whose frame has its
   /// origin there; seen_from() sets them [m], [m/s].
   Vector3d position = Vector3d::zero();
