@@ -73,10 +73,7 @@ void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
                 const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
   const bool commanded = setup.commanded_root >= 0;
   if (!control && !commanded) return;
-  if (control && (control->actuators == BaseControlSetup::Actuators::outside ||
-                  control->actuators == BaseControlSetup::Actuators::thrusters ||
-                  control->actuators == BaseControlSetup::Actuators::gyros))
-    return;
+  if (control && control->actuators && control->actuators != BaseControlSetup::Actuators::wheels) return;
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
     const WheelSetup& wheel = problem.robot.wheels[w];
     const int velocity = system.model.bodies()[system.model.joints()[system.wheels[w]]].v;
@@ -190,6 +187,8 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   use_wheels(problem, system, base, setup);
   use_gyros(problem, system, base, setup);
   use_thrusters(problem, base, setup);
+  if (base && base->actuators && is_other(*base->actuators))
+    setup.effectors = {functions_of(*base->actuators).make(problem)};
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
     if (control.approaching && !control.settled[j]) {

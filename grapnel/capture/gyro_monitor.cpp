@@ -27,10 +27,10 @@ GyroMonitor::GyroMonitor(const CaptureProblem& problem) : problem_(problem) {
   }
 }
 
-void GyroMonitor::begin_phase(const PhaseDynamics& dynamics) {
+void GyroMonitor::begin_phase(const CaptureSystem&, const PhaseDynamics& dynamics) {
   steered_ = dynamics.setup().actuators.steering.has_value();
   if (!steered_) return;
-  report_.near = dynamics.base().gyros().steering().near;
+  report_.near = dynamics.base().find<GyroEffector>()->array().steering().near;
   if (!report_.steered) report_.largest_torque_lacking = 0, report_.steered = true;
 }
 
@@ -38,7 +38,7 @@ void GyroMonitor::begin_phase(const PhaseDynamics& dynamics) {
 // current hazard, or begin one (docs/theory, section 17, Control moment gyros).
 void GyroMonitor::step(const PhaseStep& step) {
   const PhaseSample sample = step.at(0.5 * (step.begin + step.end));
-  const GyroArray& array = sample.dynamics->base().gyros();
+  const GyroArray& array = sample.dynamics->base().find<GyroEffector>()->array();
   const double measure = array.singularity_measure();
   report_.least_singularity_measure = std::min(report_.least_singularity_measure, measure);
   raise_size(report_.largest_torque_lacking, norm(array.lacking()));
@@ -52,14 +52,53 @@ void GyroMonitor::step(const PhaseStep& step) {
   hazard.largest_torque_lacking = std::max(hazard.largest_torque_lacking, norm(array.lacking()));
 }
 
-double GyroMonitor::singularity_measure(const CaptureSystem& system, const State& state) const {
-  std::vector<MomentGyro> gyros;
-  std::vector<double> angles;
+GyroMonitor::Posture GyroMonitor::posture(const CaptureSystem& system, const State& state) const {
+  Posture at;
   for (std::size_t g = 0; g < system.gyros.size(); ++g) {
-    gyros.push_back(moment_gyro(problem_.robot.gyros[g], system, g));
-    angles.push_back(state.q[gyros.back().gimbal_coordinate]);
+    at.gyros.push_back(moment_gyro(problem_.robot.gyros[g], system, g));
+    at.angles.push_back(state.q[at.gyros.back().gimbal_coordinate]);
   }
-  return grapnel::singularity_measure(gyros, angles);
+  return at;
+}
+
+std::vector<Series> GyroMonitor::series() const {
+  if (report_.each.empty()) return {};
+  std::vector<std::string> names;
+  for (const GyroReport& report : report_.each) names.push_back(report.name);
+  return {
+      {"gyros/angle", "rad", "angles of the control moment gyros' gimbals", names, {}},
+      {"gyros/rate", "rad/s", "their rates relative to the base", names, {}},
+      {"gyros/rotor_rate", "rad/s", "rates of the rotors relative to their gimbals", names, {}},
+      {"gyros/torque", "N m", "of the gimbals' motors, on the gimbals", names, {}},
+      {"gyros/spin_torque", "N m", "of the rotors' motors, on the rotors", names, {}},
+      {"gyros/momentum", "N m s", "of all rotors relative to their gimbals, in the base's axes", {"x", "y", "z"}, {}},
+      {"gyros/singularity_measure",
+       "1",
+       "root of det(A A^T) of the array: 0 where it is singular",
+       {"singularity_measure"},
+       {}}};
+}
+
+// Sample => gimbal angles and rates, rotor rates, motor torques, momentum of the rotors in the base's axes (17.7) and
+// singularity measure of the array.
+void GyroMonitor::put(const CaptureSystem& system, const PhaseSample& s, SeriesRow& row) const {
+  if (report_.each.empty()) return;
+  const auto [gyros, angles] = posture(system, s.state);
+  const std::size_t count = gyros.size();
+  Vector3d momentum = Vector3d::zero();
+  std::vector<double> rotor_rates;
+  for (std::size_t g = 0; g < count; ++g) {
+    rotor_rates.push_back(s.state.v[gyros[g].rotor_velocity]);
+    momentum += momentum_of(gyros[g], angles[g], rotor_rates[g]);
+  }
+  const std::vector<MomentGyro>& all = gyros;
+  row.put_all(angles);
+  row.put_each(count, [&](std::size_t g) { return s.state.v[all[g].gimbal_velocity]; });
+  row.put_all(rotor_rates);
+  row.put_each(count, [&](std::size_t g) { return s.motor[all[g].gimbal]; });
+  row.put_each(count, [&](std::size_t g) { return s.motor[all[g].rotor]; });
+  row.put(momentum);
+  row.put(singularity_measure(gyros, angles));
 }
 
 // State, motor efforts or none => per gyro its gimbal angle, largest gimbal rate and largest motor torques so far;
@@ -77,7 +116,9 @@ void GyroMonitor::observe(const CaptureSystem& system, const State& state, std::
     raise_size(report.largest_torque, motor[joints.gimbal]);
     raise_size(report.largest_spin_torque, motor[joints.rotor]);
   }
-  report_.least_singularity_measure = std::min(report_.least_singularity_measure, singularity_measure(system, state));
+  const Posture at = posture(system, state);
+  report_.least_singularity_measure =
+      std::min(report_.least_singularity_measure, singularity_measure(at.gyros, at.angles));
   any_ = true;
 }
 

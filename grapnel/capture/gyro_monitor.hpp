@@ -5,31 +5,34 @@
 /// one thread at a time.
 
 #include <span>
+#include <vector>
 
-#include "grapnel/problem/capture_system.hpp"
-#include "grapnel/result/capture_result.hpp"
-#include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/capture/actuator_monitor.hpp"
 
 namespace grapnel {
 
-class GyroMonitor {
+class GyroMonitor final : public ActuatorMonitor {
  public:
   /// The problem must outlive this.
   explicit GyroMonitor(const CaptureProblem& problem);
 
-  /// A motion segment begins.
-  void begin_phase(const PhaseDynamics& dynamics);
-  /// Whether steps must be evaluated: gyros are steered.
-  bool observes() const { return steered_; }
-  void step(const PhaseStep& step);
-  /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
-  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor);
-  /// The singularity measure m (GyroArray) of the array in a state.
-  double singularity_measure(const CaptureSystem& system, const State& state) const;
+  std::vector<Series> series() const override;
+  void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const override;
+  void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) override;
+  bool observes() const override { return steered_; }
+  void step(const PhaseStep& step) override;
+  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor) override;
   /// Writes nothing without gyros or samples. Warns of intervals near singularities.
-  void write(CaptureResult& result) const;
+  void write(CaptureResult& result) const override;
 
  private:
+  // The array in a state.
+  struct Posture {
+    std::vector<MomentGyro> gyros;
+    std::vector<double> angles;
+  };
+  Posture posture(const CaptureSystem& system, const State& state) const;
+
   const CaptureProblem& problem_;
   GyrosReport report_;
   bool steered_ = false;

@@ -58,12 +58,12 @@ const std::vector<std::string> kWxyz{"w", "x", "y", "z"};
 // Problem, system => all time series with path, unit, description and components, without values, in the order of
 // sample(); also the number of rows that fit one block of a sink.
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
-                   TimeSeries& series)
-    : problem_(problem), series_(series), frame_(frame) {
+                   const Actuators& actuators, TimeSeries& series)
+    : problem_(problem), series_(series), actuators_(actuators), frame_(frame) {
   add_motion(system);
   add_grasps();
   add_joints(system);
-  add_actuators(system);
+  add_actuators();
   add_conserved(system);
   if (problem.orbit) add_orbit();
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
@@ -157,37 +157,14 @@ void Recorder::add_joints(const CaptureSystem& system) {
   }
 }
 
-void Recorder::add_actuators(const CaptureSystem& system) {
+void Recorder::add_actuators() {
   controls_base_ = (problem_.approach && problem_.approach->base_control) ||
                    problem_.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
                    (problem_.control && (problem_.control->base_torque || problem_.control->base_actuators ||
                                          (problem_.control->log && problem_.control->log->commands_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", kXyz);
-  if (!system.wheels.empty()) {
-    std::vector<std::string> wheels;
-    for (const WheelSetup& wheel : problem_.robot.wheels) wheels.push_back(wheel.name);
-    add("wheels/rate", "rad/s", "rates of the reaction wheels relative to the base", wheels);
-    add("wheels/momentum", "N m s", "their moments of inertia times these rates", wheels);
-    add("wheels/torque", "N m", "of their motors, on the wheels", wheels);
-  }
-  if (!system.gyros.empty()) {
-    std::vector<std::string> gyros;
-    for (const MomentGyroSetup& gyro : problem_.robot.gyros) gyros.push_back(gyro.name);
-    add("gyros/angle", "rad", "angles of the control moment gyros' gimbals", gyros);
-    add("gyros/rate", "rad/s", "their rates relative to the base", gyros);
-    add("gyros/rotor_rate", "rad/s", "rates of the rotors relative to their gimbals", gyros);
-    add("gyros/torque", "N m", "of the gimbals' motors, on the gimbals", gyros);
-    add("gyros/spin_torque", "N m", "of the rotors' motors, on the rotors", gyros);
-    add("gyros/momentum", "N m s", "of all rotors relative to their gimbals, in the base's axes", kXyz);
-    add("gyros/singularity_measure", "1", "root of det(A A^T) of the array: 0 where it is singular",
-        {"singularity_measure"});
-  }
-  if (!problem_.robot.thrusters.empty()) {
-    std::vector<std::string> thrusters;
-    for (const ThrusterSetup& thruster : problem_.robot.thrusters) thrusters.push_back(thruster.name);
-    add("thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", thrusters);
-    add("thrusters/impulse", "N s", "impulse of each thruster since the start", thrusters);
-    add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
+  for (const auto& actuator : actuators_) {
+    for (Series& one : actuator->series()) series_.series.push_back(std::move(one));
   }
 }
 
@@ -235,7 +212,8 @@ void Recorder::add_orbit() {
 // interval.
 ExpectedSeries expected_series(const CaptureProblem& problem) {
   TimeSeries names;
-  const Recorder recorder(problem, make_capture_system(problem), {}, names);
+  const Recorder::Actuators actuators = actuator_monitors(problem);
+  const Recorder recorder(problem, make_capture_system(problem), {}, actuators, names);
   ExpectedSeries expected;
   expected.columns = 1;  // the time
   for (const Series& s : names.series) expected.columns += s.width();
@@ -256,18 +234,12 @@ void Recorder::begin_phase(const std::string& name) {
   phase_start_.reset();
 }
 
-void Recorder::put(double value) { series_.series[next_++].data.push_back(value); }
-void Recorder::put(const Vector3d& v) {
-  for (double x : v.e) series_.series[next_].data.push_back(x);
-  ++next_;
-}
 // q and -q are one orientation: the one closer to the previous sample is written, for plots and interpolation.
 void Recorder::put(const Rotationd& R, Quaterniond& previous) {
   Quaterniond q = quaternion_from(R);
   if (q.w * previous.w + q.x * previous.x + q.y * previous.y + q.z * previous.z < 0) q = {-q.w, -q.x, -q.y, -q.z};
   previous = q;
-  for (double x : {q.w, q.x, q.y, q.z}) series_.series[next_].data.push_back(x);
-  ++next_;
+  row_.put_all(std::initializer_list<double>{q.w, q.x, q.y, q.z});
 }
 
 // Momenta of the robot, then of each target, also if it hangs on an arm.
@@ -290,72 +262,17 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
 // The references of the phase's drives; a law that moves joints together has no joint references.
 void Recorder::put_references(const CaptureSystem& system, const PhaseSample& s) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> rates;
+  std::vector<double> positions, rates;
   for (int j : system.robot_joints) {
     JointPoint reference{kNone, kNone, 0};
     const JointDrive drive = s.dynamics ? s.dynamics->setup().drives[j] : JointDrive{};
     if (drive.control != JointControl::free && !drive.trajectory.segments.empty())
       reference = evaluate(drive.trajectory, s.time);
-    series_.series[next_].data.push_back(reference.position);
+    positions.push_back(reference.position);
     rates.push_back(reference.rate);
   }
-  ++next_;
-  for (double rate : rates) series_.series[next_].data.push_back(rate);
-  ++next_;
-}
-
-void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
-  const auto put_all = [&](auto value) {
-    for (std::size_t w = 0; w < system.wheels.size(); ++w) series_.series[next_].data.push_back(value(w));
-    ++next_;
-  };
-  const auto rate = [&](std::size_t w) {
-    return s.state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v];
-  };
-  put_all(rate);
-  put_all([&](std::size_t w) { return problem_.robot.wheels[w].inertia * rate(w); });
-  put_all([&](std::size_t w) { return s.motor[system.wheels[w]]; });
-}
-
-// Sample => gimbal angles and rates, rotor rates, motor torques, momentum of the rotors in the base's axes (17.7) and
-// singularity measure of the array.
-void Recorder::put_gyros(const CaptureSystem& system, const PhaseSample& s) {
-  std::vector<MomentGyro> gyros;
-  std::vector<double> angles;
-  for (std::size_t g = 0; g < system.gyros.size(); ++g) {
-    gyros.push_back(moment_gyro(problem_.robot.gyros[g], system, g));
-    angles.push_back(s.state.q[gyros[g].gimbal_coordinate]);
-  }
-  const auto put_all = [&](auto value) {
-    for (std::size_t g = 0; g < gyros.size(); ++g) series_.series[next_].data.push_back(value(g));
-    ++next_;
-  };
-  put_all([&](std::size_t g) { return angles[g]; });
-  const auto rotor_rate = [&](std::size_t g) { return s.state.v[gyros[g].rotor_velocity]; };
-  put_all([&](std::size_t g) { return s.state.v[gyros[g].gimbal_velocity]; });
-  put_all(rotor_rate);
-  put_all([&](std::size_t g) { return s.motor[gyros[g].gimbal]; });
-  put_all([&](std::size_t g) { return s.motor[gyros[g].rotor]; });
-  Vector3d momentum = Vector3d::zero();
-  for (std::size_t g = 0; g < gyros.size(); ++g) momentum += momentum_of(gyros[g], angles[g], rotor_rate(g));
-  put(momentum);
-  put(singularity_measure(gyros, angles));
-}
-
-// Thruster forces; zero in phases without active thrusters.
-void Recorder::put_thrusters(const PhaseSample& s, std::span<const double> impulses) {
-  const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
-  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i)
-    series_.series[next_].data.push_back(thrusts.empty() ? 0.0 : thrusts[i]);
-  ++next_;
-  double propellant = 0;
-  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i) {
-    const double impulse = impulses.empty() ? 0.0 : impulses[i];
-    series_.series[next_].data.push_back(impulse);
-    propellant += impulse / (problem_.robot.thrusters[i].specific_impulse * kStandardGravity);
-  }
-  ++next_;
-  put(propellant);
+  row_.put_all(positions);
+  row_.put_all(rates);
 }
 
 // Gaps and samples of all grasps => distance, whether the grasp holds, force and moment on the robot; then the defects
@@ -457,7 +374,7 @@ void Recorder::sample(const RecordedInstant& instant) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
-  next_ = 0;
+  row_ = SeriesRow(series_);
   Kinematics shifted;
   if (!frame_.is_world()) {
     shifted = k;
@@ -467,8 +384,7 @@ void Recorder::sample(const RecordedInstant& instant) {
   put_motion(system, in_world);
   put_grasps(grasp_gaps(problem_, system, k), instant.grasps);
   const auto put_joints = [&](auto value) {
-    for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
-    ++next_;
+    row_.put_each(system.robot_joints.size(), [&](std::size_t i) { return value(system.robot_joints[i]); });
   };
   put_joints([&](int j) { return s.state.q[model.bodies()[model.joints()[j]].q]; });
   put_joints([&](int j) { return s.state.v[model.bodies()[model.joints()[j]].v]; });
@@ -483,25 +399,19 @@ void Recorder::sample(const RecordedInstant& instant) {
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (!system.elastic_joints.empty()) {
     const auto put_elastic = [&](auto value) {
-      for (int j : system.elastic_joints)
-        series_.series[next_].data.push_back(value(model.bodies()[model.joints()[j]]));
-      ++next_;
+      row_.put_each(system.elastic_joints.size(),
+                    [&](std::size_t i) { return value(model.bodies()[model.joints()[system.elastic_joints[i]]]); });
     };
     put_elastic([&](const Body& b) { return s.state.q[b.q] - b.description.joint.spring->rest; });
     put_elastic([&](const Body& b) { return s.state.v[b.v]; });
   }
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
-  if (!system.wheels.empty()) put_wheels(system, s);
-  if (!system.gyros.empty()) put_gyros(system, s);
-  if (!problem_.robot.thrusters.empty()) put_thrusters(s, instant.impulses);
+  for (const auto& actuator : actuators_) actuator->put(system, s, row_);
   put_conserved(system, in_world, instant.quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(instant.clearance);
   if (sensors_ && problem_.sensors) {
-    for (const std::vector<double>& values : sensors_->sensed_values()) {
-      for (const double x : values) series_.series[next_].data.push_back(x);
-      ++next_;
-    }
+    for (const std::vector<double>& values : sensors_->sensed_values()) row_.put_all(values);
   }
   if (sink_ && series_.time.size() >= block_capacity_) sink_->take(series_);
 }

@@ -3,6 +3,7 @@
 /// @file
 /// The time series of a run.
 
+#include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
@@ -32,14 +33,16 @@ struct RecordedInstant {
   std::span<const GraspSample> grasps;    // per grasp of the problem; empty: none holds
   double clearance;                       // minimum of all pairs [m]; NaN: not evaluated
   std::span<const Wrenchd> through = {};  // transmitted by joints, per body; empty: unknown, recorded as NaN
-  std::span<const double> impulses = {};  // of each thruster so far [N s]; empty: none
 };
 
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
-  /// `frame`: that of the problem and the states; the series are in W.
-  Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame, TimeSeries& series);
+  using Actuators = std::vector<std::unique_ptr<ActuatorMonitor>>;
+
+  /// `frame`: that of the problem and the states; the series are in W. The monitors outlive this.
+  Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
+           const Actuators& actuators, TimeSeries& series);
   /// Passes samples to the sink in blocks, without keeping them. Null: all are kept.
   void stream_to(SeriesSink* sink) { sink_ = sink; }
   /// Sets the sensors whose readings are recorded; they outlive this. Null: none.
@@ -54,7 +57,7 @@ class Recorder {
   void add_motion(const CaptureSystem& system);
   void add_grasps();
   void add_joints(const CaptureSystem& system);
-  void add_actuators(const CaptureSystem& system);
+  void add_actuators();
   void add_conserved(const CaptureSystem& system);
   void add_orbit();
   void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
@@ -62,22 +65,20 @@ class Recorder {
   void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
-  void put_wheels(const CaptureSystem& system, const PhaseSample& s);
-  void put_gyros(const CaptureSystem& system, const PhaseSample& s);
   void put_references(const CaptureSystem& system, const PhaseSample& s);
-  void put_thrusters(const PhaseSample& s, std::span<const double> impulses);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
-  void put(double value);
-  void put(const Vector3d& v);
+  void put(double value) { row_.put(value); }
+  void put(const Vector3d& v) { row_.put(v); }
   void put(const Rotationd& R, Quaterniond& previous);
 
   const CaptureProblem& problem_;
   TimeSeries& series_;
   SeriesSink* sink_ = nullptr;
   const SensorRun* sensors_ = nullptr;
-  std::size_t block_capacity_ = 0;     // maximum number of samples of a block
-  std::size_t next_ = 0;               // next series to be filled within a sample
+  std::size_t block_capacity_ = 0;  // maximum number of samples of a block
+  const Actuators& actuators_;
+  SeriesRow row_{series_};             // of the current sample
   std::vector<Quaterniond> previous_;  // for continuous signs of quaternions
   const MovingFrame frame_;
   PhaseIntegrals finished_;  // sums over finished phases

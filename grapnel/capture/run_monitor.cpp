@@ -20,11 +20,9 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       loads_(problem),
       saturation_(problem),
       stability_(problem),
-      wheels_(problem),
-      gyros_(problem),
-      thrusters_(problem) {
+      actuators_(actuator_monitors(problem)) {
   if (detail_ != CaptureDetail::full) return;
-  recorder_.emplace(problem, free, frame, result.series);
+  recorder_.emplace(problem, free, frame, actuators_, result.series);
   recorder_->stream_to(recording.sink);
   recorder_->observe(recording.sensors);
 }
@@ -40,9 +38,7 @@ void RunMonitor::begin_phase(Phase phase) {
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
-  gyros_.begin_phase(phase.dynamics);
-  thrusters_.begin_phase(phase.system, phase.dynamics);
-  wheels_.begin_phase();
+  for (const auto& actuator : actuators_) actuator->begin_phase(phase.system, phase.dynamics);
   saturation_.begin_phase(phase.system, phase.dynamics);
   stability_.begin_phase(name_, phase.system, phase.dynamics, phase.moved_by_law, phase.after_impact);
   kinematics_ = Kinematics(phase.system.model);
@@ -66,13 +62,11 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool record) {
   // Efforts have been evaluated in every step if loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
-  wheels_.observe(*system_, sample.state, sample.motor);
-  gyros_.observe(*system_, sample.state, sample.motor);
+  observe_actuators(*system_, sample.state, sample.motor);
   if (!record) return;
   last_check_ = sample.time;
   if (recorder_)
-    recorder_->sample({*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
-                       thrusters_.impulses(sample.time)});
+    recorder_->sample({*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps)});
 }
 
 // The transmitted wrenches of joints, for the time series.
@@ -85,19 +79,18 @@ std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std:
 void RunMonitor::check(double time, const State& state, const PhaseIntegrals& integrals) {
   forward_kinematics(system_->model, state, kinematics_);
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
-  wheels_.observe(*system_, state, {});
-  gyros_.observe(*system_, state, {});
+  observe_actuators(*system_, state, {});
   last_check_ = time;
 }
 
 void RunMonitor::watch(double time, const State& state, std::span<const double> motor) {
   if (watches_.watching()) watches_.sample(time, state, motor);
-  wheels_.observe(*system_, state, {});
+  observe_actuators(*system_, state, {});
 }
 
 void RunMonitor::restart_watch() {
   if (watches_.watching()) watches_.restart_phase();
-  wheels_.restart_phase();
+  for (const auto& actuator : actuators_) actuator->restart_phase();
 }
 
 StepProbe RunMonitor::load_probe() {
@@ -105,8 +98,9 @@ StepProbe RunMonitor::load_probe() {
   return [this](const PhaseStep& step) {
     if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
-    if (thrusters_.observes()) thrusters_.step(step);
-    if (gyros_.observes()) gyros_.step(step);
+    for (const auto& actuator : actuators_) {
+      if (actuator->observes()) actuator->step(step);
+    }
     check_at_end(step);
   };
 }
@@ -125,7 +119,7 @@ void RunMonitor::end_phase(const PhaseOutcome& outcome) {
   result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
   loops_.end_phase(outcome.loops);
   saturation_.end_phase(outcome.end_time - begin_);
-  thrusters_.end_phase(outcome.end_time - begin_);
+  for (const auto& actuator : actuators_) actuator->end_phase(outcome.end_time - begin_);
   if (seeks_stability()) stability_.end_phase();
   end_ = outcome.end_time;
   if (!outcome.finished) return;  // write() ends the others
@@ -161,8 +155,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
                          std::span<const GraspSample> grasps) {
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
-  wheels_.observe(system, state, {});
-  gyros_.observe(system, state, {});
+  observe_actuators(system, state, {});
   last_check_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
@@ -172,9 +165,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
                      quantities,
                      {time, state, none, zeros, zeros},
                      grasps,
-                     watches_.instant(system, kinematics),
-                     {},
-                     thrusters_.impulses(0)});
+                     watches_.instant(system, kinematics)});
 }
 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {
@@ -256,10 +247,8 @@ void RunMonitor::write() {
   if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
   loops_.write(result_);
   loads_.write(result_);
-  wheels_.write(result_);
-  gyros_.write(result_);
+  for (const auto& actuator : actuators_) actuator->write(result_);
   joints_.write(result_);
-  thrusters_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);
   saturation_.write(end_, result_);

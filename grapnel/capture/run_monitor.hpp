@@ -4,16 +4,18 @@
 /// All observers of a run, which do not change it: the time series, the checks of conservation, of closed loops and of
 /// impacts, clearance and joint limits, and the loads. One object that receives every phase, sample and impact once.
 
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
-#include "grapnel/capture/gyro_monitor.hpp"
 #include "grapnel/capture/joint_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/saturation_monitor.hpp"
 #include "grapnel/capture/stability_monitor.hpp"
-#include "grapnel/capture/thruster_monitor.hpp"
-#include "grapnel/capture/wheel_monitor.hpp"
 #include "grapnel/impact_report/compliant_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -49,7 +51,7 @@ class RunMonitor {
   /// Whether samples are recorded.
   bool records() const { return recorder_.has_value(); }
   /// Whether clearance or joint limits are observed in the phase.
-  bool watches() const { return watches_.watching() || wheels_.any(); }
+  bool watches() const { return watches_.watching() || any_actuator(&ActuatorMonitor::follows_states); }
   /// Whether limits may be exceeded only between the ends of long steps.
   bool watches_closely() const { return watches_.watching(); }
   /// Whether loads are evaluated in every step of a phase.
@@ -59,7 +61,7 @@ class RunMonitor {
   /// Whether every step of the phase is needed: for loads, plumes, gyro steering, or the time of rest. Saturation does
   /// not need it: lanes stop when a wheel reaches its maximum rate, and have neither gyros nor thrusters.
   bool inspects_steps() const {
-    return seeks_loads() || thrusters_.observes() || gyros_.observes() || stability_.monitors_rest();
+    return seeks_loads() || any_actuator(&ActuatorMonitor::observes) || stability_.monitors_rest();
   }
   /// Whether the phase needs samples; otherwise ends of steps suffice.
   bool needs_samples() const;
@@ -116,6 +118,12 @@ class RunMonitor {
   void write();
 
  private:
+  bool any_actuator(bool (ActuatorMonitor::*property)() const) const {
+    return std::any_of(actuators_.begin(), actuators_.end(), [&](const auto& one) { return (*one.*property)(); });
+  }
+  void observe_actuators(const CaptureSystem& system, const State& state, std::span<const double> motor) {
+    for (const auto& actuator : actuators_) actuator->observe(system, state, motor);
+  }
   void check_at_end(const PhaseStep& step);
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
   /// `grasps`: per grasp of the problem; empty: none holds.
@@ -141,10 +149,8 @@ class RunMonitor {
   LoadMonitor loads_;
   SaturationMonitor saturation_;
   StabilityMonitor stability_;
-  WheelMonitor wheels_;
-  GyroMonitor gyros_;
+  std::vector<std::unique_ptr<ActuatorMonitor>> actuators_;
   JointMonitor joints_;
-  ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;
   double last_check_ = 0, end_ = 0;

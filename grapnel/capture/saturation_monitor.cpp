@@ -23,7 +23,8 @@ bool is_at(double value, double limit) { return std::isfinite(limit) && std::abs
 }  // namespace
 
 bool base_torque_may_differ(const PhaseSetup& setup) {
-  return setup.actuators.steering || (setup.actuators.thrusters && !setup.actuators.dumping);
+  return setup.actuators.steering || !setup.effectors.empty() ||
+         (setup.actuators.thrusters && !setup.actuators.dumping);
 }
 
 // Problem => one item per limit of wheels, gyros, thrusters and base control axes, and one for the singularity of the
@@ -60,7 +61,7 @@ void SaturationMonitor::begin_phase(const CaptureSystem& system, const PhaseDyna
   drives_wheels_ = !setup.wheels.empty() && (any(wheel_rates_) || any(wheel_torques_));
   steers_ = !setup.gyros.empty() && (setup.actuators.steering || setup.actuators.one_by_one);
   fires_ = setup.actuators.thrusters != nullptr;
-  if (setup.actuators.steering) gyros_.report.limit = dynamics.base().gyros().steering().near;
+  if (setup.actuators.steering) gyros_.report.limit = dynamics.base().find<GyroEffector>()->array().steering().near;
   observes_ = drives_wheels_ || steers_ || fires_;
   commands_base_ = setup.attitude && base_torque_may_differ(setup);
   for (int k = 0; commands_base_ && k < 3; ++k)
@@ -105,7 +106,7 @@ void SaturationMonitor::step_wheels(double begin, const PhaseSample& reached) {
 }
 
 void SaturationMonitor::step_gyros(double begin, const PhaseSample& reached) {
-  const GyroArray& array = reached.dynamics->base().gyros();
+  const GyroArray& array = reached.dynamics->base().find<GyroEffector>()->array();
   for (std::size_t g = 0; g < system_->gyros.size(); ++g) {
     const double rate = g < array.commanded().size() ? array.commanded()[g] : 0;
     note(gimbal_rates_[g], begin, reached.time, is_at(rate, gimbal_rates_[g].report.limit), true);

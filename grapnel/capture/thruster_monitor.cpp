@@ -88,11 +88,31 @@ void ThrusterMonitor::step(const PhaseStep& step) {
   }
 }
 
-std::vector<double> ThrusterMonitor::impulses(double time) const {
-  std::vector<double> impulses;
-  for (std::size_t i = 0; bank_ && i < bank_->size(); ++i)
-    impulses.push_back(bank_->use(i, std::max(time, bank_->time())).impulse);
-  return impulses;
+std::vector<Series> ThrusterMonitor::series() const {
+  if (problem_.robot.thrusters.empty()) return {};
+  std::vector<std::string> names;
+  for (const ThrusterSetup& thruster : problem_.robot.thrusters) names.push_back(thruster.name);
+  return {{"thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", names, {}},
+          {"thrusters/impulse", "N s", "impulse of each thruster since the start", names, {}},
+          {"thrusters/propellant", "kg", "propellant used since the start", {"propellant"}, {}}};
+}
+
+// The impulse up to a sample of the current segment, or so far [N s]; zero before the first phase with thrusters.
+double ThrusterMonitor::impulse(std::size_t thruster, const PhaseSample& s) const {
+  return bank_ ? bank_->use(thruster, std::max(s.dynamics ? s.time : 0, bank_->time())).impulse : 0.0;
+}
+
+// Thruster forces, zero in phases without active thrusters; impulses and propellant.
+void ThrusterMonitor::put(const CaptureSystem&, const PhaseSample& s, SeriesRow& row) const {
+  const std::size_t count = problem_.robot.thrusters.size();
+  if (count == 0) return;
+  const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
+  double propellant = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    propellant += impulse(i, s) / (problem_.robot.thrusters[i].specific_impulse * kStandardGravity);
+  row.put_each(count, [&](std::size_t i) { return thrusts.empty() ? 0.0 : thrusts[i]; });
+  row.put_each(count, [&](std::size_t i) { return impulse(i, s); });
+  row.put(propellant);
 }
 
 // Thruster bank => firings, on-time [s], impulse [N s], duty and propellant [kg] = impulse / (I_sp g_0) per thruster;

@@ -7,29 +7,24 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/problem/capture_system.hpp"
-#include "grapnel/result/capture_result.hpp"
-#include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/capture/actuator_monitor.hpp"
 
 namespace grapnel {
 
-class ThrusterMonitor {
+class ThrusterMonitor final : public ActuatorMonitor {
  public:
   /// The problem must outlive this.
   explicit ThrusterMonitor(const CaptureProblem& problem) : problem_(problem) {}
 
-  /// Begins a motion segment; both arguments live until it ends.
-  void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
-  /// Whether steps must be evaluated: thrusters with plumes may fire.
-  bool observes() const { return !watched_.empty(); }
-  void step(const PhaseStep& step);
-  /// Adds the duration of the piece [s].
-  void end_phase(double duration) { at_work_ += fires_ ? duration : 0; }
-  /// The impulse of each thruster up to a time of the current piece, or so far [N s]; empty before the first phase with
-  /// thrusters.
-  std::vector<double> impulses(double time) const;
+  std::vector<Series> series() const override;
+  void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const override;
+  void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) override;
+  /// Thrusters with plumes may fire.
+  bool observes() const override { return !watched_.empty(); }
+  void step(const PhaseStep& step) override;
+  void end_phase(double duration) override { at_work_ += fires_ ? duration : 0; }
   /// Writes nothing without thrusters.
-  void write(CaptureResult& result) const;
+  void write(CaptureResult& result) const override;
 
  private:
   // A point of a body that plumes should not hit.
@@ -39,6 +34,7 @@ class ThrusterMonitor {
     std::string name;
   };
   bool plume_hits(std::size_t thruster, const Vector3d& p_base) const;
+  double impulse(std::size_t thruster, const PhaseSample& sample) const;
 
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;

@@ -3,26 +3,24 @@
 /// @file
 /// Observes reaction wheels: rates, momentum, torque. Thread safety: one thread at a time.
 
-#include <span>
 #include <vector>
 
-#include "grapnel/problem/capture_system.hpp"
-#include "grapnel/result/capture_result.hpp"
+#include "grapnel/capture/actuator_monitor.hpp"
 
 namespace grapnel {
 
-class WheelMonitor {
+class WheelMonitor final : public ActuatorMonitor {
  public:
   explicit WheelMonitor(const CaptureProblem& problem);
 
-  /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
-  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor);
-  bool any() const { return !reports_.empty(); }
-  /// Begins or restarts a phase: discards its observations.
-  void begin_phase();
-  void restart_phase();
+  std::vector<Series> series() const override;
+  void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const override;
+  bool follows_states() const override { return !reports_.empty(); }
+  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor) override;
+  void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) override;
+  void restart_phase() override;
   /// Writes nothing without wheels or observations.
-  void write(CaptureResult& result) const;
+  void write(CaptureResult& result) const override;
 
  private:
   std::vector<WheelReport> reports_;

@@ -247,7 +247,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A structured binding: a new member of these structures fails to compile here until lanes handle it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
-               clock, channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
+               effectors, clock, channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] =
+      setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
@@ -264,6 +265,9 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels without attitude control";
   if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled) return "continuous control of reaction wheel speeds";
   if (!gyros.empty() || steering) return "control moment gyros";
+  for (const auto& effector : effectors) {
+    if (const std::string obstacle = effector->lane_obstacle(); !obstacle.empty()) return obstacle;
+  }
   if (!model.rotors().empty()) return "rotors store momentum";
   // Works are integrated for one tree.
   const int driven_root =
@@ -420,7 +424,7 @@ double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const 
     std::copy(turn.integrals.begin(), turn.integrals.end(), integrals);
   }
   const double until = dynamics.begin_smooth_interval(turn.time, turn.end, y);
-  const PhaseDynamics::HeldDrive held = dynamics.held_drive();
+  const PhaseDynamics::HeldDrive held = dynamics.held_drive(turn.time);
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
     const int channel = structure.links[static_cast<std::size_t>(body.placement.link)].channel;

@@ -20,12 +20,14 @@
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/plan/objective_kind.hpp"
+#include "grapnel/problem/base_actuators.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/magnetic_field.hpp"
 #include "grapnel/simulate/orbit.hpp"
 
 namespace grapnel {
@@ -116,6 +118,7 @@ struct RobotSetup {
   std::vector<WheelSetup> wheels;                           // of the base
   std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
+  OtherActuators actuators;                                 // of the base, of other kinds
   std::optional<double> propellant;                         // available propellant [kg]; absent: not stated
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
@@ -205,8 +208,8 @@ struct TrackingSetup {
 struct BaseControlSetup {
   /// The source of the torque. outside: an external torque, which changes the system's momentum, as with ideal
   /// thrusters. wheels: the base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent:
-  /// the wheels if there are any, else the gyros, else outside.
-  enum class Actuators { outside, wheels, thrusters, gyros };
+  /// the wheels if there are any, else the gyros, else outside. Other kinds: those of RobotSetup::actuators.
+  using Actuators = BaseActuatorKind;
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
@@ -619,6 +622,7 @@ struct OrbitSetup {
   double true_anomaly = 0;        // at t = 0 [rad]
   Vector3d radial{1, 0, 0};       // unit, in W: outward at t = 0
   Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it, in the direction of orbital motion
+  std::optional<MagneticField> magnetic_field = {};  // of the Earth; absent: not evaluated
   /// The reference point at t = 0, and its velocity, in the frame of the problem. Zero for files, whose frame has its
   /// origin there; seen_from() sets them [m], [m/s].
   Vector3d position = Vector3d::zero();

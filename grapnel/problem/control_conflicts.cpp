@@ -154,6 +154,10 @@ class ControlConflicts : ConflictFinder {
     if (control->dumping) check_dumping(*control, path);
     if (drives && !problem_.robot.thrusters.empty()) check_turning(*control, path);
     if (drives || control->dumping) check_modulation(*control, path);
+    if (control->actuators && is_other(*control->actuators)) {
+      if (const std::string fault = functions_of(*control->actuators).fault(problem_); !fault.empty())
+        add(path + ".actuators", "{}.actuators: {}", path, fault);
+    }
     check_wheel_speeds(*control, path);
   }
 

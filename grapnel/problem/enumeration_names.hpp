@@ -24,9 +24,6 @@ struct Described<GraspSetup::Orientation>
 template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
-struct Described<BaseControlSetup::Actuators>
-    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters", "gyros"> {};
-template <>
 struct Described<ThrusterModulation::Kind>
     : Enumeration<ThrusterModulation::Kind, "Modulation", "pulse_width", "schmitt"> {};
 template <>

@@ -36,6 +36,12 @@ class EnvironmentConflicts : ConflictFinder {
           std::acos(std::clamp(dot(setup.radial, setup.along_track), -1.0, 1.0)) * 180 / std::numbers::pi)
           .relies_on = "orbit.radial";
     }
+    if (setup.magnetic_field) {
+      const std::string fault = fault_of(*setup.magnetic_field);
+      if (!fault.empty()) add_key("orbit.magnetic_field", "orbit.magnetic_field: {}", fault);
+      if (setup.body != OrbitSetup::Body::earth || setup.mu)
+        add_key("orbit.magnetic_field", "orbit.magnetic_field is the Earth's; it requires body: earth, without mu");
+    }
     const ReferenceOrbit orbit = reference_orbit(setup);
     if (!fault_of(orbit).empty()) return;  // reported elsewhere
     const double lowest = orbit.semi_major_axis * (1 - orbit.eccentricity), radius = central_body(setup.body).radius;

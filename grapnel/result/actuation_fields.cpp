@@ -48,6 +48,23 @@ const Type& type_of<SaturationReport>() {
 }
 
 template <>
+const Type& type_of<ActuatorUse>() {
+  using A = ActuatorUse;
+  static constexpr Field fields[] = {
+      field<&A::quantity>("quantity", "path of its time series"),
+      field<&A::name>("name", "of the actuator"),
+      field<&A::unit>("unit", "of the numbers below"),
+      field<&A::largest>("largest", "unit", "largest magnitude"),
+      field<&A::limit>("limit", "unit", "maximum magnitude"),
+      field<&A::saturated>("saturated", "s", "total time at the limit, by integration steps"),
+      field<&A::first_saturated>("first_saturated", "s", "start of the first saturation; 0 without any"),
+  };
+  static constexpr Type type =
+      structure<A>("ActuatorUse", "an actuator of the base of a kind without its own report.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<Stability>() {
   static constexpr Choice choices[] = {
       choice(Stability::unstable, "unstable",

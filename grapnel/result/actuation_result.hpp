@@ -24,6 +24,16 @@ struct SaturationReport {
   bool at_end = false;
 };
 
+/// An actuator of the base of a kind without its own report.
+struct ActuatorUse {
+  std::string quantity;  // path of its time series
+  std::string name;
+  std::string unit;
+  double largest = 0, limit = 0;  // magnitudes
+  double saturated = 0;           // time at the limit [s]
+  double first_saturated = 0;     // start of the first saturation [s]; 0 without any
+};
+
 enum class Stability { unstable, not_evaluated, stable };
 
 /// The control loops of one phase.

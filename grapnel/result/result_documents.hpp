@@ -99,6 +99,8 @@ const Type& type_of<SaturationReport::Quantity>();
 template <>
 const Type& type_of<SaturationReport>();
 template <>
+const Type& type_of<ActuatorUse>();
+template <>
 const Type& type_of<Stability>();
 template <>
 const Type& type_of<StabilityReport>();

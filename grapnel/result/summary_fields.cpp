@@ -543,6 +543,8 @@ const Type& type_of<Summary>() {
                                                         "largest loads of every phase; absent without loads"),
       list_part<&S::result, &CaptureResult::wheels>("wheels", "", "reaction wheels; absent if there are none"),
       part<&S::result, &CaptureResult::gyros>("gyros", "", "control moment gyros; absent if there are none"),
+      list_part<&S::result, &CaptureResult::actuators>(
+          "actuators", "", "actuators of the base of other kinds; absent if there are none"),
       list_part<&S::result, &CaptureResult::joints>(
           "joints", "",
           "joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none"),

@@ -84,7 +84,8 @@ struct Described<BaseControlSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::actuators>("actuators", "",
                            "Source of the torque. wheels: the robot's reaction wheels; gyros: its control moment "
-                           "gyros; thrusters: its thrusters; outside: an external torque. Absent: the wheels, if the "
+                           "gyros; thrusters: its thrusters; outside: an external torque; or another kind of its "
+                           "actuators. Absent: the wheels, if the "
                            "robot has any, else its gyros, else outside.")
           .optional(),
       field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),

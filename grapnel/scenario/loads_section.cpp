@@ -96,6 +96,21 @@ struct Described<LoadSetup> {
 };
 
 template <>
+struct Described<MagneticField> {
+  using T = MagneticField;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::axis>("axis", "", "Unit vector in W: rotation axis of the Earth, to the north pole.").as("unit vector"),
+      field<&T::greenwich>("greenwich", "",
+                           "Unit vector in W: perpendicular to axis, to the meridian of Greenwich, at t = 0.")
+          .as("unit vector"),
+  });
+  static constexpr auto rules = std::to_array<Rule>({needs("axis", "greenwich"), needs("greenwich", "axis")});
+  static constexpr Type type =
+      structure<T>("magnetic_field", "The Earth's magnetic field: the dipole of IGRF-14, which rotates with the Earth.",
+                   fields, rules);
+};
+
+template <>
 struct Described<OrbitSetup> {
   using T = OrbitSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -121,6 +136,7 @@ struct Described<OrbitSetup> {
                              "motion, at t = 0; absent: [0, 1, 0].")
           .as("unit vector")
           .optional(),
+      field<&T::magnetic_field>("magnetic_field", "", "Magnetic field of the Earth; absent: not evaluated.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("altitude, semi_major_axis"),

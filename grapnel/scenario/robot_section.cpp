@@ -705,6 +705,7 @@ struct Described<RobotSetup> {
                        "rest and gimbals at their zeros.")
           .items(0, 100),
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
+      field<&T::actuators>("actuators", "", "Actuators of the base of other kinds."),
       field<&T::propellant>("propellant", "kg",
                             "Available propellant of the thrusters; a consumption beyond it is reported. It is part of "
                             "the base's mass, which remains constant.")
@@ -932,6 +933,9 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
   finish_actuators(part(node, "gyros"), below(path, "gyros"), "gyro", setup.gyros.size(), faults);
   finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
+  for (const NodeEntry& kind : part(node, "actuators").entries)
+    finish_actuators(kind.value, below(below(path, "actuators"), kind.key), "actuator", kind.value.items.size(),
+                     faults);
   doubt_inertia_points(node, path, setup, faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;

@@ -161,4 +161,58 @@ double singularity_measure(std::span<const MomentGyro> gyros, std::span<const do
   return measure_of(columns, largest_momentum(gyros));
 }
 
+// --- Gyros as actuators of the base ---
+
+GyroEffector::GyroEffector(std::vector<MomentGyro> gyros, const std::optional<GyroSteering>& steering, bool one_by_one)
+    : gyros_(std::move(gyros), steering.value_or(GyroSteering{})),
+      steers_(steering.has_value()),
+      one_by_one_(one_by_one) {
+  if (steers_ && gyros_.gyros().size() < 3)
+    throw std::invalid_argument("GyroEffector: a torque by gyros needs at least three of them");
+}
+
+// Each gyro is a rotor in a gimbal on the actuated root, both on free joints.
+void GyroEffector::check(const Model& model, int root, std::span<const std::uint8_t> is_free) const {
+  for (const MomentGyro& gyro : gyros_.gyros()) {
+    const int gimbal = model.joints().at(gyro.gimbal), rotor = model.joints().at(gyro.rotor);
+    const Body &on_base = model.bodies()[gimbal], &in_gimbal = model.bodies()[rotor];
+    if (on_base.v != gyro.gimbal_velocity || on_base.q != gyro.gimbal_coordinate ||
+        in_gimbal.v != gyro.rotor_velocity || in_gimbal.parent != gimbal || (root >= 0 && on_base.parent != root) ||
+        !is_free[gyro.gimbal] || !is_free[gyro.rotor])
+      throw std::invalid_argument("GyroEffector: a gyro must be a rotor in a gimbal of the root, on free joints");
+  }
+}
+
+EffectorVelocities GyroEffector::velocities() const {
+  EffectorVelocities own;
+  for (const MomentGyro& gyro : gyros_.gyros()) {
+    own.all.push_back(gyro.gimbal_velocity), own.all.push_back(gyro.rotor_velocity);
+    own.fast.push_back(gyro.rotor_velocity);
+  }
+  own.rate_controlled = own.all;
+  return own;
+}
+
+// The command is converted in turn(), which is also called without an actuated root.
+void GyroEffector::drive(const BaseMoment&, const BaseCommand&, std::span<double>, std::span<double>) {}
+
+// State, and the commanded torque or gimbal rates => prescribed accelerations of gimbals and rotors (17.6), by the
+// steering law (17.9); remembers the resulting torque (17.7).
+void GyroEffector::turn(const BaseMoment& at, const Vector3d& torque, const ActuatorCommands& each,
+                        const PrescribedRates& rates) {
+  gyros_.take(at.state.q);
+  const Vector3d w_B = at.v >= 0 ? at.rate() : Vector3d::zero();
+  if (steers_) {
+    gyros_.steer(torque, w_B, at.time);
+  } else if (one_by_one_ && !each.gimbal_rate.empty()) {
+    gyros_.command(each.gimbal_rate);
+  }
+  gyros_.prescribe(at.state.v, rates.prescribed, rates.as_commanded, rates.acceleration);
+  turned_ = gyros_.torque_of(at.state.v, w_B);
+}
+
+void GyroEffector::conclude(std::span<const double> force, std::span<const double>, std::span<double> effort) {
+  gyros_.conclude(force, effort);
+}
+
 }  // namespace grapnel

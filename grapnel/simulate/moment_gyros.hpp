@@ -7,9 +7,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "grapnel/simulate/base_effector.hpp"
 #include "grapnel/simulate/control_setup.hpp"
 
 namespace grapnel {
@@ -100,6 +102,36 @@ class GyroArray {
   std::vector<std::uint8_t> cut_;  // likewise
   double measure_ = 0;
   Vector3d lacking_ = Vector3d::zero();
+};
+
+/// Gyros as actuators of the base. Their motors are always active: without steering or commands the gimbals are at
+/// rest.
+class GyroEffector final : public BaseEffector {
+ public:
+  /// `steering`: the gyros give the commanded torque. `one_by_one`: a controller commands each gimbal's rate. @throws
+  /// std::invalid_argument if a gyro is invalid (see GyroArray), or fewer than three are steered.
+  GyroEffector(std::vector<MomentGyro> gyros, const std::optional<GyroSteering>& steering, bool one_by_one);
+
+  const GyroArray& array() const { return gyros_; }
+
+  void check(const Model& model, int root, std::span<const std::uint8_t> is_free) const override;
+  EffectorVelocities velocities() const override;
+  bool drives() const override { return steers_; }
+  std::string lane_obstacle() const override { return "control moment gyros"; }
+  void drive(const BaseMoment& at, const BaseCommand& command, std::span<double> effort,
+             std::span<double> force) override;
+  void turn(const BaseMoment& at, const Vector3d& torque, const ActuatorCommands& each,
+            const PrescribedRates& rates) override;
+  bool cut(std::span<const double> force, std::span<std::uint8_t> prescribed, std::span<double> effort) override {
+    return gyros_.cut(force, prescribed, effort);
+  }
+  void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort) override;
+  const Vector3d& given() const override { return turned_; }
+
+ private:
+  GyroArray gyros_;
+  bool steers_, one_by_one_;
+  Vector3d turned_ = Vector3d::zero();  // torque of the turning gyros
 };
 
 /// Momentum of a gyro's rotor in its gimbal at an angle, in the carrying body's axes [N m s]: at its nominal spin rate,

@@ -25,15 +25,6 @@ double friction_force(const JointFriction& f, double rate) {
 
 }  // namespace
 
-PhaseIntegrals phase_integrals(std::span<const double> s) {
-  const auto vector = [&](std::size_t at) { return Vector3d{s[at], s[at + 1], s[at + 2]}; };
-  PhaseIntegrals integrals{
-      s[kMotorWork], s[kFrictionWork], s[kExternalWork], {vector(kExternalMoment), vector(kExternalForce)}};
-  for (std::size_t at = kWholeCount; at < s.size(); at += kTreeCount)
-    integrals.trees.push_back({{vector(at + kTreeMoment), vector(at + kTreeForce)}, s[at + kTreeWork]});
-  return integrals;
-}
-
 double break_resolution(double t0, double t1) {
   return 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
 }
@@ -85,8 +76,8 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
   base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.gyros, setup_.actuators,
-                        setup_.clock);
-  wrenches_.resize(wrenches_.size() + base_.thruster_count());
+                        setup_.clock, setup_.effectors);
+  wrenches_.resize(wrenches_.size() + base_.wrench_count());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
     law_vdot_.resize(model.velocities());
@@ -134,8 +125,7 @@ void PhaseDynamics::check_and_classify() {
     throw std::invalid_argument("PhaseDynamics: only a free root that is not held can be under attitude control");
   }
   check_control();
-  check_wheels();
-  check_gyros();
+  check_effectors();
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
@@ -155,66 +145,9 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || base_.acts_from_outside() || base_.has_thrusters();
+                  setup_.orbit.has_value() || base_.acts_from_outside() || base_.wrench_count() > 0;
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
-  }
-}
-
-// Checks the source of efforts and of the torque on a root, and the clock.
-void PhaseDynamics::check_control() {
-  has_controller_ = setup_.commanded_root >= 0;
-  for (const JointDrive& drive : setup_.drives)
-    has_controller_ = has_controller_ || output_of(drive.control) == ControlOutput::command;
-  if (has_controller_ && !setup_.controller)
-    throw std::invalid_argument("PhaseDynamics: joints or a root need a controller, but none is set");
-  if (setup_.commanded_root >= 0) {
-    const Body& root = model_.bodies().at(setup_.commanded_root);
-    const bool is_free_root = root.parent < 0 && root.description.joint.type == JointType::free;
-    if (!is_free_root || setup_.commanded_root == setup_.held_root || setup_.attitude)
-      throw std::invalid_argument(
-          "PhaseDynamics: a controller's torque can act only on a free root that is not held, without attitude "
-          "control");
-  }
-  if (setup_.sensors && !setup_.clock)
-    throw std::invalid_argument("PhaseDynamics: sensors need a clock, but none is set");
-  if (setup_.law_model && (setup_.law_model->velocities() != model_.velocities() ||
-                           setup_.law_model->bodies().size() != model_.bodies().size()))
-    throw std::invalid_argument("PhaseDynamics: the structure of the laws' model differs");
-  if (!setup_.clock) return;
-  if (!setup_.channels) {
-    setup_.channels.emplace(channel_of_.size());
-    std::iota(setup_.channels->begin(), setup_.channels->end(), 0);
-  }
-  const std::vector<int>& channels = *setup_.channels;
-  if (channels.size() != setup_.clock->channels())
-    throw std::invalid_argument("PhaseDynamics: the number of the clock's channels differs");
-  for (std::size_t c = 0; c < channels.size(); ++c) channel_of_.at(channels[c]) = static_cast<int>(c);
-}
-
-// Wheels are attached to the root that they turn, by joints without other drives.
-void PhaseDynamics::check_wheels() {
-  for (const ReactionWheel& wheel : setup_.wheels) {
-    const Body& body = model_.bodies().at(model_.joints().at(wheel.joint));
-    if (body.v != wheel.velocity || body.parent != base_.root() ||
-        setup_.drives[wheel.joint].control != JointControl::free)
-      throw std::invalid_argument("PhaseDynamics: a wheel must be on a free joint of the root that it turns");
-  }
-}
-
-// setup_.gyros => their gimbal and rotor rates marked as prescribed. Throws std::invalid_argument unless each gyro is a
-// rotor in a gimbal on the actuated root, both on free joints.
-void PhaseDynamics::check_gyros() {
-  for (const MomentGyro& gyro : setup_.gyros) {
-    const int gimbal = model_.joints().at(gyro.gimbal), rotor = model_.joints().at(gyro.rotor);
-    const Body &on_base = model_.bodies()[gimbal], &in_gimbal = model_.bodies()[rotor];
-    if (on_base.v != gyro.gimbal_velocity || on_base.q != gyro.gimbal_coordinate ||
-        in_gimbal.v != gyro.rotor_velocity || in_gimbal.parent != gimbal ||
-        (base_.root() >= 0 && on_base.parent != base_.root()) ||
-        setup_.drives[gyro.gimbal].control != JointControl::free ||
-        setup_.drives[gyro.rotor].control != JointControl::free)
-      throw std::invalid_argument("PhaseDynamics: a gyro must be a rotor in a gimbal of the root, on free joints");
-    for (const int v : {gyro.gimbal_velocity, gyro.rotor_velocity}) prescribed_[v] = commanded_[v] = 1;
   }
 }
 
@@ -234,39 +167,6 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   std::vector<double> y(size(), 0.0);
   std::copy(state.q.begin(), state.q.end(), y.begin());
   std::copy(state.v.begin(), state.v.end(), y.begin() + model_.coordinates());
-  return y;
-}
-
-// State, time and integrals so far => y of a phase that continues: the inverse of integrals(). Throws
-// std::invalid_argument if the numbers of trees or measured joints differ.
-std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
-  if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size())
-    throw std::invalid_argument("PhaseDynamics: the integrals belong to another phase");
-  std::vector<double> y = initial(state, t);
-  double* whole = y.data() + model_.coordinates() + model_.velocities();
-  const auto put = [](const Vector3d& v, double* out) { std::copy(v.e, v.e + 3, out); };
-  whole[kMotorWork] = integrals.motor_work, whole[kFrictionWork] = integrals.friction_work;
-  whole[kExternalWork] = integrals.external_work;
-  put(integrals.external_impulse.angular, whole + kExternalMoment);
-  put(integrals.external_impulse.linear, whole + kExternalForce);
-  double* at = whole + kWholeCount;
-  for (const TreeIntegrals& tree : integrals.trees) {
-    at[kTreeWork] = tree.work;
-    put(tree.impulse.angular, at + kTreeMoment), put(tree.impulse.linear, at + kTreeForce);
-    at += kTreeCount;
-  }
-  for (const JointIntegrals& joint : integrals.joints) {
-    at[kJointMotor] = joint.motor_work, at[kJointFriction] = joint.friction_work, at[kJointCopper] = joint.copper_loss;
-    at += kJointCount;
-  }
-  // Without them, the work of dampers is included in that of friction, which only one tree has.
-  if (integrals.damper_work.size() == static_cast<std::size_t>(damper_integral_count()))
-    std::copy(integrals.damper_work.begin(), integrals.damper_work.end(), at);
-  at += damper_integral_count();
-  for (const TreeExchange& tree : integrals.exchanged) {
-    at[kExchangedImpulse] = tree.impulse, at[kExchangedMoment] = tree.angular_impulse, at[kExchangedWork] = tree.work;
-    at += kExchangeCount;
-  }
   return y;
 }
 
@@ -348,191 +248,9 @@ void PhaseDynamics::act_from_outside(double t) {
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
-  if (base_.has_thrusters()) {
-    const std::size_t first = wrenches_.size() - base_.thruster_count();
-    base_.push(t, workspace_.kinematics.X_WB[base_.root()], std::span(wrenches_).subspan(first));
-  }
+  if (const std::size_t count = base_.wrench_count(); count > 0)
+    base_.push(t, workspace_.kinematics.X_WB[base_.root()], std::span(wrenches_).last(count));
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
-}
-
-// The torque of attitude control or of the controller, or the held command.
-void PhaseDynamics::drive_root() {
-  Vector3d torque = commanded_torque_;
-  if (!laws_command()) {
-    torque = setup_.clock->held().base_torque;
-  } else if (setup_.attitude) {
-    torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
-  }
-  base_.drive(torque, commands(), laws_command() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_,
-              force_);
-}
-
-const ActuatorCommands& PhaseDynamics::commands() const {
-  return laws_command() ? commanded_actuators_ : setup_.clock->held().actuators;
-}
-
-// The reaction torque of the joints' motion, as far as laws know it: joints with a reference have its acceleration.
-Vector3d PhaseDynamics::arms_ahead() {
-  known_acceleration_.assign(now_.v.size(), 0.0);
-  is_idle_.assign(now_.v.size(), 0);
-  for (const ReactionWheel& wheel : setup_.wheels) is_idle_[wheel.velocity] = 1;
-  for (const MomentGyro& gyro : setup_.gyros) is_idle_[gyro.gimbal_velocity] = is_idle_[gyro.rotor_velocity] = 1;
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const int v = model_.bodies()[model_.joints()[j]].v;
-    const ControlOutput output = output_of(setup_.drives[j].control);
-    const bool is_commanded = output == ControlOutput::motion || output == ControlOutput::acceleration;
-    if (setup_.drives[j].control != JointControl::free)
-      known_acceleration_[v] = is_commanded ? acceleration_[v] : desired_[j].acceleration;
-  }
-  return arm_reaction(model_, now_, base_.root(), known_acceleration_, is_idle_);
-}
-
-// The output of a joint's law with gains.
-double PhaseDynamics::law_output(std::size_t joint) const {
-  const JointDrive& drive = setup_.drives[joint];
-  const Body& body = model_.bodies()[model_.joints()[joint]];
-  return control_law::command(drive.control, drive.kp, drive.kd, reference_[joint], now_.q[body.q], now_.v[body.v]);
-}
-
-// Friction, efforts of joints under other laws, attitude control. Computed torque is added after the controller's
-// output.
-void PhaseDynamics::gather_beside(double t) {
-  beside_.assign(now_.v.size(), 0.0);
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const Body& body = model_.bodies()[model_.joints()[j]];
-    const JointDescription& joint = body.description.joint;
-    beside_[body.v] = friction_of(j);
-    if (joint.spring) beside_[body.v] += joint.spring->effort(now_.q[body.q]);
-    if (output_of(setup_.drives[j].control) == ControlOutput::effort)
-      beside_[body.v] += joint_motor::within_line(joint, law_output(j), now_.v[body.v]);
-  }
-  base_.add_beside(t, now_, motor_, beside_);
-}
-
-// Calls the controller.
-void PhaseDynamics::call_controller(double t) {
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const Body& body = model_.bodies()[model_.joints()[j]];
-    if (setup_.drives[j].control == JointControl::free) sensed_[j] = {};
-    sensed_[j].position += now_.q[body.q];
-    sensed_[j].rate += now_.v[body.v];
-  }
-  std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
-  ControlCommand command{commanded_effort_};
-  gather_beside(t);
-  const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
-  setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
-  const auto refuse = [&](const std::string& what) {
-    throw ControllerError(fmt::format("at t = {:.9g} s the controller returns {}, which is not finite", t, what));
-  };
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    if (output_of(setup_.drives[j].control) != ControlOutput::command || std::isfinite(commanded_effort_[j])) continue;
-    refuse(fmt::format("an effort of {} at joint \"{}\"", commanded_effort_[j],
-                       model_.bodies()[model_.joints()[j]].description.joint.name));
-  }
-  const auto refuse_any = [&](const std::vector<double>& numbers, const char* what) {
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if (!std::isfinite(numbers[i])) refuse(fmt::format("{} {} of {}", what, i + 1, numbers[i]));
-    }
-  };
-  refuse_any(command.actuators.wheel_torque, "a torque of wheel");
-  refuse_any(command.actuators.gimbal_rate, "a rate of gimbal");
-  refuse_any(command.actuators.thruster, "a share of thruster");
-  commanded_torque_ = command.base_torque;
-  commanded_actuators_ = std::move(command.actuators);
-  const Vector3d& torque = commanded_torque_;
-  if (setup_.commanded_root >= 0 && !std::isfinite(torque[0] + torque[1] + torque[2]))
-    refuse(fmt::format("a torque of ({}, {}, {}) N m on the base", torque[0], torque[1], torque[2]));
-}
-
-void PhaseDynamics::begin_control(double t, double end) {
-  if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control cannot be integrated backwards");
-  if (!modes_.empty() && end < t)
-    throw std::logic_error("PhaseDynamics: static friction and stops cannot be integrated backwards");
-  if (base_.has_thrusters() && end < t)
-    throw std::logic_error("PhaseDynamics: thrusters cannot be integrated backwards");
-  same_time_ = break_resolution(t, end);
-  base_.begin(t, same_time_);
-  if (has_controller_) setup_.controller->begin_segment(law_model(), t);
-}
-
-// Velocities at a sample time => nothing; throws ControllerError with the time and the joint if a speed, except of
-// wheels and gyro rotors, exceeds kRunaway (docs/theory, section 6.6).
-void PhaseDynamics::refuse_runaway(double t) const {
-  // Wheels may reach high rates.
-  std::vector<double> speeds = now_.v;
-  for (const ReactionWheel& wheel : setup_.wheels) speeds[wheel.velocity] = 0;
-  for (const MomentGyro& gyro : setup_.gyros) speeds[gyro.rotor_velocity] = 0;
-  const auto fastest =
-      std::max_element(speeds.begin(), speeds.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  if (fastest == speeds.end() || !(std::abs(*fastest) > kRunaway)) return;
-  const auto v = static_cast<int>(fastest - speeds.begin());
-  const auto has_it = [&](const Body& b) { return v >= b.v && v < b.v + velocity_count(b.description.joint.type); };
-  const Body& body = *std::find_if(model_.bodies().begin(), model_.bodies().end(), has_it);
-  const JointDescription& joint = body.description.joint;
-  const std::string what = has_one_axis(joint.type)
-                               ? fmt::format("joint \"{}\" has the rate", joint.name)
-                               : fmt::format("body \"{}\" has the velocity", body.description.name);
-  const ControlTiming& timing = setup_.clock->timing();
-  throw ControllerError(
-      fmt::format("sampled control is unstable: at t = {:.9g} s {} {:.3g} (rad/s or m/s), above {:g}; reduce the "
-                  "gains, or the sample "
-                  "time of {:g} s "
-                  "and the delay of {:g} s",
-                  t, what, *fastest, kRunaway, timing.period, timing.delay));
-}
-
-// From here to the next evaluation, the current state holds the values that laws receive.
-void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
-  if (setup_.sensors->needs_forces()) {
-    sampling_ = false;
-    accelerate(t);
-    settle_friction();
-    sampling_ = true;
-  }
-  State seen = now_;
-  const PhaseIntegrals so_far = integrals(y);
-  setup_.sensors->read({t, now_, so_far, motor_, friction_, this}, seen);
-  now_ = std::move(seen);
-}
-
-// Time and y => at a sample time: sensor readings and a new command of all laws, handed to the clock, which delays it
-// (6.14). At other times only due commands begin to act.
-void PhaseDynamics::tick(double t, std::span<const double> y) {
-  if (!setup_.clock || !setup_.clock->tick(t, same_time_)) return;
-  sampling_ = true;
-  try {
-    load(t, y);
-    if (projects()) close_loops(t);
-    refuse_runaway(t);
-    if (setup_.sensors) read_sensors(t, y);
-    accelerate(t);
-  } catch (...) {
-    sampling_ = false;
-    throw;
-  }
-  sampling_ = false;
-  const std::vector<int>& channels = *setup_.channels;
-  ControlClock::Command sampled_command{std::vector<double>(channels.size()), base_.commanded_torque(),
-                                        base_.wheel_rates(now_.v), commanded_actuators_};
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const auto j = static_cast<std::size_t>(channels[c]);
-    if (works_by_effort(output_of(setup_.drives[j].control))) sampled_command.effort[c] = smooth_effort_[j];
-  }
-  setup_.clock->command(std::move(sampled_command), t, same_time_);
-}
-
-double PhaseDynamics::begin_smooth_interval(double begin, double end, std::span<const double> y) {
-  enter_interval(begin, end);
-  tick(begin, y);
-  choose_modes(begin, y);
-  return next_edge(begin, end);
-}
-
-PhaseDynamics::HeldDrive PhaseDynamics::held_drive() {
-  actuate();
-  if (base_.root() >= 0) drive_root();
-  return {motor_, base_.acts_from_outside() ? base_.given() : Vector3d::zero()};
 }
 
 // Friction, and the output of the control laws: efforts, or accelerations.
@@ -617,8 +335,8 @@ void PhaseDynamics::accelerate(double t) {
   if (has_controller_ && laws_command()) call_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
-  if (base_.root() >= 0) drive_root();
-  base_.turn_gyros(t, now_, commands(), {now_.v, prescribed_, commanded_, acceleration_});
+  if (base_.root() >= 0) drive_root(t);
+  base_.turn(t, now_, commands(), {now_.v, prescribed_, commanded_, acceleration_});
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
   if (any_computed_ && laws_command()) {
@@ -639,8 +357,8 @@ void PhaseDynamics::accelerate(double t) {
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
   }
-  // Gimbals whose motors would exceed their torque.
-  while (base_.cut_gimbals(workspace_.force, prescribed_, motor_)) {
+  // Motors that would exceed their torque.
+  while (base_.cut(workspace_.force, prescribed_, motor_)) {
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
   }
@@ -708,31 +426,6 @@ void PhaseDynamics::apply_stop_impacts(double t, std::span<double> y) {
   hold_joints();
 }
 
-// Adds the effects of the last response: the work of motors that hold their rates, and the impulse of the ground. An
-// impulse works at the mean of the velocities before and after it.
-void PhaseDynamics::book_impulses(std::span<double> y) {
-  const std::span<double> integrals = y.subspan(now_.q.size() + now_.v.size(), integral_count());
-  for (std::size_t i = 0; i < now_.v.size(); ++i) now_.v[i] += 0.5 * vdot_[i];
-  const auto work_of_motor = [&](std::size_t joint) {
-    const int v = model_.bodies()[model_.joints()[joint]].v;
-    const bool holds = output_of(setup_.drives[joint].control) == ControlOutput::motion || base_.holds_wheel(v);
-    return holds ? workspace_.force[v] * now_.v[v] : 0.0;
-  };
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) integrals[kMotorWork] += work_of_motor(j);
-  double* exchanged = integrals.data() + integrals.size() - exchange_count();
-  double* of_joint = exchanged - damper_integral_count() - joint_integral_count();
-  for (std::size_t n = 0; n < measured_.size(); ++n)
-    of_joint[kJointCount * n + kJointMotor] += work_of_motor(measured_[n]);
-  if (!has_external_) return;
-  forward_kinematics(model_, now_, workspace_.kinematics);
-  measure_trees();
-  add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
-    const std::size_t tree = tree_of_[body];
-    add_wrench(integrals.data(), static_cast<int>(tree), trees_[tree], force, p_W, moment, 0.0);
-    add_exchange(exchanged + kExchangeCount * tree, trees_[tree], force, p_W, moment, 0.0);
-  });
-}
-
 // The response of the system at rest to changes of some rates, as to accelerations: M change = J^T P and the stops'
 // impulses, (19.3). `friction_holds`: held joints remain held; not in impacts, where friction has no effect.
 JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes::RateChange> changes,
@@ -740,8 +433,7 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
   for (const JointModes::Joint& joint : modes_.joints())
     prescribed_[joint.v] = friction_holds && joint.mode == JointModes::Mode::held;
   std::fill(acceleration_.begin(), acceleration_.end(), 0.0);
-  for (const MomentGyro& gyro : setup_.gyros)  // motors give no impulses
-    prescribed_[gyro.gimbal_velocity] = prescribed_[gyro.rotor_velocity] = 0;
+  for (const int v : base_.velocities().rate_controlled) prescribed_[v] = 0;  // motors give no impulses
   for (const JointModes::RateChange& r : changes) prescribed_[r.v] = 1, acceleration_[r.v] = r.change;
   std::fill(force_.begin(), force_.end(), 0.0);
   DynamicsInput<double> in;
@@ -752,62 +444,6 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
     articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
   }
   return {vdot_, workspace_.force};
-}
-
-// The loads of the ground on a fixed root, and of the wrench that holds a root: add(body, force, point, moment).
-template <class Add>
-void PhaseDynamics::add_ground(Add&& add) const {
-  const Kinematics& k = workspace_.kinematics;
-  for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
-    const Body& body = model_.bodies()[i];
-    const bool held = static_cast<int>(i) == setup_.held_root;
-    const bool grounded = body.parent < 0 && body.description.joint.type == JointType::fixed;
-    if (!held && !grounded) continue;
-    // The root's articulated equation gives the holding wrench; gravity is included in A, so it is not added.
-    const LinkScratch<double>& root = workspace_.kernel.links[body.placement.link];
-    const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
-    add(i, F.linear, k.X_WB[i].p, F.angular);
-  }
-}
-
-// Centres of mass of the trees, and their velocities.
-void PhaseDynamics::measure_trees() {
-  const Kinematics& k = workspace_.kinematics;
-  for (TreeMotion<double>& tree : trees_) tree.com = tree.velocity = Vector3d::zero();
-  for (std::size_t i = 0; i < tree_of_.size(); ++i) {
-    const BodyDescription& d = model_.bodies()[i].description;
-    const Vector3d arm = k.X_WB[i].R * d.com;
-    TreeMotion<double>& tree = trees_[tree_of_[i]];
-    tree.com += (d.mass / tree.mass) * (k.X_WB[i].p + arm);
-    tree.velocity += (d.mass / tree.mass) * shift(k.V_WB[i], arm).linear;
-  }
-}
-
-// Power and impulse rates of gravity, loads, the orbit's field and attitude control, of the ground under a fixed root,
-// and of the wrench that holds a root; in total and of each tree.
-void PhaseDynamics::add_external(std::span<double> integrals) {
-  measure_trees();
-  const Kinematics& k = workspace_.kinematics;
-  double* exchanged = integrals.data() + integrals.size() - exchange_count();
-  const auto add = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment,
-                       double power) {
-    const std::size_t t = tree_of_[body];
-    add_wrench(integrals.data(), static_cast<int>(t), trees_[t], force, p_W, moment, power);
-    add_exchange(exchanged + kExchangeCount * t, trees_[t], force, p_W, moment, power);
-  };
-  for (std::size_t t = 0; t < trees_.size(); ++t) {
-    add_weight(integrals.data(), static_cast<int>(t), trees_[t], setup_.gravity);
-    exchanged[kExchangeCount * t + kExchangedImpulse] += trees_[t].mass * norm(setup_.gravity);
-  }
-  add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
-    add(body, force, p_W, moment, 0.0);
-  });
-  for (const ExternalWrench& e : wrenches_)
-    add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
-  if (const int root = base_.root(); base_.acts_from_outside()) {
-    const Vector3d torque = k.X_WB[root].R * base_.given();
-    add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
-  }
 }
 
 // Time and y => dy/dt: coordinate rates, accelerations by (4.8) to (4.12) or, with closures, (8.6), powers and external
@@ -841,25 +477,6 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   }
   if (has_external_) add_external(integrals);
   add_joint_integrals(integrals);
-}
-
-// Last evaluation => rates of the damper work per tree and, per measured joint, of motor work, friction work and copper
-// loss (19.14) [W].
-void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
-  double* dampers = integrals.data() + integrals.size() - exchange_count() - damper_integral_count();
-  for (const int body : has_dampers_ ? model_.springs() : std::vector<int>{}) {
-    const Body& b = model_.bodies()[body];
-    dampers[tree_of_[body]] -= b.description.joint.spring->damping * now_.v[b.v] * now_.v[b.v];
-  }
-  double* at = dampers - joint_integral_count();
-  for (std::size_t j : measured_) {
-    const Body& body = model_.bodies()[model_.joints()[j]];
-    const double rate = now_.v[body.v];
-    at[kJointMotor] = motor_[j] * rate;
-    at[kJointFriction] = friction_[j] * rate;
-    at[kJointCopper] = joint_motor::copper_power(body.description.joint, smooth_effort_[j]);
-    at += kJointCount;
-  }
 }
 
 const State& PhaseDynamics::unprojected_state(double t, std::span<const double> y) {
@@ -905,40 +522,6 @@ std::string PhaseDynamics::loop_failure() const {
       "joints that are driven against the loop",
       loop_failure_->time, loop_failure_->row, loop_failure_->contradiction, loop_failure_->rank, solver_->rows(),
       loop_failure_->min_pivot);
-}
-
-MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
-  MomentumDefect defect;
-  if (!recovers()) return defect;
-  const int nq = model_.coordinates(), nv = model_.velocities();
-  root_momenta<double>(model_.tree(), y.first(nq), y.subspan(nq, nv), workspace_.kernel, drifted_);
-  for (std::size_t i = 0; i < momenta_.size(); ++i) {
-    defect.linear = std::max(defect.linear, norm(drifted_[i].h.linear - momenta_[i].h.linear));
-    defect.angular = std::max(defect.angular, norm(drifted_[i].h.angular - momenta_[i].h.angular));
-  }
-  return defect;
-}
-
-// y => works and impulses of the whole, per tree, per measured joint, of dampers, and the exchanged magnitudes (9.1) to
-// (9.3), from the layout of phase_integral.
-PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
-  const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
-  const std::size_t common = numbers.size() - exchange_count() - joint_integral_count() - damper_integral_count();
-  PhaseIntegrals integrals = phase_integrals(numbers.first(common));
-  const std::span<const double> exchanged = numbers.last(exchange_count());
-  const std::span<const double> dampers =
-      numbers.first(numbers.size() - exchange_count()).last(damper_integral_count());
-  integrals.damper_work.assign(dampers.begin(), dampers.end());
-  for (std::size_t t = 0; t < trees_.size(); ++t) {
-    const double* of_tree = exchanged.data() + kExchangeCount * t;
-    integrals.exchanged.push_back({of_tree[kExchangedImpulse], of_tree[kExchangedMoment], of_tree[kExchangedWork]});
-  }
-  const double* at = numbers.data() + common;
-  for (std::size_t j : measured_) {
-    integrals.joints.push_back({j, at[kJointMotor], at[kJointFriction], at[kJointCopper]});
-    at += kJointCount;
-  }
-  return integrals;
 }
 
 void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction) {

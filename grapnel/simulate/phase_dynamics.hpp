@@ -62,6 +62,8 @@ struct PhaseSetup {
   std::vector<MomentGyro> gyros = {};
   /// Thrusters, gyro steering, and the interaction of wheels and thrusters.
   BaseActuators actuators = {};
+  /// Other actuators of the base. The last one that drives() gives the torque of attitude control or the controller.
+  BaseActuation::Effectors effectors = {};
   /// Clock of all laws, including attitude control; null: they act continuously. Controller and clock keep their state
   /// beyond a phase: two concurrent phases must not share them.
   std::shared_ptr<ControlClock> clock = {};
@@ -147,7 +149,7 @@ class PhaseDynamics {
     std::span<const double> motor;  // efforts per Model::joints(), of wheels too; zero of prescribed joints [N m or N]
     Vector3d outer_torque;          // external, on the root's body, in its axes; zero without any [N m]
   };
-  HeldDrive held_drive();
+  HeldDrive held_drive(double t);
 
   /// Computes impacts of joints at their stops, in y at t, which changes. Does nothing without stops.
   void apply_stop_impacts(double t, std::span<double> y);
@@ -200,7 +202,7 @@ class PhaseDynamics {
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m]. With
   /// wheels: the torque that their motors give; with thrusters: theirs, about the base's centre of mass.
-  const Vector3d& control_torque() const { return base_.given(); }
+  Vector3d control_torque() const { return base_.given(); }
   /// The actuation of the base after the last evaluation.
   const BaseActuation& base() const { return base_; }
 
@@ -216,15 +218,14 @@ class PhaseDynamics {
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void check_control();
-  void check_wheels();
-  void check_gyros();
+  void check_effectors();
   /// Whether laws are evaluated now; otherwise the held commands act.
   bool laws_command() const { return !setup_.clock || sampling_; }
   double law_output(std::size_t joint) const;
   void gather_beside(double t);
   void call_controller(double t);
   void refuse_runaway(double t) const;
-  void drive_root();
+  void drive_root(double t);
   const ActuatorCommands& commands() const;
   void hold_joints();
   void choose_joint_modes(double t, std::span<const double> y);
@@ -278,7 +279,7 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  /// Of the loads; then of an orbit's field, one per body; then of the thrusters.
+  /// Of the loads; then of an orbit's field, one per body; then of the base's effectors.
   std::vector<ExternalWrench> wrenches_;
   BaseActuation base_;
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()

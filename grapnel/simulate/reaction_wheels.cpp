@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/simulate/thruster_bank.hpp"
 
 namespace grapnel {
 namespace {
@@ -42,6 +43,9 @@ std::vector<Vector3d> axes_of(const std::vector<ReactionWheel>& wheels) {
   for (const ReactionWheel& wheel : wheels) axes.push_back(wheel.axis);
   return axes;
 }
+
+// Threshold of the relative acceleration of a wheel at its maximum rate; smaller values are rounding errors [1/s].
+constexpr double kDrivenOn = 1e-9;
 
 double sign_of(double x) { return x < 0 ? -1 : 1; }
 
@@ -177,6 +181,145 @@ double lacking_torque(std::span<const Vector3d> wheel_axes, const Vector3d& axis
   Vector3d left = axis;
   for (std::size_t i = 0; i < wheel_axes.size(); ++i) left -= dot(rows[i], axis) * wheel_axes[i];
   return norm(left);
+}
+
+// --- Wheels as actuators of the base ---
+
+WheelEffector::WheelEffector(std::vector<ReactionWheel> wheels, WheelCommands commands)
+    : wheels_(std::move(wheels)), commands_(std::move(commands)) {
+  if (!commands_.speeds.empty() && commands_.speeds.size() != wheels_.wheels().size())
+    throw std::invalid_argument("WheelEffector: one speed per wheel is needed");
+}
+
+// Wheels are attached to the root that they turn, by joints without other drives.
+void WheelEffector::check(const Model& model, int root, std::span<const std::uint8_t> is_free) const {
+  for (const ReactionWheel& wheel : wheels_.wheels()) {
+    const Body& body = model.bodies().at(model.joints().at(wheel.joint));
+    if (body.v != wheel.velocity || body.parent != root || !is_free[wheel.joint])
+      throw std::invalid_argument("WheelEffector: a wheel must be on a free joint of the root that it turns");
+  }
+}
+
+EffectorVelocities WheelEffector::velocities() const {
+  EffectorVelocities own;
+  for (const ReactionWheel& wheel : wheels_.wheels()) own.all.push_back(wheel.velocity);
+  own.fast = own.all;
+  return own;
+}
+
+// Sets the rates of held wheels as prescribed.
+void WheelEffector::prescribe(const PrescribedRates& rates) const {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const int v = wheels_.wheels()[i].velocity;
+    const bool held = wheels_.mode(i) == WheelArray::Mode::held;
+    rates.prescribed[v] = rates.as_commanded[v] = held;
+    rates.acceleration[v] = 0;
+    if (held) rates.rate[v] = wheels_.held_rate(i);
+  }
+}
+
+bool WheelEffector::holds(int velocity) const {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.wheels()[i].velocity == velocity) return wheels_.mode(i) == WheelArray::Mode::held;
+  }
+  return false;
+}
+
+// The torque that compensates dumping thrusters (18.5).
+Vector3d WheelEffector::countered() const {
+  return commands_.dumped_by ? commands_.dumped_by->mean_torque : Vector3d::zero();
+}
+
+// Commanded torque => motor efforts: wheels share it by (17.2), less that of dumping thrusters (18.5), and approach
+// their stated rates in the null space (18.7). Commands of each motor are given within its limits.
+void WheelEffector::drive(const BaseMoment&, const BaseCommand& command, std::span<double> effort, std::span<double>) {
+  if (commands_.one_by_one) return wheels_.drive_each(command.each.wheel_torque, effort);
+  wheels_.drive(command.torque - countered(), effort);
+  if (!(commands_.speed_rate > 0) || command.wheel_rates.empty()) return;
+  std::vector<double> torques;
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const double wanted = commands_.speeds.empty() ? 0 : commands_.speeds[i];
+    torques.push_back(commands_.speed_rate * wheels_.wheels()[i].inertia * (wanted - command.wheel_rates[i]));
+  }
+  wheels_.add_in_null_space(torques, effort);
+}
+
+// Forces of the prescribed rates => efforts of motors that hold wheels (force less friction), and the torque given.
+void WheelEffector::conclude(std::span<const double> force, std::span<const double> friction,
+                             std::span<double> effort) {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    if (wheels_.mode(i) == WheelArray::Mode::held) effort[wheel.joint] = force[wheel.velocity] - friction[wheel.joint];
+  }
+  given_ = wheels_.torque_of(effort);
+}
+
+// Torque => efforts by (17.2) at the wheels that are not held. Forces that hold wheels are unknown to the laws.
+void WheelEffector::add_beside(const BaseMoment&, const Vector3d& torque, std::span<double> effort,
+                               std::span<double> beside) {
+  wheels_.drive(torque - countered(), effort);
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    if (wheels_.mode(i) != WheelArray::Mode::held) beside[wheel.velocity] += effort[wheel.joint];
+  }
+}
+
+std::optional<std::pair<int, double>> WheelEffector::tried_rate() const {
+  if (!tried_) return {};
+  return std::pair{wheels_.wheels()[*tried_].velocity, wheels_.held_rate(*tried_)};
+}
+
+// The acceleration that a held wheel would have if it were free.
+double WheelEffector::driving_on(std::size_t wheel, const Evaluation& evaluate) {
+  tried_ = wheel;
+  wheels_.try_free(wheel);
+  const std::span<const double> acceleration = evaluate();
+  tried_.reset();
+  wheels_.try_free({});
+  return wheels_.driving_on(wheel, acceleration);
+}
+
+// Velocities => smallest margin, at most 1: relative distance of free wheels from their maximum rates, and the
+// acceleration (17.3) of held wheels.
+double WheelEffector::margin(std::span<const double> v, const Evaluation& evaluate) {
+  double least = 1;
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
+      least = std::min(least, wheels_.margin(i, v));
+  }
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.mode(i) == WheelArray::Mode::held && !stays_held_[i]) least = std::min(least, driving_on(i, evaluate));
+  }
+  return least;
+}
+
+// Chooses modes by the rates, then by the accelerations that wheels at their maximum rates would have if they were
+// free. Each is freed at most once. It is held again if freeing another one accelerates it further; then it stays held
+// until the next choice, as does a wheel in doubt due to rounding.
+void WheelEffector::choose_modes(double, std::span<const double> v, const Evaluation& evaluate) {
+  const std::size_t count = wheels_.wheels().size();
+  wheels_.take_modes(v);
+  stays_held_.assign(count, 0);
+  if (!wheels_.any_held()) return;
+  std::vector<std::uint8_t> freed(count, 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (wheels_.mode(i) != WheelArray::Mode::held || freed[i] || driving_on(i, evaluate) > 0) continue;
+      wheels_.set_mode(i, WheelArray::Mode::free);
+      freed[i] = 1, changed = true;
+    }
+    if (changed) continue;
+    const std::span<const double> acceleration = evaluate();
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (!freed[i] || wheels_.mode(i) == WheelArray::Mode::held || !(wheels_.driving_on(i, acceleration) > kDrivenOn))
+        continue;
+      wheels_.set_mode(i, WheelArray::Mode::held);
+      changed = true;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    stays_held_[i] = wheels_.mode(i) == WheelArray::Mode::held && !(driving_on(i, evaluate) > 0);
 }
 
 }  // namespace grapnel

@@ -6,10 +6,12 @@
 /// their momentum, energy and gyroscopic coupling. Thread safety: one thread at a time.
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "grapnel/simulate/base_effector.hpp"
 #include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel {
@@ -96,6 +98,56 @@ class WheelArray {
   /// Per wheel that is not free, the same rows with it included.
   std::vector<std::vector<Vector3d>> with_it_;
   std::optional<std::size_t> tried_;
+};
+
+class ThrusterBank;
+
+/// How wheels are commanded.
+struct WheelCommands {
+  bool one_by_one = false;  // a controller commands each motor
+  /// Rate at which the wheels' rates approach `speeds` in the null space of the torque on the base, (18.7) [1/s]; 0:
+  /// none.
+  double speed_rate = 0;
+  std::vector<double> speeds = {};  // per wheel [rad/s]; empty: zero
+  /// Thrusters that dump the wheels' momentum, whose mean torque the wheels compensate; null: none.
+  std::shared_ptr<const ThrusterBank> dumped_by = {};
+};
+
+/// Wheels as actuators of the base. Wheels at their maximum rates are held there by their motors; modes change at
+/// events.
+class WheelEffector final : public BaseEffector {
+ public:
+  /// @throws std::invalid_argument if a wheel is invalid (see WheelArray).
+  WheelEffector(std::vector<ReactionWheel> wheels, WheelCommands commands);
+
+  const WheelArray& array() const { return wheels_; }
+  /// Whether the wheel with this velocity is held at its maximum rate.
+  bool holds(int velocity) const;
+
+  void check(const Model& model, int root, std::span<const std::uint8_t> is_free) const override;
+  EffectorVelocities velocities() const override;
+  bool drives() const override { return true; }
+  void prescribe(const PrescribedRates& rates) const override;
+  void drive(const BaseMoment& at, const BaseCommand& command, std::span<double> effort,
+             std::span<double> force) override;
+  void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort) override;
+  void add_beside(const BaseMoment& at, const Vector3d& torque, std::span<double> effort,
+                  std::span<double> beside) override;
+  const Vector3d& given() const override { return given_; }
+  std::optional<std::pair<int, double>> tried_rate() const override;
+  bool switches() const override { return wheels_.has_rate_limits(); }
+  double margin(std::span<const double> v, const Evaluation& evaluate) override;
+  void choose_modes(double t, std::span<const double> v, const Evaluation& evaluate) override;
+
+ private:
+  double driving_on(std::size_t wheel, const Evaluation& evaluate);
+  Vector3d countered() const;
+
+  WheelArray wheels_;
+  WheelCommands commands_;
+  std::vector<std::uint8_t> stays_held_;  // per wheel: until the next choice of modes
+  std::optional<std::size_t> tried_;
+  Vector3d given_ = Vector3d::zero();
 };
 
 /// Whether wheels with these axes can give a torque about an axis, both in the carrying body's frame: the part of the

@@ -191,4 +191,102 @@ bool ThrusterBank::dumps(double momentum, const MomentumDumping& dumping) {
   return dumped_.active;
 }
 
+// --- Thrusters as actuators of the base ---
+
+ThrusterEffector::ThrusterEffector(std::shared_ptr<ThrusterBank> bank, ThrusterCommands commands,
+                                   std::shared_ptr<ControlClock> clock)
+    : bank_(std::move(bank)),
+      commands_(std::move(commands)),
+      dumped_(commands_.dumped),
+      clock_(std::move(clock)),
+      thrusts_(bank_->size(), 0.0) {
+  const bool pulses = commands_.modulation.kind == ThrusterModulation::Kind::pulse_width;
+  if (pulses && !clock_ && !commands_.one_by_one)
+    throw std::invalid_argument("ThrusterEffector: pulse widths need a clock");
+  if (commands_.dumping && !pulses) throw std::invalid_argument("ThrusterEffector: dumping needs pulse widths");
+}
+
+// Computes the thrusters' forces at a time, and their resultant.
+void ThrusterEffector::evaluate_thrusts(double t) {
+  thrust_torque_ = Vector3d::zero(), thrust_ = thrust_at(t);
+  for (std::size_t i = 0; i < thrusts_.size(); ++i) {
+    const Thruster& thruster = bank_->thrusters()[i];
+    thrusts_[i] = thruster.force * bank_->level(i, t);
+    const Vector3d F = thrusts_[i] * thrust_direction(thruster);
+    thrust_torque_ += cross(thruster.position - bank_->about(), F);
+  }
+}
+
+Wrenchd ThrusterEffector::thrust_at(double t) const {
+  Wrenchd sum = Wrenchd::zero();
+  for (std::size_t i = 0; i < bank_->size(); ++i) {
+    const Thruster& thruster = bank_->thrusters()[i];
+    const Vector3d F = (thruster.force * bank_->level(i, t)) * thrust_direction(thruster);
+    sum.angular += cross(thruster.position, F);
+    sum.linear += F;
+  }
+  return sum;
+}
+
+void ThrusterEffector::push(double t, int root, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
+  evaluate_thrusts(t);
+  for (std::size_t i = 0; i < thrusts_.size(); ++i) {
+    const Thruster& thruster = bank_->thrusters()[i];
+    const Vector3d F = thrusts_[i] * thrust_direction(thruster);
+    wrenches[i] = {root, X_WB * thruster.position, {Vector3d::zero(), X_WB.R * F}};
+  }
+}
+
+// Commands act through the valves, which switch in choose_modes().
+void ThrusterEffector::drive(const BaseMoment&, const BaseCommand& command, std::span<double>, std::span<double>) {
+  torque_ = command.torque, given_ = thrust_torque_;
+}
+
+void ThrusterEffector::add_beside(const BaseMoment& at, const Vector3d&, std::span<double>, std::span<double> beside) {
+  evaluate_thrusts(at.time);
+  for (int k = 0; k < 3; ++k) beside[at.v + k] += thrust_.angular[k], beside[at.v + 3 + k] += thrust_.linear[k];
+}
+
+void ThrusterEffector::begin(double t, double same) {
+  same_time_ = same;
+  bank_->begin(t, same);
+}
+
+// Distance from the levels at which thrusters switch by the state, at any time; 1 under a clock.
+double ThrusterEffector::margin(std::span<const double>, const Evaluation& evaluate) {
+  if (commands_.modulation.kind != ThrusterModulation::Kind::schmitt || clock_) return 1;
+  evaluate();
+  return bank_->trigger_margin(torque_, commands_.modulation);
+}
+
+// Switches thrusters when a command of the clock begins to act, or, without a clock, by the state.
+void ThrusterEffector::choose_modes(double t, std::span<const double>, const Evaluation& evaluate) {
+  if (!clock_) {
+    evaluate();
+    return bank_->trigger(torque_, commands_.modulation);
+  }
+  const double period = clock_->timing().period, delay = clock_->timing().delay;
+  const double number = std::round((t - delay) / period);
+  const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
+  if (!begins || static_cast<long>(number) == bank_->last_period) return;
+  bank_->last_period = static_cast<long>(number);
+  pulse_in_period(period);
+}
+
+// Held command => pulses of the period that begins (18.2), or, for dumping, pulses against the wheels' momentum (18.5).
+void ThrusterEffector::pulse_in_period(double period) {
+  if (commands_.one_by_one) return bank_->pulse_each(clock_->held().actuators.thruster, period);
+  Vector3d torque = clock_->held().base_torque;
+  if (commands_.dumping) {
+    // From the readings at the sample time. At most the remaining momentum.
+    const Vector3d h = dumped_.momentum(clock_->held().wheel_rates);
+    const double size = norm(h);
+    const bool dumps = bank_->dumps(size, *commands_.dumping);
+    torque = dumps && size > 0 ? (-std::min(commands_.dumping->torque, size / period) / size) * h : Vector3d::zero();
+  }
+  if (commands_.modulation.kind == ThrusterModulation::Kind::schmitt)
+    return bank_->trigger(torque, commands_.modulation);
+  bank_->mean_torque = bank_->pulse(period * torque, period, commands_.modulation);
+}
+
 }  // namespace grapnel

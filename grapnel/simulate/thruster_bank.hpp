@@ -5,9 +5,12 @@
 /// outlives the run's pieces, like ControlClock. Thread safety: one thread at a time.
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "grapnel/simulate/base_effector.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
 #include "grapnel/simulate/thruster_allocation.hpp"
 
 namespace grapnel {
@@ -107,6 +110,58 @@ class ThrusterBank {
   double time_ = 0;
   bool begun_ = false;
   Dumped dumped_;
+};
+
+/// How thrusters are commanded.
+struct ThrusterCommands {
+  ThrusterModulation modulation = {};
+  /// Dumping of the momentum of these wheels, by pulse widths; absent: the thrusters give the commanded torque.
+  std::optional<MomentumDumping> dumping = {};
+  std::vector<ReactionWheel> dumped = {};
+  bool one_by_one = false;  // a controller commands each valve
+};
+
+/// Thrusters as actuators of the base: their wrenches act on it, and valves switch at events.
+class ThrusterEffector final : public BaseEffector {
+ public:
+  /// `clock`: of the commands; null: the thrusters switch by the state.
+  ThrusterEffector(std::shared_ptr<ThrusterBank> bank, ThrusterCommands commands, std::shared_ptr<ControlClock> clock);
+
+  const ThrusterBank& bank() const { return *bank_; }
+  /// Forces in the last evaluation [N].
+  std::span<const double> thrusts() const { return thrusts_; }
+  /// See BaseActuation::thrust_at().
+  Wrenchd thrust_at(double t) const;
+
+  bool drives() const override { return !commands_.dumping; }
+  std::size_t wrench_count() const override { return bank_->size(); }
+  void push(double t, int root, const Posed& X_WB, std::span<ExternalWrench> wrenches) override;
+  void drive(const BaseMoment& at, const BaseCommand& command, std::span<double> effort,
+             std::span<double> force) override;
+  void add_beside(const BaseMoment& at, const Vector3d& torque, std::span<double> effort,
+                  std::span<double> beside) override;
+  const Vector3d& given() const override { return given_; }
+  void begin(double t, double same) override;
+  void reach(double t) override { bank_->advance(t, same_time_); }
+  double next_edge(double t, double end) const override { return bank_->next_edge(t, end, same_time_); }
+  bool switches() const override { return true; }
+  double margin(std::span<const double> v, const Evaluation& evaluate) override;
+  void choose_modes(double t, std::span<const double> v, const Evaluation& evaluate) override;
+
+ private:
+  void evaluate_thrusts(double t);
+  void pulse_in_period(double period);
+
+  std::shared_ptr<ThrusterBank> bank_;
+  ThrusterCommands commands_;
+  WheelArray dumped_;
+  std::shared_ptr<ControlClock> clock_;
+  double same_time_ = 0;
+  std::vector<double> thrusts_;
+  Vector3d torque_ = Vector3d::zero();         // commanded
+  Vector3d thrust_torque_ = Vector3d::zero();  // about the bank's point
+  Vector3d given_ = Vector3d::zero();          // the same in the last drive()
+  Wrenchd thrust_ = Wrenchd::zero();           // about the root's origin, in its axes
 };
 
 }  // namespace grapnel

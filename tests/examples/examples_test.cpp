@@ -11,6 +11,7 @@
 #include "examples/written_kinematics.hpp"
 #include "grapnel/approach/capture_window.hpp"
 #include "grapnel/describe/contract.hpp"
+#include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/schema_check.hpp"
@@ -552,6 +553,72 @@ void expect_a_manoeuvre(const CaptureResult& r) {
   EXPECT_LT(left, 1e-9);
 }
 
+// The values of a series with three components.
+std::vector<Vector3d> vectors(const CaptureResult& r, const std::string& path) {
+  std::vector<Vector3d> values;
+  for (const Series& s : r.series.series) {
+    for (std::size_t k = 0; s.path == path && 3 * k < s.data.size(); ++k)
+      values.push_back({s.data[3 * k], s.data[3 * k + 1], s.data[3 * k + 2]});
+  }
+  return values;
+}
+
+// Magnetic torquers only brake: their torque m x B is perpendicular to the field and takes power at every instant. The
+// error of a scenario without a field names the place.
+void expect_magnetic_detumbling(const CaptureProblem& p, const CaptureResult& r) {
+  const std::vector<Vector3d> m = vectors(r, "magnetic_torquers/dipole"), B = vectors(r, "magnetic_torquers/field");
+  const std::vector<Vector3d> tau = vectors(r, "base/control_torque"), w = vectors(r, "base/angular_velocity");
+  ASSERT_EQ(m.size(), r.series.time.size());
+  double wrong = 0, along_field = 0, given = 0, least_power = 0;
+  for (std::size_t k = 0; k < m.size(); ++k) {
+    const double power = dot(pose_at(r, "base", k).R * tau[k], w[k]);
+    EXPECT_LE(power, 1e-20);
+    least_power = std::min(least_power, power);
+    wrong = std::max(wrong, norm(tau[k] - cross(m[k], B[k])));
+    along_field = std::max(along_field, std::abs(dot(tau[k], B[k])) / norm(B[k]));
+    EXPECT_NEAR(norm(B[k]), 35e-6, 13e-6);  // [T], 500 km above the ground: B_0 (a/r)^3 to twice that
+  }
+  for (const Vector3d& torque : tau) given = std::max(given, norm(torque));
+  std::printf("[ measured ] largest torque %.3g N m, %.2g along the field, off by %.2g; rate %.3g to %.3g rad/s\n",
+              given, along_field, wrong, norm(w.front()), norm(w.back()));
+  EXPECT_GT(given, 1e-4);
+  EXPECT_LT(least_power, -1e-6);
+  EXPECT_LT(wrong, 1e-17);
+  EXPECT_LT(along_field, 1e-15 * given * 10);
+  EXPECT_LT(norm(w.back()), 0.25 * norm(w.front()));
+  ASSERT_EQ(r.actuators.size(), 3u);
+  double saturated = 0;
+  for (const ActuatorUse& use : r.actuators) {
+    EXPECT_EQ(use.quantity, "magnetic_torquers/dipole");
+    EXPECT_LE(use.largest, 20 * (1 + 1e-12));
+    saturated = std::max(saturated, use.saturated);
+  }
+  std::printf("[ measured ] at the maximum dipole for up to %.4g s\n", saturated);
+  EXPECT_GT(saturated, 10);
+  // The external impulse, by which the ledger balances a change of the angular momentum.
+  const std::vector<Vector3d> h = vectors(r, "system/angular_momentum");
+  EXPECT_GT(norm(h.front()) - norm(h.back()), 0.1);  // [N m s]
+  CaptureProblem without = p;
+  without.orbit->magnetic_field.reset();
+  const std::vector<ProblemFault> faults = problem_conflicts(without);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].path, "motion.base_control.actuators");
+  EXPECT_THAT(faults[0].message, ::testing::HasSubstr("state orbit.magnetic_field"));
+}
+
+// Without gravity gradient, as of one body with equal moments of inertia, the kinetic energy decreases monotonically.
+TEST(MagneticTorquers, EnergyDecreasesMonotonically) {
+  CaptureProblem p = load("magnetic-detumble");
+  p.robot.bodies[0].inertia = Symmetric3d::diagonal(4.5, 4.5, 4.5);
+  p.robot.bodies.resize(1), p.robot.geometry.clear();  // without its panels
+  p.post_impact->duration = 600;
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  expect_passes(r);
+  const std::vector<Vector3d> w = vectors(r, "base/angular_velocity");
+  for (std::size_t k = 1; k < w.size(); ++k) EXPECT_LT(norm(w[k]), norm(w[k - 1]));
+}
+
 // The scene agrees with the simulated motion, and the summary satisfies the published schema.
 TEST_P(Shipped, RunsAsDocumented) {
   const std::string name = GetParam();
@@ -582,6 +649,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   expect_passes(r);
   if (name == "coast") return expect_a_coast(r);
   if (name == "attitude-manoeuvre") return expect_a_manoeuvre(r);
+  if (name == "magnetic-detumble") return expect_magnetic_detumbling(p, r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

@@ -212,8 +212,8 @@ TEST(MomentGyros, PyramidRotatesBase) {
       dynamics, {start, 0, 120, 0.5}, {}, {.observe = [&](const PhaseSample& s) {
         drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular - L));
         work = std::max(work, std::abs(totals(c.model, s.state).energy - energy - s.integrals.motor_work));
-        lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
-        EXPECT_GT(s.dynamics->base().gyros().singularity_measure(), 0.2);
+        lacking = std::max(lacking, norm(s.dynamics->base().find<GyroEffector>()->array().lacking()));
+        EXPECT_GT(s.dynamics->base().find<GyroEffector>()->array().singularity_measure(), 0.2);
       }});
   ASSERT_TRUE(o.finished) << o.failure;
   std::printf("[ measured ] momentum drifts by %.2g N m s of %.3g, energy %.2g J of %.3g; torque lacking %.2g N m\n",
@@ -352,8 +352,8 @@ TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   start.v[c.model.bodies()[c.base].v] = -0.02;
   double lacking = 0;
   const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 200, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
-                                          lacking = std::max(lacking, norm(s.dynamics->base().gyros().lacking()));
-                                        }});
+    lacking = std::max(lacking, norm(s.dynamics->base().find<GyroEffector>()->array().lacking()));
+  }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(lacking, 0.1);
   EXPECT_LT(norm(rate_of(c, o.end_state)), 1e-3);

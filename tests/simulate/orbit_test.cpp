@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "grapnel/simulate/magnetic_field.hpp"
 #include "simulate/phase_case.hpp"
 #include "simulate/small_models.hpp"
 #include "support/worst.hpp"
@@ -50,6 +51,42 @@ State after(const Model& model, const PhaseSetup& setup, const State& start, dou
   const PhaseOutcome outcome = simulate_phase(dynamics, {start, 0, t}, kTight);
   EXPECT_TRUE(outcome.finished) << outcome.failure;
   return outcome.end_state;
+}
+
+// --- The magnetic field ---
+
+// In the plane of the dipole: 2 B_0 (a/r)^3 at its poles, B_0 (a/r)^3 at its equator.
+TEST(MagneticField, IsThatOfADipole) {
+  const Vector3d g{kDipole[0], kDipole[1], kDipole[2]};
+  const Vector3d pole = (-1 / norm(g)) * g, r = 1.1 * kDipoleRadius * pole;
+  EXPECT_NEAR(norm(g), 29733.4e-9, 0.1e-9);  // [T]
+  const double shrink = 1 / (1.1 * 1.1 * 1.1);
+  EXPECT_LT(norm(magnetic_field({}, r, 0) + 2 * shrink * norm(g) * pole), 1e-18);
+  const Vector3d across = (1 / norm(cross(pole, Vector3d{1, 0, 0}))) * cross(pole, Vector3d{1, 0, 0});
+  const Vector3d equator = magnetic_field({}, kDipoleRadius * across, 0);
+  EXPECT_LT(norm(equator - norm(g) * pole), 1e-18);  // to the north
+}
+
+// The pole of IGRF-14 for 2025.0: 80.8 deg N, 72.8 deg W (World Data Center for Geomagnetism, Kyoto). It rotates with
+// the Earth, once per sidereal day.
+TEST(MagneticField, RotatesWithTheEarth) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Vector3d pole{-kDipole[0], -kDipole[1], -kDipole[2]};
+  EXPECT_NEAR(std::asin(pole[2] / norm(pole)) / kDegree, 80.8, 0.05);
+  EXPECT_NEAR(std::atan2(pole[1], pole[0]) / kDegree, -72.8, 0.05);
+  const Rotationd R = rotation_from_rpy(0.3, -0.5, 0.9);
+  const MagneticField field{R.column(2), R.column(0)};
+  const Vector3d p{5e6, -3e6, 4e6};
+  const double quarter = 0.5 * std::numbers::pi / kEarthRate;
+  EXPECT_NEAR(4 * quarter, 86164.1, 0.1);  // [s]
+  // At rest in W, the field is that of a point which has rotated backwards with the Earth.
+  const Rotationd back = rotation_about(field.axis, -0.5 * std::numbers::pi);
+  const Vector3d later = magnetic_field(field, p, quarter), seen = magnetic_field(field, back * p, 0);
+  EXPECT_LT(norm(back * later - seen), 1e-18);
+  EXPECT_GT(norm(later - magnetic_field(field, p, 0)), 1e-6);
+  EXPECT_LT(norm(magnetic_field(field, p, 4 * quarter) - magnetic_field(field, p, 0)), 1e-18);
+  EXPECT_TRUE(fault_of(field).empty());
+  EXPECT_FALSE(fault_of(MagneticField{{0, 0, 1}, {0, 0.1, 1}}).empty());
 }
 
 // --- The orbit itself ---

@@ -46,6 +46,8 @@ export interface Summary {
   wheels?: WheelReport[];
   /** control moment gyros; absent if there are none */
   gyros?: GyrosReport;
+  /** actuators of the base of other kinds; absent if there are none */
+  actuators?: ActuatorUse[];
   /** joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none */
   joints?: JointReport[];
   /** first hundred impacts of joints on their stops; absent if there are none */
@@ -93,6 +95,7 @@ export const kSummary: FieldNote[] = [
   ["loads","","largest loads of every phase; absent without loads"],
   ["wheels","","reaction wheels; absent if there are none"],
   ["gyros","","control moment gyros; absent if there are none"],
+  ["actuators","","actuators of the base of other kinds; absent if there are none"],
   ["joints","","joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none"],
   ["stop_impacts","","first hundred impacts of joints on their stops; absent if there are none"],
   ["stop_impact_count","1","number of all impacts on stops"],
@@ -2045,6 +2048,33 @@ export const kSingularityHazard: FieldNote[] = [
   ["duration","s","duration of the interval; each integration step counts by the state at its middle"],
   ["least_measure","1","minimum singularity measure at these middles"],
   ["largest_torque_lacking","N m","largest missing part of the commanded torque at these middles"],
+];
+
+// an actuator of the base of a kind without its own report.
+export interface ActuatorUse {
+  /** path of its time series */
+  quantity: string;
+  /** of the actuator */
+  name: string;
+  /** of the numbers below */
+  unit: string;
+  /** largest magnitude [unit] */
+  largest: number;
+  /** maximum magnitude [unit] */
+  limit: number;
+  /** total time at the limit, by integration steps [s] */
+  saturated: number;
+  /** start of the first saturation; 0 without any [s] */
+  first_saturated: number;
+}
+export const kActuatorUse: FieldNote[] = [
+  ["quantity","","path of its time series"],
+  ["name","","of the actuator"],
+  ["unit","","of the numbers below"],
+  ["largest","unit","largest magnitude"],
+  ["limit","unit","maximum magnitude"],
+  ["saturated","s","total time at the limit, by integration steps"],
+  ["first_saturated","s","start of the first saturation; 0 without any"],
 ];
 
 // motion in one phase of a joint with sticking friction, stops, or an electrically modelled motor.

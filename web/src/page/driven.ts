@@ -45,6 +45,7 @@ const kParts: Part[] = [
   { title: "Thrusters", of: (s) => s.thrusters?.each, notes: described.kThrusterReport },
   { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
   { title: "Bodies in plumes", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
+  { title: "Other actuators of the base", of: (s) => s.actuators, notes: described.kActuatorUse },
   { title: "Joints: friction, stops and motors", of: (s) => s.joints, notes: described.kJointReport },
   { title: "Impacts on stops", of: (s) => s.stop_impacts, notes: described.kStopImpact, sums: stopsCounted },
 ];

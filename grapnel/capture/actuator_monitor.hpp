@@ -1,0 +1,73 @@
+#pragma once
+
+/// @file
+/// Observers of the base's actuators, one per kind: time series, checks of steps and states, and the report. Thread
+/// safety: one thread at a time.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/result/time_series.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Writes the values of one sample, series by series in their order.
+class SeriesRow {
+ public:
+  explicit SeriesRow(TimeSeries& series) : series_(&series) {}
+  void put(double value) { series_->series[next_++].data.push_back(value); }
+  void put(const Vector3d& v) { put_all(v.e); }
+  template <class Values>
+  void put_all(const Values& values) {
+    for (const double x : values) series_->series[next_].data.push_back(x);
+    ++next_;
+  }
+  /// value(i) for i = 0, 1, ..., count - 1.
+  template <class Value>
+  void put_each(std::size_t count, Value&& value) {
+    for (std::size_t i = 0; i < count; ++i) series_->series[next_].data.push_back(value(i));
+    ++next_;
+  }
+
+ private:
+  TimeSeries* series_;
+  std::size_t next_ = 0;
+};
+
+class ActuatorMonitor {
+ public:
+  ActuatorMonitor() = default;
+  ActuatorMonitor(const ActuatorMonitor&) = delete;
+  ActuatorMonitor& operator=(const ActuatorMonitor&) = delete;
+  virtual ~ActuatorMonitor() = default;
+
+  /// Its time series, without values.
+  virtual std::vector<Series> series() const = 0;
+  /// Writes their values at a sample, also between phases (PhaseSample::dynamics).
+  virtual void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const = 0;
+
+  /// Begins a motion segment; both arguments live until it ends.
+  virtual void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
+  /// Whether steps must be evaluated.
+  virtual bool observes() const { return false; }
+  virtual void step(const PhaseStep& step);
+  /// Whether states must be observed also where lanes integrate the phase.
+  virtual bool follows_states() const { return false; }
+  /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
+  virtual void observe(const CaptureSystem& system, const State& state, std::span<const double> motor);
+  /// Discards the states observed since begin_phase().
+  virtual void restart_phase() {}
+  /// Ends a segment of this duration [s].
+  virtual void end_phase(double duration);
+  /// Writes the report; nothing without actuators of this kind.
+  virtual void write(CaptureResult& result) const = 0;
+};
+
+/// The observers of the problem, which must outlive them.
+std::vector<std::unique_ptr<ActuatorMonitor>> actuator_monitors(const CaptureProblem& problem);
+
+}  // namespace grapnel
