@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/impact/impact_law.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
@@ -275,7 +276,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
 void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
   const double approach = problem.approach ? problem.approach->duration : 0;
   const double end = approach + problem.post_impact.total_duration();
-  const bool published = problem.impact && problem.impact->law == ImpactSetup::Law::as_published;
+  const bool published = problem.impact && impact_law(*problem.impact).published;
   if (published && problem.robot.base_mode == RobotSetup::Base::fixed)
     faults.push_back("impact: the published law is for a floating base");
   for (const GraspSetup& g : problem.grasps) {

@@ -578,13 +578,13 @@ const Type& type_of<Summary>() {
                                                            "whether the grasps closed; absent without grasps")
         .when<[](const S& s) { return !s.result.grasps.empty(); }>(),
     derived < [](const S& s) -> auto& {
-  return s.result.impact;
+  return *s.result.impact();
 }
-> ("impact", "", "first impact; absent without an impact"), derived < [](const S& s) -> auto& {
-  return s.result.later_impacts;
-}
-> ("later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")
-        .when<[](const S& s) { return !s.result.later_impacts.empty(); }>(),
+> ("impact", "", "first impact; absent without an impact")
+        .when<[](const S& s) { return s.result.impact() != nullptr; }>(),
+    derived<[](const S& s) { return s.result.later_impacts(); }>(
+        "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")
+        .when<[](const S& s) { return (s.result.impacts.size() > 1); }>(),
     derived < [](const S& s) -> auto& {
   return s.result.releases;
 }
