@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
         grapnel::simulate_capture(problem, grapnel::until_stopped(stop.get_token(), progress));
     if (result.status != grapnel::CaptureStatus::completed) return std::cerr << result.failure << '\n', 1;
 
-    for (const grapnel::GraspImpulse& grasp : result.impact->grasps) {
+    for (const grapnel::GraspImpulse& grasp : result.impact()->grasps) {
       std::cout << grasp.end_effector << ": " << grasp.impulse_magnitude << " N s, mean force " << grasp.mean_force
                 << " N\n";
     }

@@ -48,16 +48,10 @@ struct FoundGrasp {
   const GraspImpulse* grasp = nullptr;
 };
 FoundGrasp find_grasp(const CaptureResult& result, const std::string& end_effector) {
-  const auto in = [&](const ImpactReport& impact) -> const GraspImpulse* {
+  for (const ImpactReport& impact : result.impacts) {
     for (const GraspImpulse& g : impact.grasps) {
-      if (g.end_effector == end_effector) return &g;
+      if (g.end_effector == end_effector) return {&impact, &g};
     }
-    return nullptr;
-  };
-  if (!result.impact) return {};
-  if (const GraspImpulse* g = in(*result.impact)) return {&*result.impact, g};
-  for (const ImpactReport& later : result.later_impacts) {
-    if (const GraspImpulse* g = in(later)) return {&later, g};
   }
   return {};
 }
@@ -119,7 +113,7 @@ class Builder {
   }
 
   void impact() {
-    const Find<ImpactReport> first = [](const CaptureResult& r) { return r.impact ? &*r.impact : nullptr; };
+    const Find<ImpactReport> first = [](const CaptureResult& r) { return r.impact(); };
     field("base/velocity_change", "base_velocity_change", first);
     field("base/angular_velocity_change", "base_angular_velocity_change", first);
     for (const char* key : {"kinetic_energy_before", "kinetic_energy_after", "rows", "rank"}) field(key, key, first);
@@ -476,7 +470,7 @@ class Builder {
     grasp_number(e, "relative_speed", "m/s", "magnitude of the relative velocity",
                  [](const GraspImpulse& g) { return norm(g.relative_velocity_before); });
     column("relative_angular_velocity", "relative_angular_velocity_before");
-    if (problem_.impact && problem_.impact->law == ImpactSetup::Law::compliant) {
+    if (problem_.impact && impact_law(*problem_.impact).in_time) {
       const Find<ForceProfile> profile = [grasp](const CaptureResult& r) -> const ForceProfile* {
         const GraspImpulse* found = grasp(r);
         return found && found->profile ? &*found->profile : nullptr;
@@ -513,15 +507,15 @@ class Builder {
     if (problem_.grasps.empty()) return;  // no impact
     add("joints/" + joint + "/velocity_change", units.rate, "change of the joint rate in the impact",
         [joint](const StudyCase&, const CaptureResult& r) {
-          if (!r.impact) return double(NAN);
-          const auto& names = r.impact->joint_names;
+          if (!r.impact()) return double(NAN);
+          const auto& names = r.impact()->joint_names;
           const auto at = std::find(names.begin(), names.end(), joint) - names.begin();
-          return at < std::ssize(r.impact->joint_velocity_change) ? r.impact->joint_velocity_change[at] : NAN;
+          return at < std::ssize(r.impact()->joint_velocity_change) ? r.impact()->joint_velocity_change[at] : NAN;
         });
     add("joints/" + joint + "/driving_impulse", units.impulse, "impulse that the joint transmits along its axis",
         [joint](const StudyCase&, const CaptureResult& r) {
-          if (!r.impact) return double(NAN);
-          for (const JointImpulse& one : r.impact->joints) {
+          if (!r.impact()) return double(NAN);
+          for (const JointImpulse& one : r.impact()->joints) {
             if (one.joint == joint) return one.along_axis;
           }
           return double(NAN);

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <string_view>
 
+#include "grapnel/impact/impact_law.hpp"
+
 namespace grapnel {
 
 // --- Groups of bodies ---
@@ -400,8 +402,7 @@ std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, s
   const bool impact =
       is_one_of(row, {"generalized_momentum_residual", "energy_identity_residual", "impact_constraint_residual",
                       "brake_energy_identity_residual", "friction_cone_residual"});
-  if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published &&
-      (impact || (momentum && drift.in_impact)))
+  if (problem.impact && impact_law(*problem.impact).published && (impact || (momentum && drift.in_impact)))
     return "impact.law: as_published is for comparison only: it does not conserve momentum; impact.law: plastic "
            "does";
   if (impact) return kImpactEquations;
@@ -441,18 +442,12 @@ void raise(std::optional<double>& largest, const std::optional<double>& value) {
 
 }  // namespace
 
+// Residuals of one impact => maxima over the impacts; a NaN stays.
 void ImpactMonitor::note(const ImpactResiduals& residuals) {
-  if (!residuals_) residuals_.emplace();
-  raise(residuals_->momentum, residuals.momentum);
-  raise(residuals_->energy, residuals.energy);
-  raise(residuals_->velocity, residuals.velocity);
-  raise(residuals_->cone, residuals.cone);
+  for (const auto residual : {&ImpactResiduals::momentum, &ImpactResiduals::energy, &ImpactResiduals::velocity,
+                              &ImpactResiduals::cone, &ImpactResiduals::in_time, &ImpactResiduals::brake})
+    raise(largest_.*residual, residuals.*residual);
 }
-
-// Energy residual (12.12) of a compliant impact => maximum over the impacts; a NaN stays.
-void ImpactMonitor::note_compliant(double energy_residual) { raise(compliant_, energy_residual); }
-
-void ImpactMonitor::note_brake(double energy_identity_residual) { raise(brake_, energy_identity_residual); }
 
 // Largest residuals of all impacts => rows (9.5) to (9.7), friction cone, compliant energy (12.12) and brakes; rows
 // without an impact of that kind are omitted.
@@ -460,22 +455,20 @@ void ImpactMonitor::write(Ledger& ledger) const {
   const auto add = [&](const char* name, std::optional<double> value, const char* note, double bound = 1e-10) {
     if (value) ledger.entries.push_back({name, *value, bound, "1", note});
   };
-  if (residuals_) {
-    add("generalized_momentum_residual", residuals_->momentum,
-        "(3.6): |M dv - J^T P| over |M v| of the bodies in the impact, energy norm");
-    add("energy_identity_residual", residuals_->energy,
-        "|dT - P^T (u- + u+) / 2| over the kinetic energy of the bodies in the impact");
-    add("impact_constraint_residual", residuals_->velocity,
-        "remaining relative velocity in the constrained directions over the largest velocity of the bodies");
-    add("friction_cone_residual", residuals_->cone,
-        "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
-  }
-  add("compliant_energy_residual", compliant_,
+  add("generalized_momentum_residual", largest_.momentum,
+      "(3.6): |M dv - J^T P| over |M v| of the bodies in the impact, energy norm");
+  add("energy_identity_residual", largest_.energy,
+      "|dT - P^T (u- + u+) / 2| over the kinetic energy of the bodies in the impact");
+  add("impact_constraint_residual", largest_.velocity,
+      "remaining relative velocity in the constrained directions over the largest velocity of the bodies");
+  add("friction_cone_residual", largest_.cone,
+      "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
+  add("compliant_energy_residual", largest_.in_time,
       "error of the energy balance of a compliant impact (kinetic, elastic, dissipated), over the kinetic energy of "
       "the "
       "bodies; elastic energy that remained when impact.longest ended it counts as error",
       1e-8);
-  add("brake_energy_identity_residual", brake_, "the same for the impulse that locks the joints");
+  add("brake_energy_identity_residual", largest_.brake, "the same for the impulse that locks the joints");
 }
 
 namespace {

@@ -160,16 +160,11 @@ class ConservationMonitor {
 class ImpactMonitor {
  public:
   void note(const ImpactResiduals& residuals);
-  /// Adds the residual of the energy balance of a compliant impact.
-  void note_compliant(double energy_residual);
-  /// Adds the residual of an impulse that locks joints.
-  void note_brake(double energy_identity_residual);
   /// Writes nothing without an impact.
   void write(Ledger& ledger) const;
 
  private:
-  std::optional<ImpactResiduals> residuals_;
-  std::optional<double> compliant_, brake_;
+  ImpactResiduals largest_;
 };
 
 }  // namespace grapnel

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "grapnel/control/joint_law.hpp"
-#include "grapnel/impact/compliant_impact.hpp"
+#include "grapnel/impact_report/compliant_run.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -59,11 +59,6 @@ class CoordinatedLaw {
 std::unique_ptr<CoordinatedLaw> coordinated_law_of_post_impact(const CaptureProblem& problem);
 std::unique_ptr<CoordinatedLaw> coordinated_law_of_approach(const CaptureProblem& problem);
 
-/// A contact that closes.
-struct ClosingContact {
-  std::string end_effector, target;
-  CompliantContact contact;
-};
 /// The effective masses that contacts meet, in the system and state at the start of the impact.
 std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
                                             const State& state, std::span<const ClosingContact> contacts);

@@ -105,8 +105,8 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.check("approach.start", result.approach_start);
   finder.check("approach.end", result.approach_end);
   finder.check("capture.grasps", result.grasps, true);  // in a run that reached its end, all values are known
-  finder.check("impact", result.impact);
-  finder.check("later_impacts", result.later_impacts);
+  if (result.impact()) finder.check("impact", *result.impact());
+  finder.check("later_impacts", result.later_impacts());
   finder.check("phases", result.phases);
   finder.check("post_impact.end", result.post_impact_end);
   finder.check("post_impact.grasp_loads", result.grasp_loads);

@@ -26,6 +26,11 @@ void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
   }
 }
 
+[[noreturn]] void fail_contact(const CaptureRun& run, std::string why) {
+  for (const std::string& gains : run.unstable_gains) why += "; " + gains;
+  throw RunFailure("contact refused: " + why);
+}
+
 // One grasp with too large a gap refuses the impact of all.
 void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, const Contact& contact) {
   std::string all;
@@ -40,8 +45,19 @@ void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, 
   }
   if (all.empty()) return;
   for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.refuse({closing[i]}, own[i]);
-  for (const std::string& gains : run.unstable_gains) all += "; " + gains;
-  throw RunFailure("contact refused: " + all);
+  fail_contact(run, all);
+}
+
+// Contact with its state => also the grasps that hold.
+void add_held(const CaptureRun& run, Contact& contact) {
+  const CaptureSystem& free = run.bodies.free;
+  const Kinematics k = forward_kinematics(free.model, contact.state);
+  const std::vector<GraspGap> gaps = grasp_gaps(run.problem, free, k);
+  for (const HeldGrasp& each : run.bodies.held) {
+    contact.gaps.push_back(gaps[each.grasp]);
+    contact.displacement.push_back(Vector3d::zero());
+    contact.grasps.push_back(grasp_of(each, k));
+  }
 }
 
 // The contact of the grasps that close, by the rule for gaps, after those that already hold.
@@ -53,21 +69,13 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const Contact fresh = make_contact(run.with_grasps(closing), free, run.bodies.state, held);
   if (!fresh.refused.empty()) {
     run.schedule.refuse(closing, "contact refused: " + fresh.refused);
-    std::string why = fresh.refused;
-    for (const std::string& gains : run.unstable_gains) why += "; " + gains;
-    throw RunFailure("contact refused: " + why);
+    fail_contact(run, fresh.refused);
   }
   refuse_wide_gaps(run, closing, fresh);
   for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.moved(closing[i], norm(fresh.displacement[i]));
-  Contact contact = fresh;
-  contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
-  const Kinematics k = forward_kinematics(free.model, fresh.state);
-  const std::vector<GraspGap> gaps = grasp_gaps(problem, free, k);
-  for (const HeldGrasp& each : run.bodies.held) {
-    contact.gaps.push_back(gaps[each.grasp]);
-    contact.displacement.push_back(Vector3d::zero());
-    contact.grasps.push_back(grasp_of(each, k));
-  }
+  Contact contact;
+  contact.state = fresh.state;
+  add_held(run, contact);
   for (std::size_t i = 0; i < closing.size(); ++i) {
     contact.gaps.push_back(fresh.gaps[i]);
     contact.displacement.push_back(fresh.displacement[i]);
@@ -76,74 +84,17 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   return contact;
 }
 
-bool holds_after(const CaptureProblem& problem, std::size_t grasp, ImpactSetup::Law law) {
-  return !problem.grasps[grasp].contact && law != ImpactSetup::Law::bilateral_restitution;
-}
-
-}  // namespace
-
-// --- Order of events ---
-
-bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
-  const RunBodies& bodies = run.bodies;
-  const bool moves = bodies.time < phase.end;
-  if (!moves && run.joints.approaching()) return false;  // grasps due at its end close with the others
-  close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
-  close_grasps(run, run.schedule.due_at(bodies.time));
-  if (!moves) return false;
-  return !ends_in_envelopes(run) || !run.schedule.together_in_envelopes(bodies.system, bodies.state);
-}
-
-// Due grasps => whether an impact took place: those within their envelopes close under impact.law. Under the
-// instantaneous laws, grasps close before contacts touch, in separate impacts.
-bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
-  const RunBodies& bodies = run.bodies;
-  const std::vector<std::size_t> closing = run.schedule.decide(grasps, bodies.system, bodies.state, bodies.time);
-  if (!run.problem.impact) refuse_distant(run, closing);
-  if (closing.empty() || !run.problem.impact) return false;
-  const ImpactSetup::Law law = run.problem.impact->law;
-  if (law == ImpactSetup::Law::compliant) {
-    impact_in_time(run, closing);
-    return true;
-  }
-  std::vector<std::size_t> grasping, touching;
-  for (std::size_t i : closing) (run.problem.grasps[i].contact ? touching : grasping).push_back(i);
-  const bool contacts_only = law == ImpactSetup::Law::restitution || law == ImpactSetup::Law::friction;
-  if (!grasping.empty()) impact_at_once(run, grasping, contacts_only ? ImpactSetup::Law::plastic : law);
-  if (!touching.empty()) impact_at_once(run, touching, law);
-  return true;
-}
-
-// Phase => removes the grasps of all releases that are due at the current time and reports them; law and joints settle
-// if the law's grasps are released.
-void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
-  const auto& releases = run.problem.post_impact->releases;
-  const double now = run.bodies.time;
-  // In the order of time; a compliant impact may have passed some.
-  for (; phase.released < releases.size(); ++phase.released) {
-    const PostImpactSetup::Release& release = releases[phase.released];
-    const double due = phase.begin + release.after;
-    if (due > now && !GraspSchedule::is_now(due, now)) return;
-    ReleaseReport report;
-    report.time = now;
-    run.to_free();
-    std::erase_if(run.bodies.held, [&](const HeldGrasp& each) {
-      const GraspSetup& g = run.problem.grasps[each.grasp];
-      const auto& named = release.end_effectors;
-      if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
-      report.end_effectors.push_back(g.end_effector);
-      report.targets.push_back(g.target);
-      run.schedule.release(each.grasp, now);
-      return true;
-    });
-    run.to_joined();
-    if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
-    if (run.law.ends_by_release(run.bodies.system, now)) run.joints.settle_all(run.bodies);
-  }
-}
-
 // --- Common parts of all impact laws ---
 
+// A contact that begins.
+struct ContactEvent {
+  std::string phase;                 // its name
+  std::vector<std::size_t> closing;  // grasps of the problem
+  Contact contact;                   // in the free system: grasps that already hold, then these
+};
+
+// Converts the bodies to the free system, moves targets by the rule for gaps, and settles the arms that close. Throws
+// RunFailure if gaps are too large.
 ContactEvent begin_contact_event(CaptureRun& run, const std::vector<std::size_t>& closing) {
   ContactEvent event{run.next_name("contact"), closing, {}};
   run.monitor.begin_contact(event.phase);
@@ -160,13 +111,13 @@ ContactEvent begin_contact_event(CaptureRun& run, const std::vector<std::size_t>
 // Contact and its report => grasps that hold after this law become held grasps; the others are recorded as refused,
 // with their relative speed [m/s] or `unfinished` reason.
 void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law law, const ImpactReport& report,
-                  std::span<const std::string> unfinished) {
+                  std::span<const std::string> unfinished = {}) {
   const CaptureProblem& problem = run.problem;
   const CaptureSystem& free = run.bodies.free;
   const Kinematics k = forward_kinematics(free.model, run.bodies.state);
   for (std::size_t n = 0; n < event.closing.size(); ++n) {
     const std::size_t i = event.closing[n];
-    if (holds_after(problem, i, law)) {
+    if (!problem.grasps[i].contact && !impact_law(law).separates) {
       run.bodies.held.push_back(hold_grasp(problem, free, k, i));
       continue;
     }
@@ -209,11 +160,7 @@ void add_report(CaptureRun& run, ImpactReport report) {
         "does "
         "not include (impact.grasps.rebound.spread)");
   }
-  if (run.result.impact) {
-    run.result.later_impacts.push_back(std::move(report));
-  } else {
-    run.result.impact = std::move(report);
-  }
+  run.result.impacts.push_back(std::move(report));
 }
 
 // Impacts of closing grasps: instantaneous, or compliant, in which grasps and contacts are springs and dampers until
@@ -221,32 +168,56 @@ void add_report(CaptureRun& run, ImpactReport report) {
 
 // --- Instantaneous impact ---
 
-namespace {
-
-// The captured target changes the vibration modes.
-void describe_captured(CaptureRun& run) {
-  if (run.detail != CaptureDetail::full || run.bodies.system.elastic_joints.empty() || run.bodies.held.empty()) return;
-  run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "captured", run.bodies.time));
-}
-
 // Sizes are correct by construction, so the solver rejects only numbers: inertias that span more than doubles resolve.
-ImpactOutcome solve_impact(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law law) {
+// `contact`: of the grasps that hold, then of those of `closing`; none: `held` are brakes.
+ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<const std::size_t> closing,
+                           std::span<const HeldRate> held, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
   std::vector<std::size_t> all;
   for (const HeldGrasp& each : bodies.held) all.push_back(each.grasp);
-  all.insert(all.end(), event.closing.begin(), event.closing.end());
+  all.insert(all.end(), closing.begin(), closing.end());
   const CaptureProblem& taking_part = run.with_grasps(all);
-  const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
+  const CaptureDetail detail = closing.empty() ? CaptureDetail::columns : run.detail;
   try {
-    return run_impact(
-        {taking_part, bodies.free, event.contact, bodies.time, bodies.held.size(), held, law, run.detail});
+    return run_impact({taking_part, bodies.free, contact, bodies.time, bodies.held.size(), held, law, detail});
   } catch (const std::invalid_argument& error) {
     throw RunFailure(
         fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", bodies.time, error.what()));
   }
 }
 
-}  // namespace
+// Run => report of the locking impulse (docs/theory, section 7, Locking) that stops the settled joints; empty unless
+// post_impact.joints is braked. Requires the free system; the held grasps remain closed.
+std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
+  if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return {};
+  RunBodies& bodies = run.bodies;
+  Contact contact;
+  contact.state = bodies.state;
+  add_held(run, contact);
+  std::vector<std::size_t> joints;
+  std::vector<HeldRate> rates;
+  for (std::size_t j = 0; j < run.joints.size(); ++j) {
+    if (run.joints.is_settled(j)) joints.push_back(j), rates.push_back({joint_body(bodies.free, j).v, 0});
+  }
+  const std::vector<HeldRate> driven = run.joints.driven_rates(bodies);
+  rates.insert(rates.end(), driven.begin(), driven.end());
+  ImpactOutcome outcome = solve_impact(run, contact, {}, rates, ImpactSetup::Law::plastic);
+  outcome.residuals = {.brake = outcome.residuals.energy};
+  run.monitor.impact(run.next_name("brake"), outcome);
+  bodies.state = std::move(outcome.after);
+  return brake_report(joints, outcome.report);
+}
+
+// Report of the impact => brakes lock joints; report in the result; joined system.
+void end_contact_event(CaptureRun& run, ImpactReport report) {
+  report.brake = lock_settled_joints(run);
+  add_report(run, std::move(report));
+  run.to_joined();
+  const RunBodies& bodies = run.bodies;
+  if (run.detail == CaptureDetail::full && !bodies.system.elastic_joints.empty() && !bodies.held.empty())
+    run.result.elastic.push_back(elastic_report(bodies.system, bodies.state, "captured", bodies.time));
+  run.monitor.instant(bodies.system, bodies.state, bodies.time);
+}
 
 // Closing grasps, law => state after the instantaneous impact (docs/theory, sections 7 and 11) and after brakes; adds
 // its report and conservation checks just before and after it. Throws RunFailure for a singular system.
@@ -255,50 +226,18 @@ void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, Im
   const ContactEvent event = begin_contact_event(run, closing);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
-  ImpactOutcome outcome = solve_impact(run, event, law);
+  const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
+  ImpactOutcome outcome = solve_impact(run, event.contact, closing, held, law);
   run.monitor.impact(event.phase, outcome);
   run.bodies.state = std::move(outcome.after);
   hold_or_part(run, event, law, outcome.report);
-  outcome.report.brake = lock_settled_joints(run);
   if (const std::string text = describe_dependence_on_modes(outcome.report);
       !text.empty() && run.problem.impact->modes == ImpactSetup::Modes::all)
     run.result.warnings.push_back(fmt::format("impact at t = {:.6g} s: {}", bodies.time, text));
-  add_report(run, std::move(outcome.report));
-  run.to_joined();
-  describe_captured(run);
-  run.monitor.instant(bodies.system, bodies.state, bodies.time);
-}
-
-// Run => report of the locking impulse (docs/theory, section 7, Locking) that stops the settled joints; empty unless
-// post_impact.joints is braked. Requires the free system; the held grasps remain closed.
-std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
-  if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return {};
-  RunBodies& bodies = run.bodies;
-  std::vector<Grasp> grasps;
-  const Kinematics k = forward_kinematics(bodies.free.model, bodies.state);
-  for (const HeldGrasp& each : bodies.held) grasps.push_back(grasp_of(each, k));
-  std::vector<std::size_t> joints, holding;
-  for (std::size_t j = 0; j < run.joints.size(); ++j) {
-    if (run.joints.is_settled(j)) joints.push_back(j);
-  }
-  for (const HeldGrasp& each : bodies.held) holding.push_back(each.grasp);
-  BrakeOutcome outcome =
-      run_brake(run.with_grasps(holding), bodies.free, bodies.state, grasps, joints, run.joints.driven_rates(bodies));
-  run.monitor.brake(run.next_name("brake"), bodies.time, outcome);
-  bodies.state = std::move(outcome.after);
-  return outcome.report;
-}
-
-void stop_joints(CaptureRun& run) {
-  if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return;
-  run.to_free();
-  lock_settled_joints(run);
-  run.to_joined();
+  end_contact_event(run, std::move(outcome.report));
 }
 
 // --- Compliant impact ---
-
-namespace {
 
 // Index of a velocity of a robot joint in another representation.
 int velocity_in(const CaptureRun& run, const CaptureSystem& system, int free_velocity) {
@@ -319,10 +258,10 @@ Contact without_held(Contact contact, std::size_t held) {
 
 // Locks braked joints at the first instant of a compliant impact, in the joined system, which has no closed loops.
 // Returns the impulse per held rate.
-std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> held) {
+std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> held, std::optional<double>& residual) {
   if (run.problem.impact->joints != ImpactSetup::Joints::braked) return std::vector<double>(held.size(), 0.0);
   const ImpactSolution stopped = plastic_impact(run.bodies.system.model, run.bodies.state, {}, held);
-  run.monitor.brake_at_once(stopped.energy_identity_residual);
+  residual = stopped.energy_identity_residual;
   run.bodies.state.v = stopped.velocity;
   return stopped.held_impulses;
 }
@@ -343,28 +282,25 @@ void note_target_speeds(const Model& model, const State& before, const State& af
 }
 
 // Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
-CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
-                       std::vector<HeldRate> held) {
+ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
+                        std::vector<HeldRate> held) {
   RunBodies& bodies = run.bodies;
   const Contact contact = without_held(event.contact, bodies.held.size());
   for (HeldRate& h : held) h.velocity = velocity_in(run, bodies.system, h.velocity);
   const State start = bodies.state;
-  const std::vector<double> stopping = brake_at_once(run, held);
+  std::optional<double> brake_residual;
+  const std::vector<double> stopping = brake_at_once(run, held, brake_residual);
   std::function<void(double)> each_step;
   if (run.progress)
     each_step = [&](double t) {
       run.progress("contact", bodies.time + t, bodies.time + with_closing.impact->compliant.longest);
     };
-  std::vector<ClosingContact> closing_contacts;
-  for (const YieldingContact& c : yielding_contacts(with_closing, bodies.free, contact, bodies.system)) {
-    const GraspSetup& grasp = with_closing.grasps[c.grasp];
-    closing_contacts.push_back({grasp.end_effector, grasp.target, c.contact});
-  }
-  std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, closing_contacts);
+  const std::vector<ClosingContact> contacts = closing_contacts(with_closing, bodies.free, contact, bodies.system);
+  std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, contacts);
   std::optional<CoordinatedDrive> drive;
   const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
-                               run.joints.known_posture(bodies), bodies.time, {closing_contacts, masses}))
+                               run.joints.known_posture(bodies), bodies.time, {contacts, masses}))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool begun = false;
   const auto observe = [&](const CompliantSample& sample) {
@@ -375,16 +311,16 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
     begun = true;
     run.monitor.check_in_impact(sample);
   };
-  CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, start, bodies.time, held,
-                                        stopping, each_step, drive ? &*drive : nullptr, observe},
-                                       bodies.state);
-  if (!outcome.failure.empty()) throw RunFailure(outcome.failure);
-  note_target_speeds(bodies.system.model, start, outcome.after, closing_contacts, masses);
+  ImpactOutcome outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, start, bodies.time, held,
+                                         stopping, each_step, drive ? &*drive : nullptr, observe},
+                                        bodies.state);
+  outcome.residuals.brake = brake_residual;
+  note_target_speeds(bodies.system.model, start, outcome.after, contacts, masses);
   outcome.report.effective_masses = std::move(masses);
   for (const std::string& warning : outcome.warnings) run.result.warnings.push_back(warning);
-  run.monitor.end_impact_in_time(outcome);
+  run.monitor.end_impact_in_time(outcome.from_ground);
   bodies.state = outcome.after;
-  bodies.time += outcome.duration;
+  bodies.time += outcome.report.duration;
   return outcome;
 }
 
@@ -402,11 +338,11 @@ void correct_held_joints(const Model& model, const std::vector<HeldRate>& held, 
 }
 
 // Makes grasps that have come to rest rigid. In the free system.
-void stiffen(CaptureRun& run, const ContactEvent& event, CompliantRun& yielded) {
+void stiffen(CaptureRun& run, const ContactEvent& event, ImpactOutcome& yielded) {
   RunBodies& bodies = run.bodies;
   const Model& model = bodies.free.model;
   ImpactReport& report = yielded.report;
-  hold_or_part(run, event, ImpactSetup::Law::compliant, report, yielded.unfinished);
+  hold_or_part(run, event, run.problem.impact->law, report, yielded.unfinished);
   std::vector<Grasp> holding;
   const Kinematics k = forward_kinematics(model, bodies.state);
   for (const HeldGrasp& each : bodies.held) holding.push_back(grasp_of(each, k));
@@ -418,11 +354,9 @@ void stiffen(CaptureRun& run, const ContactEvent& event, CompliantRun& yielded) 
   const Momentumd before = run.momentum_about_origin();
   bodies.state.v = rest.velocity;
   const bool grounded = !model.has_free_root(bodies.free.base);  // otherwise the momentum cannot have changed
-  run.monitor.stiffened(event.phase, grounded ? run.momentum_about_origin() - before : Momentumd::zero(), report,
-                        yielded.joint_peaks);
+  yielded.from_ground = grounded ? run.momentum_about_origin() - before : Momentumd::zero();
+  run.monitor.impact(event.phase, yielded);
 }
-
-}  // namespace
 
 // Closing grasps => state and time after the compliant impact (docs/theory, section 12): integrates the springs in the
 // joined system, then makes the grasps at rest rigid in the free system and applies brakes. Throws RunFailure for
@@ -437,14 +371,80 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
     throw RunFailure("impact.law: compliant does not support targets that are already held in closed loops");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
-  CompliantRun yielded = let_yield(run, with_closing, event, held);
+  ImpactOutcome yielded = let_yield(run, with_closing, event, held);
   run.to_free();
   stiffen(run, event, yielded);
-  yielded.report.brake = lock_settled_joints(run);
-  add_report(run, std::move(yielded.report));
+  end_contact_event(run, std::move(yielded.report));
+}
+
+}  // namespace
+
+// --- Order of events ---
+
+bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
+  const RunBodies& bodies = run.bodies;
+  const bool moves = bodies.time < phase.end;
+  if (!moves && run.joints.approaching()) return false;  // grasps due at its end close with the others
+  close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
+  close_grasps(run, run.schedule.due_at(bodies.time));
+  if (!moves) return false;
+  return !ends_in_envelopes(run) || !run.schedule.together_in_envelopes(bodies.system, bodies.state);
+}
+
+// Due grasps => whether an impact took place: those within their envelopes close under impact.law. Under the
+// instantaneous laws, grasps close before contacts touch, in separate impacts.
+bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
+  const RunBodies& bodies = run.bodies;
+  const std::vector<std::size_t> closing = run.schedule.decide(grasps, bodies.system, bodies.state, bodies.time);
+  if (!run.problem.impact) refuse_distant(run, closing);
+  if (closing.empty() || !run.problem.impact) return false;
+  const ImpactLaw& law = impact_law(*run.problem.impact);
+  if (law.in_time) {
+    impact_in_time(run, closing);
+    return true;
+  }
+  std::vector<std::size_t> grasping, touching;
+  for (std::size_t i : closing) (run.problem.grasps[i].contact ? touching : grasping).push_back(i);
+  if (!grasping.empty()) impact_at_once(run, grasping, law.of_grasps ? law.law : ImpactSetup::Law::plastic);
+  if (!touching.empty()) impact_at_once(run, touching, law.law);
+  return true;
+}
+
+// Phase => removes the grasps of all releases that are due at the current time and reports them; law and joints settle
+// if the law's grasps are released.
+void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
+  const auto& releases = run.problem.post_impact->releases;
+  const double now = run.bodies.time;
+  // In the order of time; a compliant impact may have passed some.
+  for (; phase.released < releases.size(); ++phase.released) {
+    const PostImpactSetup::Release& release = releases[phase.released];
+    const double due = phase.begin + release.after;
+    if (due > now && !GraspSchedule::is_now(due, now)) return;
+    ReleaseReport report;
+    report.time = now;
+    run.to_free();
+    std::erase_if(run.bodies.held, [&](const HeldGrasp& each) {
+      const GraspSetup& g = run.problem.grasps[each.grasp];
+      const auto& named = release.end_effectors;
+      if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
+      report.end_effectors.push_back(g.end_effector);
+      report.targets.push_back(g.target);
+      run.schedule.release(each.grasp, now);
+      return true;
+    });
+    run.to_joined();
+    if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
+    if (run.law.ends_by_release(run.bodies.system, now)) run.joints.settle_all(run.bodies);
+  }
+}
+
+// --- Brakes ---
+
+void stop_joints(CaptureRun& run) {
+  if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return;
+  run.to_free();
+  lock_settled_joints(run);
   run.to_joined();
-  describe_captured(run);
-  run.monitor.instant(bodies.system, bodies.state, bodies.time);
 }
 
 }  // namespace grapnel

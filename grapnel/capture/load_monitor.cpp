@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "grapnel/impact_report/impact_figures.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/integrate/integrate.hpp"
 
@@ -328,47 +329,10 @@ void LoadMonitor::end_phase() {
   events_ = efforts_.end_phase();
 }
 
-// Impact report => peak loads of joints and grasps: impulses [N s, N m s], and forces. Forces are peaks of a compliant
-// impact, otherwise impulse over the stated duration (docs/theory, section 7, Mean force).
 void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks) {
-  const bool in_time = report.compliant.has_value();
-  const auto add = [&](const std::string& of, const char* quantity, double value, double after, double rating) {
-    note({of, quantity, phase, value, report.time + after, rating, false});
-  };
-  // Mean over an assumed duration, for instantaneous impacts.
-  const auto mean = [&](const std::string& of, const char* quantity, double impulse, double rating) {
-    note({of, quantity, phase, impulse / report.duration, report.time, rating, true});
-  };
-  for (std::size_t i = 0; i < report.joints.size(); ++i) {
-    const JointImpulse& j = report.joints[i];
-    const LoadRating& rating = rating_of(j.joint);
-    const double impulse = norm(j.impulse), angular = norm(j.angular_impulse), driving = std::abs(j.along_axis);
-    add(j.joint, "impulse", impulse, 0, rating.impulse);
-    add(j.joint, "angular_impulse", angular, 0, rating.angular_impulse);
-    add(j.joint, "driving_impulse", driving, 0, rating.driving_impulse);
-    if (in_time) {
-      const JointPeakTimes times = i < peaks.size() ? peaks[i] : JointPeakTimes{};
-      add(j.joint, "force", j.peak_force, times.force, rating.force);
-      add(j.joint, "moment", j.peak_moment, times.moment, rating.moment);
-      add(j.joint, "driving", j.peak_driving, times.driving, rating.driving);
-    } else {
-      mean(j.joint, "force", impulse, rating.force);
-      mean(j.joint, "moment", angular, rating.moment);
-      mean(j.joint, "driving", driving, rating.driving);
-    }
-  }
-  for (const GraspImpulse& g : report.grasps) {
-    const LoadRating& rating = rating_of(g.end_effector);
-    const double impulse = norm(g.impulse), angular = norm(g.angular_impulse);
-    add(g.end_effector, "impulse", impulse, 0, rating.impulse);
-    add(g.end_effector, "angular_impulse", angular, 0, rating.angular_impulse);
-    if (g.profile) {
-      add(g.end_effector, "force", g.profile->peak_force, g.profile->peak_force_time, rating.force);
-      add(g.end_effector, "moment", g.profile->peak_moment, g.profile->peak_moment_time, rating.moment);
-    } else {
-      mean(g.end_effector, "force", impulse, rating.force);
-      mean(g.end_effector, "moment", angular, rating.moment);
-    }
+  for (PeakLoad& load : impact_loads(report, peaks)) {
+    load.phase = phase, load.rating = limit_of(rating_of(load.of), load.quantity);
+    note(std::move(load));
   }
 }
 

@@ -171,7 +171,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {
   conservation_.enter(outcome.from_ground);
   impact_checks_.note(outcome.residuals);
-  loads_.impact(phase, outcome.report);
+  loads_.impact(phase, outcome.report, outcome.joint_peaks);
 }
 
 void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& start,
@@ -194,11 +194,10 @@ void RunMonitor::check_in_impact(const CompliantSample& sample) {
   loads_.check_held_bodies(sample);
 }
 
-void RunMonitor::end_impact_in_time(const CompliantRun& run) {
+void RunMonitor::end_impact_in_time(const Momentumd& from_ground) {
   if (impact_.watched) watches_.end_phase();
   loads_.end_held();
-  conservation_.enter(run.from_ground);
-  impact_checks_.note_compliant(run.energy_residual);
+  conservation_.enter(from_ground);
 }
 
 // A sample of a compliant impact, with the wrenches of closing grasps and of those that already hold.
@@ -217,34 +216,13 @@ void RunMonitor::sample_yielding(const CompliantSample& sample) {
   instant(system, sample.state, sample.kinematics, impact_.begin + sample.time, grasps);
 }
 
-void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
-                           std::span<const JointPeakTimes> peaks) {
-  conservation_.enter(from_ground);
-  loads_.impact(phase, report, peaks);
-}
-
-// The brakes' loads are recorded as those of a separate impact.
-void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome& outcome) {
-  conservation_.enter(outcome.from_ground);
-  impact_checks_.note_brake(outcome.energy_identity_residual);
-  ImpactReport as_impact;
-  as_impact.time = time, as_impact.duration = problem_.impact->duration;
-  as_impact.joints = outcome.joints;
-  for (const BrakeGrasp& g : outcome.report.grasps) {
-    GraspImpulse& grasp = as_impact.grasps.emplace_back();
-    grasp.end_effector = g.end_effector, grasp.target = g.target;
-    grasp.impulse = g.impulse, grasp.angular_impulse = g.angular_impulse;
-  }
-  loads_.impact(phase, as_impact);
-}
-
 // --- The end ---
 
 // Monitors => ledger rows, reports and warnings in the result; adds advice if a conservation check failed.
 void RunMonitor::write() {
   impact_checks_.write(result_.ledger);
   conservation_.write(result_.ledger);
-  if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
+  if (result_.impact()) scale_published(result_.ledger.scale, result_.impacts.front());
   loops_.write(result_);
   loads_.write(result_);
   for (const auto& actuator : actuators_) actuator->write(result_);

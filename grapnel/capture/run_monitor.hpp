@@ -95,19 +95,15 @@ class RunMonitor {
   void touch(const std::vector<std::size_t>& grasps);
   /// An instant just before or after an impact.
   void instant(const CaptureSystem& system, const State& state, double time);
+  /// Adds an impact of grasps, contacts or brakes: momentum from the ground, residuals, loads. For an impact in time,
+  /// these are the effects of grasps that become rigid at its end.
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// Begins a compliant impact at `begin`, in which the system was in the state `start` before brakes; `closing` are
   /// the problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
   void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& start, double begin,
                             const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void check_in_impact(const CompliantSample& sample);
-  void end_impact_in_time(const CompliantRun& run);
-  /// Adds the effects of grasps that become rigid at its end: momentum from the ground, loads.
-  void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
-                 std::span<const JointPeakTimes> peaks);
-  void brake(const std::string& phase, double time, const BrakeOutcome& outcome);
-  /// Adds the energy residual of joints locked at the first instant of a compliant impact.
-  void brake_at_once(double energy_identity_residual) { impact_checks_.note_brake(energy_identity_residual); }
+  void end_impact_in_time(const Momentumd& from_ground);
 
   // --- The end ---
 

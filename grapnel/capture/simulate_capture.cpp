@@ -89,7 +89,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
 void warn_of_comparisons(CaptureRun& run) {
   const CaptureProblem& problem = run.problem;
   const auto warn = [&](const std::string& text) { run.result.warnings.push_back(text); };
-  if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published)
+  if (problem.impact && impact_law(*problem.impact).published)
     warn("impact.law: as_published is for comparison: it does not conserve momentum");
   const std::string loops = "integration.loops: ";
   switch (problem.integration.loops) {

@@ -66,9 +66,8 @@ std::string inconsistent_rows(const Eigen::VectorXd& error, double bound, std::s
 
 // State, grasps, coefficients, held rates => v+, impulses and checks for u+ = -E u- (11.10), solved by (7.5) to (7.7).
 // `inconsistent` names the redundant rows whose velocity differs from -E u- by more than the rounding error.
-BilateralRestitution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
-                                           std::span<const std::vector<double>> restitution,
-                                           std::span<const HeldRate> held) {
+ImpactSolution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
+                                     std::span<const std::vector<double>> restitution, std::span<const HeldRate> held) {
   check(grasps, restitution);
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
@@ -79,10 +78,10 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   for (Eigen::Index row = 0; const std::vector<double>& grasp : restitution) {
     for (double e : grasp) wanted[row] = -e * u[row], ++row;
   }
-  BilateralRestitution result{solve_rows(M, rows, state, wanted, grasps, held), {}};
+  ImpactSolution result = solve_rows(M, rows, state, wanted, grasps, held);
   if (rows.J.rows() == 0) return result;
   // Velocities of redundant rows satisfy a linear relation, which E u- may violate.
-  const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
+  const Eigen::Map<const Eigen::VectorXd> after(result.velocity.data(), v.size());
   wanted.tail(static_cast<Eigen::Index>(rows.held.size())) = after(rows.held);  // of overpowered drives
   const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
   const Eigen::VectorXd error = (rows.J * after - wanted).cwiseQuotient(size);

@@ -116,7 +116,7 @@ class Run {
         drive_(drive),
         system_(model, state, contacts, grasps, held, drive) {}
 
-  CompliantOutcome outcome();
+  ImpactSolution outcome();
 
  private:
   void choose_first_phases(std::span<const double> y);
@@ -145,7 +145,7 @@ class Run {
   ImpactDrive* drive_;
   CompliantSystem system_;
   CompliantScales scales_;
-  CompliantOutcome result_;
+  ImpactSolution result_;
   double grasp_motion_before_ = 0;                               // [J]
   double last_motion_ = 0;                                       // time of the last motion of grasps [s]
   double rest_period_ = 0;                                       // required duration of rest [s]
@@ -154,7 +154,7 @@ class Run {
 };
 
 void Run::enter(std::size_t contact, ContactPhase next) {
-  if (next == ContactPhase::pressing) ++result_.contacts[contact].touches;
+  if (next == ContactPhase::pressing) ++result_.forces[contact].touches;
   system_.phase[contact] = next;
 }
 
@@ -269,7 +269,7 @@ bool Run::is_over(double t, std::span<const InterfaceLoad> loads) const {
 // times, step, peaks and rest, phase changes, breaks of the drive (docs/theory, section 12, End of the impact). Ends
 // without status at a failed step, a grasp turned by more than 3 rad, or the maximum number of steps.
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
-  using Status = CompliantOutcome::Status;
+  using Status = ImpactSolution::Status;
   begin_segment(integrator);
   recorder.mark(0, integrator.y());
   limit_step(integrator);
@@ -325,11 +325,12 @@ void Run::check_balances(double t, std::span<const double> y) {
   system_.load(t, y);
   result_.duration = t;
   result_.after = system_.now();
+  result_.velocity = result_.after.v;
   result_.kinetic_energy_after = system_.kinetic_energy_now();
   double lost = 0;
   for (int i = 0; i < system_.interfaces(); ++i) {
     const bool is_contact = i < system_.contact_count();
-    ForceHistory& h = is_contact ? result_.contacts[i] : result_.grasps[i - system_.contact_count()];
+    ForceHistory& h = result_.forces[i];
     const double* P = &y[system_.impulse_offset(i)];
     h.impulse = {{P[0], P[1], P[2]}, {P[3], P[4], P[5]}};
     h.energy_lost = y[system_.loss_offset(i)];
@@ -359,9 +360,8 @@ void Run::check_balances(double t, std::span<const double> y) {
 // Prepared run => complete outcome: energies before, scales, integration, balances (12.12), histories. Without relative
 // motion the outcome has one sample and no integration. Contacts with friction use the requested tolerance, others its
 // power 3/4 (docs/theory, section 12, Integration).
-CompliantOutcome Run::outcome() {
-  result_.contacts.resize(contacts_.size());
-  result_.grasps.resize(grasps_.size());
+ImpactSolution Run::outcome() {
+  result_.forces.resize(contacts_.size() + grasps_.size());
   const std::vector<double> start(system_.size(), 0.0);
   system_.load(0, start);
   result_.kinetic_energy_before = system_.kinetic_energy_now();
@@ -373,7 +373,7 @@ CompliantOutcome Run::outcome() {
   if (!(scales_.speed > 0)) {
     // There is no relative motion.
     recorder.mark(0, start);
-    result_.status = grasps_.empty() ? CompliantOutcome::Status::separated : CompliantOutcome::Status::settled;
+    result_.status = grasps_.empty() ? ImpactSolution::Status::separated : ImpactSolution::Status::settled;
     check_balances(0, start);
     recorder.finish(result_);
     return std::move(result_);
@@ -402,10 +402,10 @@ CompliantOutcome Run::outcome() {
 
 }  // namespace
 
-CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                  std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
-                                  std::span<const int> held, const std::function<void(double t)>& each_step,
-                                  ImpactDrive* drive) {
+ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+                                std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
+                                std::span<const int> held, const std::function<void(double t)>& each_step,
+                                ImpactDrive* drive) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
   for (std::size_t i = 0; i < grasps.size(); ++i) check_grasp(model, grasps[i], i);
@@ -558,24 +558,21 @@ void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double 
 
 // Recorded samples and peaks => times, states, accelerations and force histories of the outcome; the recorder's states
 // are moved out.
-void CompliantRecorder::finish(CompliantOutcome& outcome) {
+void CompliantRecorder::finish(ImpactSolution& outcome) {
   const int contacts = system_.contact_count();
-  const auto history = [&](int i) -> ForceHistory& {
-    return i < contacts ? outcome.contacts[i] : outcome.grasps[i - contacts];
-  };
   for (const Sample& s : taken_) outcome.times.push_back(s.t);
   outcome.states = std::move(states_);
   outcome.accelerations = std::move(accelerations_);
   for (std::size_t k = 0; k < loads_.size(); ++k) {
     const InterfaceLoad& load = loads_[k];
-    ForceHistory& h = history(static_cast<int>(k % static_cast<std::size_t>(system_.interfaces())));
+    ForceHistory& h = outcome.forces[k % static_cast<std::size_t>(system_.interfaces())];
     h.point.push_back(load.point);
     h.force.push_back(load.F.linear);
     h.moment.push_back(load.F.angular);
     h.deformation.push_back(load.deformation);
   }
   for (int i = 0; i < system_.interfaces(); ++i) {
-    ForceHistory& h = history(i);
+    ForceHistory& h = outcome.forces[i];
     const Peak* const peaks = &peaks_[static_cast<std::size_t>(measures * i)];
     h.peak_force = peaks[force].value, h.peak_force_time = peaks[force].time;
     h.peak_moment = peaks[moment].value, h.peak_moment_time = peaks[moment].time;

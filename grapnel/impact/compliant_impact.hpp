@@ -19,6 +19,7 @@
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/state.hpp"
 #include "grapnel/impact/compliant_tables.hpp"
+#include "grapnel/impact/impact_solution.hpp"
 
 namespace grapnel {
 
@@ -68,52 +69,14 @@ class ImpactDrive {
                        std::span<double> effort) = 0;
 };
 
-/// One contact or grasp over time; forces on the robot at its own point, in W.
-struct ForceHistory {
-  std::vector<Vector3d> point;      // point of force and moment, common to both bodies, in W, per sample [m]
-  std::vector<Vector3d> force;      // [N]
-  std::vector<Vector3d> moment;     // about the robot's point; zero for contacts [N m]
-  std::vector<double> deformation;  // of contacts along the normal, of grasps the distance of the two points [m]
-  double peak_force = 0, peak_force_time = 0;    // over all steps, not only samples [N, s]
-  double peak_moment = 0, peak_moment_time = 0;  // [N m, s]
-  double largest_deformation = 0;                // [m]
-  double duration = 0;                           // of contacts: time in contact, of grasps: until at rest [s]
-  Impulsed impulse = Impulsed::zero();           // integral, about the contact point at the beginning [N m s; N s]
-  double energy_lost = 0;                        // by its damper and friction [J]
-  int touches = 0;                               // number of touches; 1 for grasps
-};
-
-struct CompliantOutcome {
-  enum class Status { separated, settled, time_over, failed };
-  Status status = Status::failed;
-  std::string message;        // with the time and the condition, if failed
-  double duration = 0;        // [s]
-  State after;                // includes coordinates: the system moves
-  std::vector<double> times;  // of the samples, from 0, nondecreasing; an event has two: just before and just after
-  std::vector<State> states;  // at the samples
-  std::vector<std::vector<double>> accelerations;  // at the samples: rates of State::v, per velocity
-  std::vector<ForceHistory> contacts, grasps;
-  std::vector<double> held_impulses;  // per held velocity: integral of the effort that keeps it [N m s or N s]
-  double held_work = 0;               // work of these efforts [J]
-  double drive_work = 0;              // work of an ImpactDrive [J]
-  double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
-  double spring_energy_before = 0, spring_energy_after = 0;  // of springs at joints, of the trees in the impact [J]
-  double spring_energy_lost = 0;                             // by their dampers [J]
-  double kinetic_energy_taking_part = 0;  // before, of the trees that an interface or a held velocity acts on [J]
-  /// |T+ + V+ + lost - held_work - drive_work - T-| of these trees, including energy and losses of springs at joints,
-  /// over the larger of T- and T+.
-  double energy_residual = 0;
-  long rhs_evaluations = 0, steps = 0;
-};
-
 /// Integrates until every contact has separated and moves apart and every grasp has come to rest, or until `longest`.
 /// `held`: velocities (indices into State::v) that keep their values with any effort; either all or none of a free root
 /// or a spherical joint; no drive acts on them. `each_step` is called with the time reached and may throw to end the
 /// integration. @throws std::invalid_argument for coefficients out of range, invalid normals or the state of another
 /// model; std::runtime_error if GRAPNEL_LANES names no instruction set available here (lanes::best_instruction_set()).
-CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                  std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
-                                  std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},
-                                  ImpactDrive* drive = nullptr);
+ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+                                std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
+                                std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},
+                                ImpactDrive* drive = nullptr);
 
 }  // namespace grapnel

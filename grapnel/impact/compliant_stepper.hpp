@@ -81,7 +81,7 @@ class CompliantRecorder {
   /// Adds peaks and samples of the integrator's last step; phases must still be those of the step.
   void step(StiffIntegrator& integrator);
   /// Writes times, states and histories; the caller writes the histories' impulses and losses.
-  void finish(CompliantOutcome& outcome);
+  void finish(ImpactSolution& outcome);
 
  private:
   enum Measure { force, moment, deformation, measures };

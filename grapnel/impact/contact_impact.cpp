@@ -143,9 +143,9 @@ std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& prob
 }
 
 // `paths`: of with_other_orders().
-void vary_order(std::span<const ContactPath> paths, ContactImpactSolution& solution) {
+void vary_order(std::span<const ContactPath> paths, ImpactSolution& solution) {
   const ContactPath& path = paths[0];
-  const std::size_t n = solution.contacts.size();
+  const std::size_t n = solution.points.size();
   double largest = 0;
   for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, path.impulse[3 * static_cast<Eigen::Index>(i)]);
   if (largest == 0) return;
@@ -154,23 +154,23 @@ void vary_order(std::span<const ContactPath> paths, ContactImpactSolution& solut
       const auto at = 3 * static_cast<Eigen::Index>(i);
       const double difference = varied.failure.empty() ? std::abs(varied.impulse[at] - path.impulse[at]) / largest
                                                        : std::numeric_limits<double>::infinity();
-      solution.contacts[i].spread = std::max(solution.contacts[i].spread, difference);
+      solution.points[i].spread = std::max(solution.points[i].spread, difference);
     }
   }
-  for (const ContactPointImpulse& c : solution.contacts) solution.unique = solution.unique && c.spread < kUnique;
+  for (const ContactPointImpulse& c : solution.points) solution.unique = solution.unique && c.spread < kUnique;
 }
 
 // Path, velocities before and after => per contact in W: impulse, work, modes, relative velocities; also the cone
 // residual relative to the largest normal impulse, and whether the contacts created energy (11.9).
 void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<const ContactPoint> contacts,
-                   const Eigen::VectorXd& before, const Eigen::VectorXd& after, ContactImpactSolution& solution) {
+                   const Eigen::VectorXd& before, const Eigen::VectorXd& after, ImpactSolution& solution) {
   double largest = 1e-300, turned_over = 0, gained = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const auto at = 3 * static_cast<Eigen::Index>(i);
     const Eigen::Vector3d P = path.impulse.segment<3>(at);
     const Eigen::Matrix3d out = rows.axes[i].transpose();
     ContactPointImpulse c;
-    c.P_WC = {Vector3d::zero(), vector(out * P)};
+    solution.contacts.push_back({{Vector3d::zero(), vector(out * P)}, {}});
     c.normal = P[0];
     c.tangential = vector(out.rightCols<2>() * P.tail<2>());
     c.compression = path.compression[i];
@@ -180,7 +180,7 @@ void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<c
     c.modes = path.modes[i];
     c.velocity_before = vector(out * (rows.J.middleRows<3>(at) * before));
     c.velocity_after = vector(out * (rows.J.middleRows<3>(at) * after));
-    solution.contacts.push_back(std::move(c));
+    solution.points.push_back(std::move(c));
     largest = std::max(largest, P[0]);
     solution.cone_residual = std::max(solution.cone_residual, P.tail<2>().norm() - contacts[i].friction * P[0]);
     turned_over += std::abs(path.compression_work[i]) + std::abs(path.friction_work[i]);
@@ -211,9 +211,9 @@ Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const G
 // State, contacts, hypothesis, closed grasps, held rates => v+, impulses, checks and dependence on the order of the
 // contacts. Follows (11.3) to (11.8) with W of (11.2); grasps and held rates then receive their impulses by (7.7).
 // `message` states why there is no solution; throws std::invalid_argument for invalid contacts.
-ContactImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
-                                     RestitutionHypothesis hypothesis, std::span<const Grasp> closed,
-                                     std::span<const HeldRate> held) {
+ImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
+                              RestitutionHypothesis hypothesis, std::span<const Grasp> closed,
+                              std::span<const HeldRate> held) {
   check(contacts);
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
@@ -229,7 +229,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
       bilateral.held_after.tail(allowed->size()) = *allowed;
   }
   ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
-  ContactImpactSolution solution;
+  ImpactSolution solution;
   solution.message = unyielding(problem);
   if (!solution.message.empty()) {
     // Contacts receive no impulse: no finite one would suffice.
@@ -241,7 +241,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
       follow_contacts(with_other_orders(problem), lanes::best_instruction_set(), OtherPaths::if_first_ends);
   const ContactPath& path = paths[0];
   if (solution.message.empty()) solution.message = path.failure;
-  if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;
+  if (solution.message.empty()) solution.status = ImpactSolution::Status::solved;
   solution.steps = path.steps;
 
   // Grasps and held rates receive the impulses of the contacts and their own in one solution.
@@ -254,7 +254,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
     ImpactSolution bilateral_solution = solve_rows(M, bilateral, pushed, bilateral.held_after, closed, held);
     impulse += generalized_impulse(bilateral, closed, bilateral_solution);
     solution.velocity = std::move(bilateral_solution.velocity);
-    solution.grasps = std::move(bilateral_solution.contacts);
+    solution.contacts = std::move(bilateral_solution.contacts);
     solution.held_impulses = std::move(bilateral_solution.held_impulses);
   }
   const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());
@@ -263,7 +263,9 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   static_cast<ImpactChecks&>(solution) =
       impact_checks(M, mass, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
-  if (solution.status == ContactImpactSolution::Status::solved) vary_order(paths, solution);
+  if (solution.status == ImpactSolution::Status::solved) vary_order(paths, solution);
+  for (std::size_t i = closed.size(); i < solution.contacts.size(); ++i)
+    solution.contacts[i].determined.assign(6, solution.unique);
   return solution;
 }
 

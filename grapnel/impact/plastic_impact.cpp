@@ -74,6 +74,7 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   impulse = solved.impulse;
 
   ImpactSolution result;
+  result.status = ImpactSolution::Status::solved;
   result.velocity.assign(after.begin(), after.end());
   result.rank = solved.rank;
   result.rows = static_cast<int>(J.rows());

@@ -15,20 +15,10 @@
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/constraint/impulsive_constraint.hpp"
-#include "grapnel/dynamics/state.hpp"
+#include "grapnel/impact/impact_solution.hpp"
 #include "grapnel/model/model.hpp"
 
 namespace grapnel {
-
-// Checks of one instantaneous impact, for every law: (9.5) and (9.6) of docs/theory. They are relative to the bodies
-// in the impact, so that a heavy body elsewhere hides nothing.
-
-struct ImpactChecks {
-  double kinetic_energy_before = 0;  // [J], by the mass matrix, of the whole model
-  double kinetic_energy_after = 0;
-  double energy_identity_residual = 0;       // |dT - work of the impulses|, over T before or after of what takes part
-  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm, over that of M v, likewise
-};
 
 /// Per velocity: one if rows `J` (rows x velocities) act on the tree that it belongs to, zero otherwise.
 Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
@@ -38,35 +28,6 @@ Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
 ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
                            const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
                            double work);
-
-/// A velocity (index into State::v) that a drive or a brake sets to a prescribed value with any impulse (a kept rate,
-/// or zero). If the grasps contradict some of them, drives are overpowered, with minimum deviation
-/// (yielding_drives.hpp).
-struct HeldRate {
-  int velocity;
-  double after = 0;  // [rad/s or m/s]
-  /// Per velocity. Not empty: the quantity with the value `after` is the sum of these times the velocities, the rate of
-  /// a mode of vibration that does not respond, and `velocity` is -1. Such rates come before all others.
-  std::vector<double> row = {};
-
-  bool is_mode() const { return !row.empty(); }
-};
-
-/// An impulse at a grasp, on the robot at the contact point, in W.
-struct ContactImpulse {
-  Impulsed P_WC;                 // [N m s; N s]
-  std::vector<bool> determined;  // per component [angular; linear]: the same in every solution
-};
-
-struct ImpactSolution : ImpactChecks {
-  std::vector<double> velocity;          // v+ of the whole model
-  std::vector<ContactImpulse> contacts;  // per grasp
-  std::vector<double> held_impulses;     // per held rate [N m s or N s]
-  int rank = 0;
-  int rows = 0;
-  Eigen::MatrixXd null_space;      // self-stresses, rows x (rows - rank): constrained directions, then held rates
-  double constraint_residual = 0;  // (9.7): largest |J v+ - u+| over the largest |u-| or rate of what takes part
-};
 
 /// Solves the impact. For redundant rows returns the impulse with the minimum sum over grasps of P^T (J_t M_t^-1 J_t^T)
 /// P: the energy that each grasp's impulse alone would give the free target, independent of units, frame and reference

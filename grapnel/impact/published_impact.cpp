@@ -4,6 +4,7 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
 
 namespace grapnel {
 namespace {
@@ -71,14 +72,32 @@ Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) 
   return least_squares_solution(J_t, x);
 }
 
+// Velocities after, impulses F of (3.8) => rank, velocity residual, and the balances that they violate.
+void evaluate_balances(const Model& model, const State& state, std::span<const Grasp> grasps, const Eigen::VectorXd& F,
+                       ImpactSolution& s) {
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Eigen::MatrixXd J = grasp_jacobian(model, forward_kinematics(model, state), grasps);
+  const Eigen::Index n = model.velocities();
+  const Eigen::VectorXd before = Eigen::Map<const Eigen::VectorXd>(state.v.data(), n);
+  const Eigen::VectorXd after = Eigen::Map<const Eigen::VectorXd>(s.velocity.data(), n);
+  s.status = ImpactSolution::Status::solved;
+  s.rows = static_cast<int>(J.rows());
+  s.rank = rank_of(J);
+  const Eigen::VectorXd u = J * before, left = J * after, part = taking_part(model, J);
+  s.constraint_residual =
+      left.lpNorm<Eigen::Infinity>() /
+      std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
+  static_cast<ImpactChecks&>(s) = impact_checks(M, Cholesky(M), part, before, after, J.transpose() * F, 0.5 * F.dot(u));
+}
+
 }  // namespace
 
 // State before, rigid grasps => joint rates, impulses and velocities by the formulas of the thesis (7.11), (7.12), and
-// their momentum error (7.14). `undefined` states why the formulas do not apply. For comparison only.
-PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps) {
-  PublishedImpact result;
-  result.undefined = reason_undefined(model, root, grasps);
-  if (!result.undefined.empty()) return result;
+// the balances that they violate. `message` states why the formulas do not apply. For comparison only.
+ImpactSolution published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps) {
+  ImpactSolution result;
+  result.message = reason_undefined(model, root, grasps);
+  if (!result.message.empty()) return result;
   const Kinematics kinematics = forward_kinematics(model, state);
   const std::vector<int> joints = joint_velocities(model, root);
   const Eigen::Index n = static_cast<Eigen::Index>(joints.size()), r = static_cast<Eigen::Index>(grasps.size());
@@ -105,21 +124,20 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
     H += C.transpose() * t.I_t * as_eigen(t.twist_com);
   }
   const Eigen::VectorXd final_rates = cholesky_solution(Cholesky(G), H);  // (3.11)
-  result.joint_rates.assign(final_rates.begin(), final_rates.end());
 
   // (3.8): J^T F = I (thetadot_f - thetadot_i).
   const Eigen::VectorXd dh = I * (final_rates - rates);
   const Eigen::VectorXd F = least_norm_solution(J.transpose(), dh);
   if ((J.transpose() * F - dh).norm() > 1e-9 * dh.norm()) {
-    result.undefined = "I (thetadot_f - thetadot_i) is not in the range of J^T (3.8)";
+    result.message = "I (thetadot_f - thetadot_i) is not in the range of J^T (3.8)";
     return result;
   }
   for (Eigen::Index k = 0; k < r; ++k) {
     const Eigen::VectorXd P = F.segment(6 * k, 6);
-    result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, {}});
+    result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, std::vector<bool>(6, true)});
   }
 
-  // The momentum of these velocities: the base by (3.13) with the robot's momentum before, the targets by (3.10).
+  // The base by (3.13) with the robot's momentum before, the targets by (3.10).
   const int roots[] = {root};
   const Vector3d com = center_of_mass(model, kinematics, roots);
   const Momentumd robot = momentum_about(model, kinematics, com, roots);
@@ -133,9 +151,7 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
     set_root_twist(model, body, shift(as_twist(t_f), -com_arm), after);
   }
   result.velocity = after.v;
-  const Kinematics k_after = forward_kinematics(model, after);
-  result.momentum_error =
-      momentum_about(model, k_after, Vector3d::zero()) - momentum_about(model, kinematics, Vector3d::zero());
+  evaluate_balances(model, state, grasps, F, result);
   return result;
 }
 

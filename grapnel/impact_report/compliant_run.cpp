@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
@@ -14,8 +15,8 @@
 namespace grapnel {
 
 template <>
-struct Described<CompliantOutcome::Status>
-    : Enumeration<CompliantOutcome::Status, "CompliantStatus", "separated", "settled", "time_over", "failed"> {};
+struct Described<ImpactSolution::Status>
+    : Enumeration<ImpactSolution::Status, "ImpactStatus", "solved", "separated", "settled", "time_over", "failed"> {};
 
 namespace {
 
@@ -24,12 +25,6 @@ namespace {
 constexpr double kLeftInGrasps = 1e-3;
 // Relative to the energy in the impact: remaining energy that barely changes the motion afterwards.
 constexpr double kNegligible = 1e-4;
-
-// The index of a grasp of the problem in the solver's lists.
-struct Place {
-  bool contact = false;
-  std::size_t index = 0;
-};
 
 int same_body(const Model& from, int body, const Model& in) {
   return in.body_index(from.bodies()[body].description.name);
@@ -47,54 +42,19 @@ ForceProfile profile_of(const ForceHistory& history) {
 }
 
 // The grasps and contacts of the impact, in the bodies of `system`.
-class Yielding {
- public:
-  Yielding(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
-           const CaptureSystem& system) {
-    const ImpactSetup& impact = *problem.impact;
-    const Kinematics k = forward_kinematics(free.model, contact.state);
-    for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
-      Grasp grasp = contact.grasps[i];
-      grasp.robot_body = same_body(free.model, grasp.robot_body, system.model);
-      grasp.target_body = same_body(free.model, grasp.target_body, system.model);
-      if (!problem.grasps[i].contact) {
-        places_.push_back({false, grasps_.size()});
-        const GraspComplianceSetup& g = impact.grasp;
-        grasps_.push_back({grasp, g.linear_stiffness, g.linear_damping, g.angular_stiffness, g.angular_damping});
-        continue;
-      }
-      places_.push_back({true, contacts_.size()});
-      const ContactComplianceSetup& c = impact.contact;
-      CompliantContact yielding;
-      yielding.robot_body = grasp.robot_body, yielding.target_body = grasp.target_body;
-      yielding.p_WC = grasp.p_WC;
-      yielding.n_W = contact_normal_in_world(problem, free, k, problem.grasps[i]);
-      yielding.model = c.model, yielding.stiffness = c.stiffness, yielding.damping = c.damping;
-      yielding.exponent = c.exponent, yielding.friction = impact.friction, yielding.slip_speed = c.slip_speed;
-      contacts_.push_back(yielding);
-    }
-  }
-
-  std::span<const CompliantContact> contacts() const { return contacts_; }
-  std::span<const CompliantGrasp> grasps() const { return grasps_; }
-  std::size_t size() const { return places_.size(); }
-
-  const ForceHistory& history(const CompliantOutcome& outcome, std::size_t grasp) const {
-    const Place& p = places_[grasp];
-    return p.contact ? outcome.contacts[p.index] : outcome.grasps[p.index];
-  }
-  // The two bodies that a grasp joins.
-  std::pair<int, int> bodies(std::size_t grasp) const {
-    const Place& p = places_[grasp];
-    if (p.contact) return {contacts_[p.index].robot_body, contacts_[p.index].target_body};
-    return {grasps_[p.index].grasp.robot_body, grasps_[p.index].grasp.target_body};
-  }
-
- private:
-  std::vector<Place> places_;
-  std::vector<CompliantContact> contacts_;
-  std::vector<CompliantGrasp> grasps_;
+struct Closing {
+  std::vector<Grasp> grasps;
+  std::vector<Vector3d> normals;
 };
+Closing closing_in(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
+                   const CaptureSystem& system) {
+  Closing closing{contact.grasps, contact_normals(problem, free, forward_kinematics(free.model, contact.state))};
+  for (Grasp& grasp : closing.grasps) {
+    grasp.robot_body = same_body(free.model, grasp.robot_body, system.model);
+    grasp.target_body = same_body(free.model, grasp.target_body, system.model);
+  }
+  return closing;
+}
 
 // Maximum loads of the joints over the samples, and their times.
 class JointPeaks {
@@ -136,30 +96,30 @@ Momentumd momentum_about_origin(const Model& model, const State& state) {
 }
 
 // Evaluates the samples: peaks of the joints' loads are added to the report.
-void evaluate_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-                      CompliantRun& run) {
+void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, const ImpactSolution& solution,
+                      ImpactOutcome& outcome) {
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
-  JointPeaks peaks(model, run.report.joints);
+  JointPeaks peaks(model, outcome.report.joints);
   Momentumd before = momentum_about_origin(model, task.start);
   CompliantSample sample;
   sample.kinematics = Kinematics(model);
   const Kinematics& k = sample.kinematics;
   std::vector<ExternalWrench> external;
   std::vector<Wrenchd> through;  // per body: the wrench transmitted by its joint
-  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
-    sample.time = outcome.times[s];
-    sample.state = outcome.states[s];
+  for (std::size_t s = 0; s < solution.times.size(); ++s) {
+    sample.time = solution.times[s];
+    sample.state = solution.states[s];
     forward_kinematics(model, sample.state, sample.kinematics);
     external.clear(), sample.grasp_wrenches.clear(), sample.held_wrenches.clear();
-    for (std::size_t i = 0; i < yielding.size(); ++i) {
-      const ForceHistory& h = yielding.history(outcome, i);
+    for (std::size_t i = 0; i < grasps.size(); ++i) {
+      const ForceHistory& h = solution.forces[i];
       const Wrenchd F{h.moment[s], h.force[s]};
-      external.push_back({yielding.bodies(i).first, h.point[s], F});
-      external.push_back({yielding.bodies(i).second, h.point[s], -F});
+      external.push_back({grasps[i].robot_body, h.point[s], F});
+      external.push_back({grasps[i].target_body, h.point[s], -F});
       sample.grasp_wrenches.push_back(F);
     }
-    joint_wrenches(model, k, outcome.accelerations[s], external, through);
+    joint_wrenches(model, k, solution.accelerations[s], external, through);
     peaks.observe(sample.time, k, through);
     // its target hangs on the robot: the transmitted wrench, reversed
     for (const HeldGrasp& held : task.system.grasps) {
@@ -174,23 +134,8 @@ void evaluate_samples(const CompliantTask& task, const Yielding& yielding, const
     }
     if (task.observe) task.observe(sample);
   }
-  if (fixed) run.from_ground = momentum_about_origin(model, run.after) - before;
-  run.joint_peaks = std::move(peaks).times();
-}
-
-// Brakes and drives: immediately at the beginning, then at a constant rate.
-void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, ImpactReport& report) {
-  report.joints_during = name_of(task.problem.impact->joints);
-  for (std::size_t i = 0; i < task.held.size(); ++i) {
-    const HeldRate& held = task.held[i];
-    const double before = task.start.v[held.velocity], held_impulse = outcome.held_impulses[i];
-    HeldJoint joint;
-    joint.joint = held_joint(task.system.model, held).name;
-    joint.impulse = task.stopping[i] + held_impulse;
-    joint.work = 0.5 * task.stopping[i] * (before + held.after) + held_impulse * held.after;
-    joint.commanded_rate = joint.rate_after = held.after;
-    report.held_joints.push_back(std::move(joint));
-  }
+  if (fixed) outcome.from_ground = momentum_about_origin(model, outcome.after) - before;
+  outcome.joint_peaks = std::move(peaks).times();
 }
 
 // The remaining fraction of the energy of a grasp's relative motion. A contact that is still being compressed has its
@@ -208,24 +153,24 @@ double moving_share(const GraspImpulse& g, bool contact, const ForceHistory& h) 
 }
 
 // Effects of the end by impact.longest, per grasp; and on the energy balance.
-void describe_unfinished(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-                         CompliantRun& run) {
-  run.unfinished.resize(yielding.size());
-  if (outcome.status != CompliantOutcome::Status::time_over) return;
+void describe_unfinished(const CompliantTask& task, std::span<const Grasp> grasps, const ImpactSolution& solution,
+                         ImpactOutcome& outcome) {
+  outcome.unfinished.resize(grasps.size());
+  if (solution.status != ImpactSolution::Status::time_over) return;
   const double longest = task.problem.impact->compliant.longest;
   std::vector<std::string> places;
   bool pressed = false;
   double share = 0;  // of the energy, remaining at the end
-  for (std::size_t i = 0; i < yielding.size(); ++i) {
-    const ForceHistory& h = yielding.history(outcome, i);
-    std::string& how = run.unfinished[i];
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const ForceHistory& h = solution.forces[i];
+    std::string& how = outcome.unfinished[i];
     const bool contact = task.problem.grasps[i].contact;
-    share = std::max(share, moving_share(run.report.grasps[i], contact, h));
+    share = std::max(share, moving_share(outcome.report.grasps[i], contact, h));
     if (h.deformation.back() > 0 && (!contact || norm(h.force.back()) > 0)) {
       pressed = pressed || contact;
-      how =
-          fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
-                      contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
+      how = fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
+                        contact ? "compressed" : "deformed", h.deformation.back(), longest,
+                        solution.elastic_energy_after);
     } else if (contact && h.touches == 0) {
       how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
       share = 1;  // its impact is ahead
@@ -234,54 +179,37 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
   }
   // This energy is deleted, so the balance does not close. Grasps that rotate with their target never come to rest
   // entirely.
-  const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
-  if (pressed || !(missing <= kLeftInGrasps)) run.energy_residual += missing;
+  const double missing = solution.elastic_energy_after / solution.kinetic_energy_taking_part;
+  if (pressed || !(missing <= kLeftInGrasps)) *outcome.residuals.in_time += missing;
   if (!(share >= missing)) share = missing;
   const std::string consequence =
       !(share <= kNegligible)
           ? fmt::format("the motion afterwards is unreliable: {:.2g} of the energy remains", share)
           : fmt::format("the motion afterwards deviates little: {:.2g} of the energy remains", share);
-  run.warnings.push_back(fmt::format(
+  outcome.warnings.push_back(fmt::format(
       "impact: it was not over after impact.longest = {:.4g} s, {}; {}. The {:.4g} J in springs are deleted, and "
       "grasps stop the remaining relative motion instantaneously. Increase impact.longest or impact.settled "
       "to let the "
       "impact end",
       longest, consequence, places.empty() ? "relative motion remains" : fmt::format("{}", fmt::join(places, "; ")),
-      outcome.elastic_energy_after));
+      solution.elastic_energy_after));
 }
 
-// One grasp or contact; `after`: of the system.
-GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-                               const Kinematics& before, const Kinematics& after, std::size_t i) {
-  const ForceHistory& history = yielding.history(outcome, i);
-  GraspImpulse g = describe_grasp_before(task.problem, task.contact, before, i);
-  g.impulse = history.impulse.linear, g.angular_impulse = history.impulse.angular;
-  g.impulse_magnitude = norm(g.impulse);
-  g.mean_force = history.duration > 0 ? g.impulse_magnitude / history.duration : 0;
-  g.determined.assign(6, true);
-  g.profile = profile_of(history);
-  const auto [robot, target] = yielding.bodies(i);
-  const Vector3d p = history.point.empty() ? g.contact_point : history.point.back();
-  const Twistd u =
-      shift(after.V_WB[robot], p - after.X_WB[robot].p) - shift(after.V_WB[target], p - after.X_WB[target].p);
-  g.relative_velocity_after = u.linear, g.relative_angular_velocity_after = u.angular;
-  return g;
-}
-
-void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome, CompliantRun& run) {
-  ImpactReport& report = run.report;
+void describe(const CompliantTask& task, std::span<const Grasp> grasps, const ImpactSolution& solution,
+              ImpactOutcome& outcome) {
+  ImpactReport& report = outcome.report;
   const CaptureSystem& system = task.system;
-  report.law = name_of(ImpactSetup::Law::compliant);
+  report.law = name_of(task.problem.impact->law);
   report.time = task.time;
-  report.duration = outcome.duration;
+  report.duration = solution.duration;
   report.as_published_absent = "the thesis's impact is instantaneous";
   CompliantReport c;
-  c.end = name_of(outcome.status);
-  c.duration = outcome.duration;
-  c.elastic_energy_after = outcome.elastic_energy_after;
-  c.energy_residual = outcome.energy_residual;
-  c.motor_work = outcome.drive_work;
-  c.rhs_evaluations = outcome.rhs_evaluations;
+  c.end = name_of(solution.status);
+  c.duration = solution.duration;
+  c.elastic_energy_after = solution.elastic_energy_after;
+  c.energy_residual = solution.energy_residual;
+  c.motor_work = solution.drive_work;
+  c.rhs_evaluations = solution.rhs_evaluations;
   std::vector<int> held;
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   for (const ElasticMode& mode : elastic_modes(system.model, task.start, held)) {  // slowest first
@@ -292,52 +220,53 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
     if (period > c.duration) ++c.slower_modes;
   }
   const Kinematics before = forward_kinematics(task.free.model, task.contact.state);
-  const Kinematics after = forward_kinematics(system.model, outcome.after);
-  std::vector<ExternalImpulse> external;
-  for (std::size_t i = 0; i < yielding.size(); ++i) {
-    const GraspImpulse g = describe_yielding(task, yielding, outcome, before, after, i);
-    c.energy_lost += g.profile->energy_lost;
-    const Impulsed P{g.angular_impulse, g.impulse};
-    external.push_back({yielding.bodies(i).first, g.contact_point, P});
-    external.push_back({yielding.bodies(i).second, g.contact_point, -P});
-    report.grasps.push_back(g);
+  const Kinematics after = forward_kinematics(system.model, solution.after);
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const ForceHistory& history = solution.forces[i];
+    GraspImpulse& g = report.grasps.emplace_back(describe_grasp_before(task.problem, task.contact, before, i));
+    Grasp at_end = grasps[i];
+    if (!history.point.empty()) at_end.p_WC = history.point.back();
+    describe_grasp_after(at_end, solution.contacts[i], after, history.duration, g);
+    g.profile = profile_of(history);
+    c.energy_lost += history.energy_lost;
   }
   report.compliant = c;
-  describe_held(task, outcome, report);
-  describe_change(task.problem, system, task.start, outcome.after, external, report);
+  report.joints_during = name_of(task.problem.impact->joints);
+  describe_held(system.model, task.held, task.start.v, solution, task.stopping, report);
+  describe_change(task.problem, system, task.start, solution.after, impulses_at(grasps, solution), report);
 }
 
 }  // namespace
 
-std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, const CaptureSystem& free,
-                                               const Contact& contact, const CaptureSystem& system) {
-  const Yielding yielding(problem, free, contact, system);
-  std::vector<YieldingContact> contacts;
+std::vector<ClosingContact> closing_contacts(const CaptureProblem& problem, const CaptureSystem& free,
+                                             const Contact& contact, const CaptureSystem& system) {
+  const Closing closing = closing_in(problem, free, contact, system);
+  std::vector<ClosingContact> contacts;
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
-    if (problem.grasps[i].contact) contacts.push_back({i, yielding.contacts()[contacts.size()]});
+    const GraspSetup& grasp = problem.grasps[i];
+    const Vector3d& n_W = closing.normals[i];
+    if (grasp.contact)
+      contacts.push_back(
+          {grasp.end_effector, grasp.target, compliant_contact(*problem.impact, closing.grasps[i], n_W)});
   }
   return contacts;
 }
 
-CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
-  const Yielding yielding(task.problem, task.free, task.contact, task.system);
-  std::vector<int> held;
-  for (const HeldRate& h : task.held) held.push_back(h.velocity);
-  const CompliantSetup& setup = task.problem.impact->compliant;
-  const CompliantOutcome outcome = compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(),
-                                                    setup, held, task.each_step, task.drive);
-  CompliantRun run;
-  if (outcome.status == CompliantOutcome::Status::failed) {
-    run.failure = fmt::format("compliant impact from t = {:.6g} s: {}", task.time, outcome.message);
-    return run;
-  }
-  run.after = outcome.after;
-  run.duration = outcome.duration;
-  run.energy_residual = outcome.energy_residual;
-  describe(task, yielding, outcome, run);
-  evaluate_samples(task, yielding, outcome, run);
-  describe_unfinished(task, yielding, outcome, run);
-  return run;
+ImpactOutcome run_compliant(const CompliantTask& task, const State& braked) {
+  const ImpactSetup& setup = *task.problem.impact;
+  const Closing closing = closing_in(task.problem, task.free, task.contact, task.system);
+  const ImpactSolution solution =
+      impact_law(setup).solve({task.system.model, braked, setup, task.system.base, closing.grasps, 0, closing.normals,
+                               task.held, task.each_step, task.drive});
+  if (solution.status == ImpactSolution::Status::failed)
+    throw std::runtime_error(fmt::format("compliant impact from t = {:.6g} s: {}", task.time, solution.message));
+  ImpactOutcome outcome;
+  outcome.after = solution.after;
+  outcome.residuals.in_time = solution.energy_residual;
+  describe(task, closing.grasps, solution, outcome);
+  evaluate_samples(task, closing.grasps, solution, outcome);
+  describe_unfinished(task, closing.grasps, solution, outcome);
+  return outcome;
 }
 
 }  // namespace grapnel

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// A compliant impact (ImpactSetup::Law::compliant): from a contact to the loads of its grasps and contacts, instant by
-/// instant.
+/// A compliant impact (ImpactLaw::in_time): from a contact to the loads of its grasps and contacts, instant by instant.
 
 #include <functional>
 
@@ -22,32 +21,14 @@ struct CompliantSample {
   Momentumd from_ground = Momentumd::zero();
 };
 
-/// Times of a joint's maximum loads, from the impact's beginning [s].
-struct JointPeakTimes {
-  double force = 0, moment = 0, driving = 0;
-};
-
-struct CompliantRun {
-  ImpactReport report;
-  std::vector<JointPeakTimes> joint_peaks;  // per entry of report.joints
-  State after;                              // of the system given
-  double duration = 0;                      // [s]
-  /// Of the balance, over the kinetic energy before; what springs still held when impact.longest ended it is missing.
-  double energy_residual = 0;
-  /// Per grasp of the problem: empty, or how it still was under way when impact.longest ended it, in words.
-  std::vector<std::string> unfinished;
-  Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome, since the last sample
-  std::vector<std::string> warnings;
-  std::string failure;  // not empty: the integration failed
-};
-
-/// A contact of the problem, at its beginning, in the bodies of `system`.
-struct YieldingContact {
-  std::size_t grasp;  // of the problem
+/// A contact that closes, in the bodies of a system.
+struct ClosingContact {
+  std::string end_effector, target;
   CompliantContact contact;
 };
-std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, const CaptureSystem& free,
-                                               const Contact& contact, const CaptureSystem& system);
+/// The contacts of the problem at their beginning, in the bodies of `system`.
+std::vector<ClosingContact> closing_contacts(const CaptureProblem& problem, const CaptureSystem& free,
+                                             const Contact& contact, const CaptureSystem& system);
 
 struct CompliantTask {
   const CaptureProblem& problem;                 // with the closing grasps
@@ -62,7 +43,8 @@ struct CompliantTask {
   ImpactDrive* drive = nullptr;                  // of joints driven by a law during the impact
   std::function<void(const CompliantSample&)> observe = {};  // receives all samples in order, after the end
 };
-/// Integrates from the state `start`, with the initial effect of brakes, to the end of the impact.
-CompliantRun run_compliant(const CompliantTask& task, const State& braked);
+/// Integrates from the state `start`, with the initial effect of brakes, to the end of the impact. @throws
+/// std::runtime_error if the integration fails.
+ImpactOutcome run_compliant(const CompliantTask& task, const State& braked);
 
 }  // namespace grapnel

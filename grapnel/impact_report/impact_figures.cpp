@@ -126,23 +126,17 @@ void add_sensitivities(const ImpactTask& task, ImpactReport& report) {
 
 // --- Margins ---
 
-namespace {
+namespace {}  // namespace
 
-struct Load {
-  double force, moment, impulse, angular_impulse, driving, driving_impulse;
-};
-
-void compare(const std::string& of, const Load& load, const LoadRating& rating, std::vector<LoadMargin>& margins) {
-  const auto add = [&](const char* quantity, double value, double limit) {
-    if (std::isfinite(limit)) margins.push_back({of, quantity, value, limit});
-  };
-  add("force", load.force, rating.force);
-  add("moment", load.moment, rating.moment);
-  add("impulse", load.impulse, rating.impulse);
-  add("angular_impulse", load.angular_impulse, rating.angular_impulse);
-  add("driving", load.driving, rating.driving);
-  add("driving_impulse", load.driving_impulse, rating.driving_impulse);
+double limit_of(const LoadRating& rating, std::string_view quantity) {
+  constexpr const char* kQuantities[] = {"force", "moment", "impulse", "angular_impulse", "driving"};
+  constexpr double LoadRating::*kLimits[] = {&LoadRating::force,   &LoadRating::moment,
+                                             &LoadRating::impulse, &LoadRating::angular_impulse,
+                                             &LoadRating::driving, &LoadRating::driving_impulse};
+  return rating.*kLimits[std::ranges::find(kQuantities, quantity) - std::begin(kQuantities)];
 }
+
+namespace {
 
 // Names of the joints between an end-effector and the base.
 std::vector<std::string> arm_joints(const RobotSetup& robot, const std::string& end_effector) {
@@ -164,25 +158,61 @@ std::vector<std::string> arm_joints(const RobotSetup& robot, const std::string& 
 
 }  // namespace
 
-void add_margins(const CaptureProblem& problem, ImpactReport& report) {
-  const bool in_time = report.compliant.has_value();
-  const double duration = report.duration;
-  for (const auto& [name, rating] : problem.robot.ratings) {
-    for (const JointImpulse& j : report.joints) {
-      if (j.joint != name) continue;
-      const double impulse = norm(j.impulse), angular = norm(j.angular_impulse), driving = std::abs(j.along_axis);
-      Load load{impulse / duration, angular / duration, impulse, angular, driving / duration, driving};
-      if (in_time) load.force = j.peak_force, load.moment = j.peak_moment, load.driving = j.peak_driving;
-      compare(name, load, rating, report.margins);
+// Forces and moments are peaks of a compliant impact, otherwise impulses over the stated duration (docs/theory,
+// section 7, Mean force).
+std::vector<PeakLoad> impact_loads(const ImpactReport& report, std::span<const JointPeakTimes> peaks) {
+  std::vector<PeakLoad> loads;
+  const auto add = [&](const std::string& of, const char* quantity, double value, double after = 0) {
+    loads.push_back({of, quantity, {}, value, report.time + after});
+  };
+  const auto mean = [&](const std::string& of, const char* quantity, double impulse) {
+    add(of, quantity, impulse / report.duration);
+    loads.back().assumed_duration = true;
+  };
+  for (std::size_t i = 0; i < report.joints.size(); ++i) {
+    const JointImpulse& j = report.joints[i];
+    const double impulse = norm(j.impulse), angular = norm(j.angular_impulse), driving = std::abs(j.along_axis);
+    add(j.joint, "impulse", impulse), add(j.joint, "angular_impulse", angular),
+        add(j.joint, "driving_impulse", driving);
+    if (report.compliant) {
+      const JointPeakTimes times = i < peaks.size() ? peaks[i] : JointPeakTimes{};
+      add(j.joint, "force", j.peak_force, times.force);
+      add(j.joint, "moment", j.peak_moment, times.moment);
+      add(j.joint, "driving", j.peak_driving, times.driving);
+    } else {
+      mean(j.joint, "force", impulse), mean(j.joint, "moment", angular), mean(j.joint, "driving", driving);
     }
   }
   for (const GraspImpulse& g : report.grasps) {
+    const double impulse = norm(g.impulse), angular = norm(g.angular_impulse);
+    add(g.end_effector, "impulse", impulse), add(g.end_effector, "angular_impulse", angular);
+    if (g.profile) {
+      add(g.end_effector, "force", g.profile->peak_force, g.profile->peak_force_time);
+      add(g.end_effector, "moment", g.profile->peak_moment, g.profile->peak_moment_time);
+    } else {
+      mean(g.end_effector, "force", impulse), mean(g.end_effector, "moment", angular);
+    }
+  }
+  return loads;
+}
+
+void add_margins(const CaptureProblem& problem, ImpactReport& report) {
+  const std::vector<PeakLoad> loads = impact_loads(report);
+  const auto of_joints = std::span(loads).first(6 * report.joints.size());
+  const auto of_grasps = std::span(loads).subspan(of_joints.size());
+  const auto compare = [&](const std::string& of, const LoadRating& rating, std::span<const PeakLoad> any) {
+    for (const char* quantity : {"force", "moment", "impulse", "angular_impulse", "driving", "driving_impulse"}) {
+      const double limit = limit_of(rating, quantity);
+      for (const PeakLoad& load : any) {
+        if (load.of == of && load.quantity == quantity && std::isfinite(limit))
+          report.margins.push_back({of, quantity, load.peak, limit});
+      }
+    }
+  };
+  for (const auto& [joint, rating] : problem.robot.ratings) compare(joint, rating, of_joints);
+  for (const GraspImpulse& g : report.grasps) {
     for (const EndEffectorSetup& e : problem.robot.end_effectors) {
-      if (e.name != g.end_effector) continue;
-      const double impulse = norm(g.impulse), angular = norm(g.angular_impulse);
-      Load load{impulse / duration, angular / duration, impulse, angular, 0, 0};
-      if (g.profile) load.force = g.profile->peak_force, load.moment = g.profile->peak_moment;
-      compare(e.name, load, e.rating, report.margins);
+      if (e.name == g.end_effector) compare(e.name, e.rating, of_grasps);
     }
   }
   // Brakes that stop the arms' own motion load them even if they meet the target slowly.

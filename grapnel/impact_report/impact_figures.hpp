@@ -19,6 +19,12 @@ void add_sensitivities(const ImpactTask& task, ImpactReport& report);
 /// component is 1; zero columns are omitted.
 std::vector<SelfStress> describe_impulses(std::span<const Grasp> grasps, const Eigen::MatrixXd& columns);
 
+/// The rating of a quantity: force, moment, impulse, angular_impulse, driving or driving_impulse.
+double limit_of(const LoadRating& rating, std::string_view quantity);
+/// Loads of the report's joints, six each, then of its grasps, without phase and rating. `peaks`: of a compliant
+/// impact, per joint.
+std::vector<PeakLoad> impact_loads(const ImpactReport& report, std::span<const JointPeakTimes> peaks = {});
+
 /// Fills the report's margins, for every given rating, and per grasp the factor by which its end-effector could arrive
 /// faster until one of its arm's ratings (the joints from it to the base, and the gripper) is reached. Forces and
 /// moments are peaks for compliant impacts, otherwise impulses over ImpactReport::duration.

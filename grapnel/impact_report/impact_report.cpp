@@ -6,11 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
-#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact/bilateral_restitution.hpp"
-#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/published_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
@@ -29,17 +27,6 @@ namespace {
 Twistd relative_twist(const Grasp& grasp, const Kinematics& k) {
   return shift(k.V_WB[grasp.robot_body], grasp.p_WC - k.X_WB[grasp.robot_body].p) -
          shift(k.V_WB[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
-}
-
-// The grasps' impulses, on both sides.
-std::vector<ExternalImpulse> impulses_at(std::span<const Grasp> grasps, const ImpactSolution& solution) {
-  std::vector<ExternalImpulse> external;
-  for (std::size_t i = 0; i < grasps.size(); ++i) {
-    const Impulsed& P = solution.contacts[i].P_WC;
-    external.push_back({grasps[i].robot_body, grasps[i].p_WC, P});
-    external.push_back({grasps[i].target_body, grasps[i].p_WC, -P});
-  }
-  return external;
 }
 
 // Impulse of the mount of a fixed base, about the world's origin; `through`: of the joints.
@@ -80,9 +67,10 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
 
 void describe_published(const CaptureSystem& system, const CaptureProblem& problem, const Contact& contact,
                         ImpactReport& report) {
-  const PublishedImpact published = published_impact(system.model, contact.state, system.base, contact.grasps);
-  if (!published.undefined.empty()) {
-    report.as_published_absent = published.undefined;
+  const Model& model = system.model;
+  const ImpactSolution published = published_impact(model, contact.state, system.base, contact.grasps);
+  if (published.status == ImpactSolution::Status::failed) {
+    report.as_published_absent = published.message;
     return;
   }
   AsPublished a;
@@ -90,10 +78,13 @@ void describe_published(const CaptureSystem& system, const CaptureProblem& probl
     const Impulsed& P = published.contacts[i].P_WC;
     a.grasps.push_back({problem.grasps[i].end_effector, P.linear, P.angular, norm(P.linear)});
   }
-  a.joint_velocity_after = published.joint_rates;
-  a.linear_momentum_error = norm(published.momentum_error.linear);
-  const Vector3d com = center_of_mass(system.model, forward_kinematics(system.model, contact.state));
-  a.angular_momentum_error = norm(shift(published.momentum_error, com).angular);
+  for (int v : joint_velocities(model, system.base)) a.joint_velocity_after.push_back(published.velocity[v]);
+  const Kinematics before = forward_kinematics(model, contact.state),
+                   after = forward_kinematics(model, {contact.state.q, published.velocity});
+  const Momentumd error =
+      momentum_about(model, after, Vector3d::zero()) - momentum_about(model, before, Vector3d::zero());
+  a.linear_momentum_error = norm(error.linear);
+  a.angular_momentum_error = norm(shift(error, center_of_mass(model, before)).angular);
   report.as_published = a;
 }
 
@@ -125,133 +116,15 @@ std::vector<BodyImpulse> body_impulses(const CaptureSystem& system, const Kinema
   return impulses;
 }
 
-// Velocities and impulses by the thesis's formulas, with the balances that they violate.
-ImpactSolution published_solution(const CaptureSystem& system, const Contact& contact) {
-  const Model& model = system.model;
-  const PublishedImpact published = published_impact(model, contact.state, system.base, contact.grasps);
-  if (!published.undefined.empty())
-    throw std::invalid_argument("the published formulas are not defined: " + published.undefined);
-  const Eigen::MatrixXd M = mass_matrix(model, contact.state);
-  const Eigen::MatrixXd J = grasp_jacobian(model, forward_kinematics(model, contact.state), contact.grasps);
-  const Eigen::Index n = model.velocities();
-  const Eigen::VectorXd before = Eigen::Map<const Eigen::VectorXd>(contact.state.v.data(), n);
-  const Eigen::VectorXd after = Eigen::Map<const Eigen::VectorXd>(published.velocity.data(), n);
-  Eigen::VectorXd P(J.rows());
-  ImpactSolution s;
-  s.velocity = published.velocity;
-  for (Eigen::Index row = 0; ContactImpulse c : published.contacts) {
-    c.determined.assign(6, true);
-    for (int k = 0; k < 3; ++k) P[row + k] = c.P_WC.angular[k], P[row + 3 + k] = c.P_WC.linear[k];
-    s.contacts.push_back(std::move(c));
-    row += 6;
-  }
-  s.rows = static_cast<int>(J.rows());
-  s.rank = rank_of(J);
-  const Eigen::VectorXd u = J * before, left = J * after, part = taking_part(model, J);
-  s.constraint_residual =
-      left.lpNorm<Eigen::Infinity>() /
-      std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
-  static_cast<ImpactChecks&>(s) = impact_checks(M, Cholesky(M), part, before, after, J.transpose() * P, 0.5 * P.dot(u));
-  return s;
-}
-
-// --- The laws -------------------------------------------------------------------------------------------------------
-
-// E of bilateral restitution, row by row: already held grasps do not rebound.
-std::vector<std::vector<double>> restitution_rows(const ImpactTask& task) {
-  std::vector<std::vector<double>> rows;
-  for (std::size_t i = 0; i < task.contact.grasps.size(); ++i) {
-    const int count = row_count(task.contact.grasps[i].model);
-    std::vector<double> e(static_cast<std::size_t>(count), 0.0);
-    if (i >= task.already_closed) {
-      for (int r = 0; r < count; ++r)
-        e[r] = r < count - 3 ? task.problem.impact->angular_restitution : task.problem.impact->restitution;
-    }
-    rows.push_back(std::move(e));
-  }
-  return rows;
-}
-
-ImpactSolution solve_grasps(const ImpactTask& task, ImpactReport& report) {
-  switch (task.law) {
-    case ImpactSetup::Law::as_published:
-      return published_solution(task.system, task.contact);
-    case ImpactSetup::Law::bilateral_restitution: {
-      const BilateralRestitution thrown = bilateral_restitution(task.system.model, task.contact.state,
-                                                                task.contact.grasps, restitution_rows(task), task.held);
-      report.inconsistent = thrown.inconsistent;
-      return thrown.solution;
-    }
-    default:
-      return plastic_impact(task.system.model, task.contact.state, task.contact.grasps, task.held);
-  }
-}
-
-ContactPoint contact_point(const ImpactTask& task, const Kinematics& before, std::size_t i) {
-  const Grasp& grasp = task.contact.grasps[i];
-  const ImpactSetup& impact = *task.problem.impact;
-  ContactPoint c;
-  c.robot_body = grasp.robot_body, c.target_body = grasp.target_body;
-  c.p_WC = grasp.p_WC;
-  c.n_W = contact_normal_in_world(task.problem, task.system, before, task.problem.grasps[i]);
-  c.restitution = impact.restitution;
-  c.friction = task.law == ImpactSetup::Law::friction ? impact.friction : 0;
-  return c;
-}
-
-ContactRebound describe_rebound(const ContactPoint& point, const ContactPointImpulse& impulse) {
+ContactRebound describe_rebound(const Vector3d& normal, const ContactPointImpulse& impulse) {
   ContactRebound r;
-  r.normal = point.n_W;
+  r.normal = normal;
   r.normal_impulse = impulse.normal, r.tangential_impulse = impulse.tangential;
   r.compression = impulse.compression;
   r.normal_work = impulse.normal_work, r.friction_work = impulse.friction_work;
   for (ContactMode mode : impulse.modes) r.modes.push_back(name_of(mode));
   r.spread = impulse.spread;
   return r;
-}
-
-// Contacts, with grasps that transmit their impulses: converted to the form of grasps.
-ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, ImpactOutcome& outcome) {
-  std::vector<ContactPoint> points;
-  for (std::size_t i = task.already_closed; i < task.contact.grasps.size(); ++i)
-    points.push_back(contact_point(task, before, i));
-  const auto closed = std::span(task.contact.grasps).first(task.already_closed);
-  const ContactImpactSolution s =
-      contact_impact(task.system.model, task.contact.state, points, task.problem.impact->hypothesis, closed, task.held);
-  if (s.status != ContactImpactSolution::Status::solved) throw std::runtime_error(s.message);
-  ImpactReport& report = outcome.report;
-  report.hypothesis = name_of(task.problem.impact->hypothesis);
-  report.energy_created = s.energy_created;
-  report.unique = s.unique;
-  outcome.residuals.cone = s.cone_residual;
-  ImpactSolution solution;
-  solution.velocity = s.velocity;
-  solution.contacts = s.grasps;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    solution.contacts.push_back({s.contacts[i].P_WC, std::vector<bool>(6, s.unique)});
-    report.grasps[task.already_closed + i].rebound = describe_rebound(points[i], s.contacts[i]);
-  }
-  solution.held_impulses = s.held_impulses;
-  static_cast<ImpactChecks&>(solution) = s;
-  return solution;
-}
-
-// Brakes and drives: P theta-dot over the impact is (before + after) / 2 times the impulse.
-void describe_held(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
-  report.joints_during = name_of(task.problem.impact->joints);
-  const std::vector<bool> was_overpowered = which_was_overpowered(task.system.model, task.held, solution.velocity);
-  for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
-    if (task.held[i].is_mode()) continue;
-    const double before = task.contact.state.v[task.held[i].velocity], after = solution.velocity[task.held[i].velocity];
-    HeldJoint joint;
-    if (yields(held_joint(task.system.model, task.held[i]))) continue;  // impact.modes: none
-    joint.joint = held_joint(task.system.model, task.held[i]).name;
-    joint.impulse = solution.held_impulses[i];
-    joint.work = 0.5 * joint.impulse * (before + after);
-    joint.commanded_rate = task.held[i].after, joint.rate_after = after;
-    joint.was_overpowered = was_overpowered[i];
-    report.held_joints.push_back(std::move(joint));
-  }
 }
 
 }  // namespace
@@ -309,6 +182,46 @@ GraspImpulse describe_grasp_before(const CaptureProblem& problem, const Contact&
   return g;
 }
 
+void describe_grasp_after(const Grasp& grasp, const ContactImpulse& impulse, const Kinematics& after, double duration,
+                          GraspImpulse& g) {
+  g.impulse = impulse.P_WC.linear, g.angular_impulse = impulse.P_WC.angular;
+  g.impulse_magnitude = norm(g.impulse);
+  g.mean_force = duration > 0 ? g.impulse_magnitude / duration : 0;
+  g.determined = impulse.determined;
+  const Twistd u = relative_twist(grasp, after);
+  g.relative_velocity_after = u.linear, g.relative_angular_velocity_after = u.angular;
+}
+
+// P theta-dot over the impact is (before + after) / 2 times an instantaneous impulse, or the constant rate times the
+// others.
+void describe_held(const Model& model, std::span<const HeldRate> held, std::span<const double> before,
+                   const ImpactSolution& solution, std::span<const double> stopping, ImpactReport& report) {
+  const std::vector<bool> was_overpowered = which_was_overpowered(model, held, solution.velocity);
+  for (std::size_t i = 0; i < held.size() && i < solution.held_impulses.size(); ++i) {
+    if (held[i].is_mode() || yields(held_joint(model, held[i]))) continue;  // impact.modes: slow, none
+    const double after = solution.velocity[held[i].velocity], impulse = solution.held_impulses[i];
+    const double at_once = stopping.empty() ? impulse : stopping[i];
+    HeldJoint joint;
+    joint.joint = held_joint(model, held[i]).name;
+    joint.impulse = at_once;
+    joint.work = 0.5 * at_once * (before[held[i].velocity] + after);
+    if (!stopping.empty()) joint.impulse += impulse, joint.work += impulse * after;
+    joint.commanded_rate = held[i].after, joint.rate_after = after;
+    joint.was_overpowered = was_overpowered[i];
+    report.held_joints.push_back(std::move(joint));
+  }
+}
+
+std::vector<ExternalImpulse> impulses_at(std::span<const Grasp> grasps, const ImpactSolution& solution) {
+  std::vector<ExternalImpulse> external;
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const Impulsed& P = solution.contacts[i].P_WC;
+    external.push_back({grasps[i].robot_body, grasps[i].p_WC, P});
+    external.push_back({grasps[i].target_body, grasps[i].p_WC, -P});
+  }
+  return external;
+}
+
 Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
                           const State& after, std::span<const ExternalImpulse> external, ImpactReport& report) {
   const Model& model = system.model;
@@ -332,47 +245,38 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
   return from_ground(system, k0, through);
 }
 
-ImpactOutcome run_impact(const ImpactTask& task) {
-  const CaptureProblem& problem = task.problem;
-  const CaptureSystem& system = task.system;
+std::vector<Vector3d> contact_normals(const CaptureProblem& problem, const CaptureSystem& system,
+                                      const Kinematics& kinematics) {
+  std::vector<Vector3d> normals;
+  for (const GraspSetup& grasp : problem.grasps)
+    normals.push_back(grasp.contact ? contact_normal_in_world(problem, system, kinematics, grasp) : Vector3d::zero());
+  return normals;
+}
+
+namespace {
+
+// Impulses and velocities after of the grasps and contacts, determinacy, and the rebound of contacts.
+void describe_solution(const ImpactTask& task, const ImpactSolution& solution, std::span<const Vector3d> normals,
+                       const Kinematics& after, ImpactReport& report) {
   const Contact& contact = task.contact;
-  const Model& model = system.model;
-  const Kinematics before = forward_kinematics(model, contact.state);
-  ImpactOutcome outcome;
-  ImpactReport& report = outcome.report;
-  report.law = name_of(task.law);
-  report.time = task.time;
-  report.duration = problem.impact->duration;
-  report.show_as_published = problem.output_as_published || task.law == ImpactSetup::Law::as_published;
   for (std::size_t i = 0; i < contact.grasps.size(); ++i)
-    report.grasps.push_back(describe_grasp_before(problem, contact, before, i));
-
-  const bool rebounds = task.law == ImpactSetup::Law::restitution || task.law == ImpactSetup::Law::friction;
-  const ImpactSolution solution = rebounds ? solve_contacts(task, before, outcome) : solve_grasps(task, report);
-  outcome.after = {contact.state.q, solution.velocity};
-  outcome.residuals.momentum = solution.generalized_momentum_residual;
-  outcome.residuals.energy = solution.energy_identity_residual;
-  if (!rebounds && report.inconsistent.empty()) outcome.residuals.velocity = solution.constraint_residual;
-
-  const Kinematics after = forward_kinematics(model, outcome.after);
-  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
-    GraspImpulse& g = report.grasps[i];
-    g.impulse = solution.contacts[i].P_WC.linear, g.angular_impulse = solution.contacts[i].P_WC.angular;
-    g.impulse_magnitude = norm(g.impulse);
-    g.mean_force = g.impulse_magnitude / problem.impact->duration;
-    g.determined = solution.contacts[i].determined;
-    const Twistd u = relative_twist(contact.grasps[i], after);
-    g.relative_velocity_after = u.linear, g.relative_angular_velocity_after = u.angular;
-  }
+    describe_grasp_after(contact.grasps[i], solution.contacts[i], after, report.duration, report.grasps[i]);
+  for (std::size_t i = 0; i < solution.points.size(); ++i)
+    report.grasps[task.already_closed + i].rebound =
+        describe_rebound(normals[task.already_closed + i], solution.points[i]);
+  if (!solution.points.empty()) report.hypothesis = name_of(task.problem.impact->hypothesis);
+  report.energy_created = solution.energy_created;
+  report.unique = solution.unique;
+  report.inconsistent = solution.inconsistent;
   report.rank = solution.rank;
   report.rows = solution.rows;
-  report.loops = loop_gaps(problem, contact);
-  const bool full = task.detail == CaptureDetail::full;
-  if (full && !rebounds) report.null_space = describe_impulses(contact.grasps, solution.null_space);
-  describe_held(task, solution, report);
-  outcome.from_ground =
-      describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
-  if (!full) return outcome;
+  report.loops = loop_gaps(task.problem, contact);
+  if (task.detail == CaptureDetail::full && solution.points.empty())
+    report.null_space = describe_impulses(contact.grasps, solution.null_space);
+}
+
+// Measures and derivatives at the rates that held joints have after the impact; the thesis's estimate.
+void add_comparisons(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
   std::vector<HeldRate> actual_rates(task.held.begin(), task.held.end());
   for (HeldRate& h : actual_rates) {
     if (!h.is_mode()) h.after = solution.velocity[h.velocity];
@@ -380,55 +284,78 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   ImpactTask with_actual_rates = task;
   with_actual_rates.held = actual_rates;
   add_measures(with_actual_rates, report);
-  if (task.law == ImpactSetup::Law::plastic) {
+  if (impact_law(task.law).differentiable) {
     // Changes of modes that do not respond are unknown.
     if (task.held.empty() || !task.held.front().is_mode()) add_sensitivities(task, report);
     report.by_modes = impulses_by_modes(task);
   }
   if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
-  } else if (rebounds) {
+  } else if (!solution.points.empty()) {
     report.as_published_absent = "the thesis has no contacts that rebound";
   } else {
-    describe_published(system, problem, contact, report);
+    describe_published(task.system, task.problem, task.contact, report);
   }
+}
+
+}  // namespace
+
+// Grasps in the impact, held rates, law => report, residuals, state after, momentum from the ground.
+ImpactOutcome run_impact(const ImpactTask& task) {
+  const CaptureProblem& problem = task.problem;
+  const CaptureSystem& system = task.system;
+  const Contact& contact = task.contact;
+  const Model& model = system.model;
+  const ImpactSetup setup = problem.impact.value_or(ImpactSetup{});  // absent: brakes in motion without a capture
+  const ImpactLaw& law = impact_law(task.law);
+  const Kinematics before = forward_kinematics(model, contact.state);
+  const std::vector<Vector3d> normals =
+      law.of_contacts ? contact_normals(problem, system, before) : std::vector<Vector3d>();
+  ImpactOutcome outcome;
+  ImpactReport& report = outcome.report;
+  report.law = law.name;
+  report.time = task.time;
+  report.duration = setup.duration;
+  report.show_as_published = problem.output_as_published || law.published;
+  report.joints_during = name_of(setup.joints);
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i)
+    report.grasps.push_back(describe_grasp_before(problem, contact, before, i));
+
+  const ImpactSolution solution =
+      law.solve({model, contact.state, setup, system.base, contact.grasps, task.already_closed, normals, task.held});
+  if (solution.status == ImpactSolution::Status::failed) throw std::runtime_error(solution.message);
+  outcome.after = {contact.state.q, solution.velocity};
+  outcome.residuals.momentum = solution.generalized_momentum_residual;
+  outcome.residuals.energy = solution.energy_identity_residual;
+  if (!solution.points.empty()) {
+    outcome.residuals.cone = solution.cone_residual;
+  } else if (solution.inconsistent.empty()) {
+    outcome.residuals.velocity = solution.constraint_residual;
+  }
+  describe_solution(task, solution, normals, forward_kinematics(model, outcome.after), report);
+  describe_held(model, task.held, contact.state.v, solution, {}, report);
+  outcome.from_ground =
+      describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
+  if (task.detail == CaptureDetail::full) add_comparisons(task, solution, report);
   return outcome;
 }
 
-BrakeOutcome run_brake(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
-                       std::span<const Grasp> grasps, std::span<const std::size_t> joints,
-                       std::span<const HeldRate> driven) {
-  const Model& model = system.model;
-  BrakeOutcome outcome;
-  BrakeReport& report = outcome.report;
-  std::vector<HeldRate> held;
+BrakeReport brake_report(std::span<const std::size_t> joints, const ImpactReport& impact) {
+  BrakeReport report;
   for (std::size_t j : joints) {
-    const Body& body = model.bodies()[model.joints()[system.robot_joints[j]]];
-    held.push_back({body.v, 0});
-    report.joints.push_back(body.description.joint.name);
+    const std::string& name = impact.joint_names[j];
+    report.joints.push_back(name);
+    for (const HeldJoint& held : impact.held_joints) {
+      if (held.joint == name) report.impulse.push_back(held.impulse);
+    }
   }
-  held.insert(held.end(), driven.begin(), driven.end());
-  const ImpactSolution solution = plastic_impact(model, state, grasps, held);
-  outcome.after = {state.q, solution.velocity};
-  outcome.energy_identity_residual = solution.energy_identity_residual;
-  const auto& impulses = solution.held_impulses;
-  report.impulse.assign(impulses.begin(), impulses.begin() + static_cast<std::ptrdiff_t>(joints.size()));
-  const Kinematics k0 = forward_kinematics(model, state), k1 = forward_kinematics(model, outcome.after);
-  report.kinetic_energy_before = kinetic_energy(model, k0, state);
-  report.kinetic_energy_after = kinetic_energy(model, k1, outcome.after);
-  for (std::size_t i = 0; i < grasps.size(); ++i) {
-    const Impulsed& P = solution.contacts[i].P_WC;
-    report.grasps.push_back({problem.grasps[i].end_effector, problem.grasps[i].target, P.linear, P.angular});
-  }
-  const Twistd jump = k1.V_WB[system.base] - k0.V_WB[system.base];
-  report.base_velocity_change = jump.linear;
-  report.base_angular_velocity_change = jump.angular;
-  const std::vector<Impulsed> through = joint_impulses(model, state, outcome.after, impulses_at(grasps, solution));
-  ImpactReport reactions;
-  describe_reactions(system, k0, through, reactions);
-  outcome.joints = std::move(reactions.joints);
-  outcome.from_ground = from_ground(system, k0, through);
-  return outcome;
+  report.kinetic_energy_before = impact.kinetic_energy_before;
+  report.kinetic_energy_after = impact.kinetic_energy_after;
+  for (const GraspImpulse& g : impact.grasps)
+    report.grasps.push_back({g.end_effector, g.target, g.impulse, g.angular_impulse});
+  report.base_velocity_change = impact.base_velocity_change;
+  report.base_angular_velocity_change = impact.base_angular_velocity_change;
+  return report;
 }
 
 void scale_published(const LedgerScale& scale, ImpactReport& report) {

@@ -199,8 +199,8 @@ void PlantRun::conclude(const CaptureResult& result) {
   out.end.angular_momentum_drift = row_of(result.ledger, "angular_momentum_drift");
   out.end.work_energy_residual = row_of(result.ledger, "work_energy_residual");
   out.end.energy_drift = row_of(result.ledger, "energy_drift");
-  if (result.impact)
-    out.end.impact_energy_lost = result.impact->kinetic_energy_before - result.impact->kinetic_energy_after;
+  if (const ImpactReport* impact = result.impact())
+    out.end.impact_energy_lost = impact->kinetic_energy_before - impact->kinetic_energy_after;
 }
 
 // --- The caller's thread ---

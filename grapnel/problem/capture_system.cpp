@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/impact/impact_law.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 

@@ -490,7 +490,7 @@ class ControlConflicts : ConflictFinder {
       add_key("impedance",
               "impedance: has no effect: approach.tracking.mode, impact.joints or post_impact.joints must be "
               "impedance");
-    if (in_impact && problem_.impact->law != ImpactSetup::Law::compliant)
+    if (in_impact && !impact_law(*problem_.impact).in_time)
       add("impact.joints", "impact.joints is impedance, which needs law compliant: law {} is instantaneous",
           name_of(problem_.impact->law));
     if (afterwards)

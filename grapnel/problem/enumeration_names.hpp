@@ -5,6 +5,7 @@
 /// JointType have separate tables.
 
 #include "grapnel/describe/type.hpp"
+#include "grapnel/impact/impact_law.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
@@ -47,20 +48,6 @@ struct Described<ApproachSetup::CaptureAt> : Enumeration<ApproachSetup::CaptureA
 template <>
 struct Described<ContactSetup::Gap>
     : Enumeration<ContactSetup::Gap, "Gap", "weld_as_found", "translate_target", "refuse"> {};
-template <>
-struct Described<ContactForceModel>
-    : Enumeration<ContactForceModel, "ContactForceModel", "kelvin_voigt", "hertz", "hunt_crossley"> {};
-template <>
-struct Described<ImpactSetup::Law> : Enumeration<ImpactSetup::Law, "Law", "plastic", "bilateral_restitution",
-                                                 "restitution", "friction", "compliant", "as_published"> {};
-template <>
-struct Described<ImpactSetup::Joints>
-    : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven", "impedance"> {};
-template <>
-struct Described<RestitutionHypothesis>
-    : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
-template <>
-struct Described<ImpactSetup::Modes> : Enumeration<ImpactSetup::Modes, "Modes", "all", "none", "slow"> {};
 template <>
 struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",

@@ -389,21 +389,20 @@ class Conflicts : ConflictFinder {
 
   // ---- The impact ----
 
-  using Law = ImpactSetup::Law;
-
   void check_impact(const ImpactSetup& impact) {
     const bool bends =
         is_flexible(problem_.robot) || std::any_of(problem_.targets.begin(), problem_.targets.end(),
                                                    [](const TargetSetup& t) { return !t.panels.empty(); });
-    if (impact.law == ImpactSetup::Law::as_published && bends)
+    const ImpactLaw& law = impact_law(impact);
+    if (law.published && bends)
       add_key("impact.law", "impact.law: as_published: the thesis's formulas support only rigid robots and targets");
-    if (impact.modes != ImpactSetup::Modes::all && impact.law == ImpactSetup::Law::compliant)
+    if (impact.modes != ImpactSetup::Modes::all && law.in_time)
       add_key("impact.modes",
               "impact.modes: with law compliant all modes respond; none and slow are for impacts without "
               "duration");
     const std::size_t before = found_.size();
-    if (impact.law == Law::as_published) check_published();
-    check_law(impact);
+    if (law.published) check_published();
+    check_law(impact, law);
     for (std::size_t i = before; i < found_.size(); ++i) {
       if (found_[i].relies_on.empty()) found_[i].relies_on = "impact.law";
     }
@@ -425,21 +424,21 @@ class Conflicts : ConflictFinder {
   }
 
   // Checks the law's requirements for the grasps.
-  void check_law(const ImpactSetup& impact) {
+  void check_law(const ImpactSetup& impact, const ImpactLaw& law) {
     bool any_contact = false, any_grasp = false, any_turning = false;
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
       (grasp.contact ? any_contact : any_grasp) = true;
       any_turning = any_turning || (!grasp.contact && grasp.model != GraspModel::point);
-      if (grasp.contact) check_contact(grasp, fmt::format("grasps[{}].model", i), impact.law);
+      if (grasp.contact) check_contact(grasp, fmt::format("grasps[{}].model", i), law);
     }
-    if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grasp) {
+    if (!law.of_grasps && !any_contact && any_grasp) {
       add("impact.law",
           "impact.law: {} is for contacts, but every grasp holds; state model: contact for a grasp, or use law "
           "bilateral_restitution or plastic",
-          name_of(impact.law));
+          law.name);
     }
-    if (impact.law != Law::compliant) return;
+    if (!law.in_time) return;
     if (any_contact && impact.contact.stiffness == 0)
       add("impact.law", "impact.law: compliant needs impact.contact with the stiffness of the contacts").relies_on =
           "impact.contact";
@@ -453,13 +452,13 @@ class Conflicts : ConflictFinder {
   }
 
   // A contact needs a law with rebound, and a surface.
-  void check_contact(const GraspSetup& grasp, const std::string& path, Law law) {
-    if (!is_of_contacts(law)) {
+  void check_contact(const GraspSetup& grasp, const std::string& path, const ImpactLaw& law) {
+    if (!law.of_contacts) {
       add(path,
           "{}: contact is not supported by impact.law {}; use restitution, friction or compliant, or a grasp that "
           "holds "
           "(rigid, hinge, point)",
-          path, name_of(law));
+          path, law.name);
     }
     const GraspPoint* point = grasp_point(grasp);
     if (!point || contact_normal(*find_named(problem_.targets, grasp.target), *point)) return;
@@ -468,10 +467,6 @@ class Conflicts : ConflictFinder {
         "approach_direction "
         "(the normal is opposite to it)",
         path, in_quotes(point->name), in_quotes(grasp.target));
-  }
-
-  static bool is_of_contacts(Law law) {
-    return law == Law::restitution || law == Law::friction || law == Law::compliant;
   }
 
   // ---- Numbers of samples ----

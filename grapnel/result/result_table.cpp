@@ -478,8 +478,9 @@ std::string impact_table(const CaptureResult& result, const ImpactReport& impact
 }
 
 std::string impact_tables(const CaptureResult& result) {
-  std::string out = result.impact ? impact_table(result, *result.impact, "impact") : "";
-  for (const ImpactReport& later : result.later_impacts) out += impact_table(result, later, "later impact");
+  std::string out;
+  for (const ImpactReport& impact : result.impacts)
+    out += impact_table(result, impact, out.empty() ? "impact" : "later impact");
   return out;
 }
 

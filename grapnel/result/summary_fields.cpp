@@ -528,9 +528,12 @@ const Type& type_of<Summary>() {
       derived<[](const S& s) { return Capture{s.result}; }>("capture", "",
                                                             "whether the grasps closed; absent without grasps")
           .when<[](const S& s) { return !s.result->grasps.empty(); }>(),
-      part<&S::result, &CaptureResult::impact>("impact", "", "first impact; absent without an impact"),
-      list_part<&S::result, &CaptureResult::later_impacts>(
-          "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none"),
+      derived<[](const S& s) { return *s.result->impact(); }>(
+          "impact", "", "first impact; absent without an impact")
+          .when<[](const S& s) { return s.result->impact() != nullptr; }>(),
+      derived<[](const S& s) { return s.result->later_impacts(); }>(
+          "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")
+          .when<[](const S& s) { return s.result->impacts.size() > 1; }>(),
       list_part<&S::result, &CaptureResult::releases>(
           "releases", "", "releases of grasps, in the order of time; absent if there are none"),
       derived<[](const S& s) { return PostImpact{s.result}; }>("post_impact", "",

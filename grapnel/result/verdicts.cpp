@@ -399,7 +399,7 @@ std::string as_sentence(std::string text) {
 
 // Contacts are not meant to hold.
 bool is_contact(const CaptureResult& result, const GraspOutcome& grasp) {
-  return result.impact && std::ranges::any_of(result.impact->grasps, [&](const GraspImpulse& met) {
+  return result.impact() && std::ranges::any_of(result.impact()->grasps, [&](const GraspImpulse& met) {
            return met.end_effector == grasp.end_effector && met.model == "contact";
          });
 }
@@ -422,7 +422,7 @@ Answer capture_answer(const CaptureResult& result) {
   if (!result.grasps.empty()) {
     const CaptureWords words = capture_words(result);
     const std::string text = words.facts + words.moved + words.doubts;
-    const auto& met = result.impact ? result.impact->grasps : std::vector<GraspImpulse>{};
+    const auto& met = result.impact() ? result.impact()->grasps : std::vector<GraspImpulse>{};
     const bool only_contacts =
         !met.empty() && std::ranges::all_of(met, [](const GraspImpulse& one) { return one.model == "contact"; });
     switch (result.capture_verdict()) {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <initializer_list>
 
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -10,7 +9,7 @@
 
 namespace grapnel {
 
-// ---- Contents of "contact", "impact" and "post_impact" ----
+// ---- Contents of "contact" and "post_impact"; impact/impact_law.cpp describes "impact" ----
 
 template <>
 struct Described<ContactSetup> {
@@ -34,93 +33,6 @@ struct Described<ContactSetup> {
   static constexpr Type type = structure<T>(
       "contact", "How to handle the distance between an end-effector and its grasp point at the instant of capture.",
       fields, rules);
-};
-
-template <>
-struct Described<ContactComplianceSetup> {
-  using T = ContactComplianceSetup;
-  static constexpr auto fields = std::to_array<Field>({
-      field<&T::model>("model", "",
-                       "kelvin_voigt: k d + c d'. hertz: k d^1.5. hunt_crossley: k d^n (1 + a d'). Never negative."),
-      field<&T::stiffness>("stiffness", "N/m, N/m^1.5 or N/m^n", "k.").above(0).required(),
-      field<&T::damping>("damping", "N s/m, or s/m", "c, or a for hunt_crossley.").at_least(0),
-      field<&T::exponent>("exponent", "", "n of hunt_crossley.").at_least(1).at_most(5),
-      field<&T::slip_speed>("slip_speed", "m/s", "Slip speed below which friction is regularized.").above(0),
-  });
-  static constexpr Type type =
-      structure<T>("contact_compliance", "Law compliant: normal force of contacts over the deformation d.", fields);
-};
-
-template <>
-struct Described<GraspComplianceSetup> {
-  using T = GraspComplianceSetup;
-  static constexpr auto fields = std::to_array<Field>({
-      field<&T::linear_stiffness>("linear_stiffness", "N/m", "").above(0).required(),
-      field<&T::linear_damping>("linear_damping", "N s/m", "").at_least(0),
-      field<&T::angular_stiffness>("angular_stiffness", "N m/rad", "").above(0).optional(),
-      field<&T::angular_damping>("angular_damping", "N m s/rad", "").at_least(0),
-  });
-  static constexpr Type type = structure<T>(
-      "grasp_compliance", "Law compliant: spring and damper of grasps, in every constrained direction.", fields);
-};
-
-template <>
-struct Described<ImpactSetup> {
-  using T = ImpactSetup;
-  static constexpr auto fields = std::to_array<Field>({
-      field<&T::law>(
-          "law", "",
-          "plastic: grasps; the grasped points move together afterwards. bilateral_restitution: grasps reverse the "
-          "relative velocity, u+ = -E u-, and do not hold. restitution: contacts, without friction. friction: "
-          "contacts, with Coulomb friction. compliant: grasps and contacts as a compliant impact. as_published: the "
-          "thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
-      field<&T::duration>("duration", "s",
-                          "Time over which mean forces are taken. It does not affect the motion, except that modes: "
-                          "slow depends on it.")
-          .above(0),
-      field<&T::joints>("joints", "",
-                        "The robot's joints during the impact. Absent or free: not driven (their rotors count). "
-                        "braked: at rest from the first instant. driven: they keep their rates, as with infinitely "
-                        "heavy rotors, if the grasps admit it; else the drives are overpowered by the minimum amount. "
-                        "impedance: under the impedance law; law compliant only.")
-          .optional(),
-      field<&T::modes>("modes", "",
-                       "Flexible modes that respond to the impact. all: every mode. none: no deformation during the "
-                       "impact; flexible coordinates keep their rates. slow: modes with a period longer than duration; "
-                       "the others keep their rates. Not with law compliant. With law plastic, impact.by_modes of the "
-                       "summary shows how the impulse depends on it."),
-      field<&T::restitution>("restitution", "",
-                             "e for laws restitution and friction; for bilateral_restitution a number for all rows, or "
-                             "one for linear and one for angular rows.")
-          .at_least(0)
-          .at_most(1)
-          .as("restitution")
-          .optional(),
-      field<&T::hypothesis>(
-          "hypothesis", "",
-          "Meaning of e (absent: stronge): the ratio of works (e^2), of normal impulses, or of normal velocities. "
-          "Newton's hypothesis can create energy with friction; such a result is flagged.")
-          .optional(),
-      field<&T::friction>("friction", "", "Coulomb's coefficient; laws friction and compliant. Absent: 0.")
-          .at_least(0)
-          .optional(),
-      field<&T::contact>("contact", "", "").optional(),
-      field<&T::grasp>("grasp", "", "").optional(),
-      found<[](T& t) -> double& { return t.compliant.longest; }>(
-          "longest", "s",
-          "Law compliant: largest duration of the impact (absent: 1 s); an instantaneous impulse then stops the "
-          "remaining relative motion of a grasp.")
-          .above(0)
-          .optional(),
-      found<[](T& t) -> double& { return t.compliant.settled; }>(
-          "settled", "",
-          "Law compliant: a grasp is at rest when the energy of its relative motion has fallen to this fraction. "
-          "Absent: 1e-8.")
-          .above(0)
-          .at_most(0.1)
-          .optional(),
-  });
-  static constexpr Type type = structure<T>("impact", "What happens when grasps close.", fields);
 };
 
 template <>
@@ -328,30 +240,6 @@ const Type& phases_description() { return type_of<std::vector<PostImpactSetup>>(
 
 namespace {
 
-using Law = ImpactSetup::Law;
-
-// Keys that only some laws use: with another law they are an error.
-struct KeyUse {
-  const char* key;
-  std::initializer_list<Law> laws;
-};
-const KeyUse kUses[] = {
-    {"restitution", {Law::bilateral_restitution, Law::restitution, Law::friction}},
-    {"hypothesis", {Law::restitution, Law::friction}},
-    {"friction", {Law::friction, Law::compliant}},
-    {"contact", {Law::compliant}},
-    {"grasp", {Law::compliant}},
-    {"longest", {Law::compliant}},
-    {"settled", {Law::compliant}},
-    {"joints", {Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}}};
-
-bool among(Law law, std::initializer_list<Law> laws) {
-  for (Law l : laws) {
-    if (l == law) return true;
-  }
-  return false;
-}
-
 // A misspelt key has been reported, and may have another meaning.
 bool is_reported(const Mark& mark, const FaultList& faults) {
   return std::any_of(faults.all().begin(), faults.all().end(), [&](const Fault& f) {
@@ -359,14 +247,17 @@ bool is_reported(const Mark& mark, const FaultList& faults) {
   });
 }
 
-void check_uses(const Node& node, Law law, FaultList& faults) {
-  for (const KeyUse& use : kUses) {
-    const NodeEntry* entry = node.entry(use.key);
-    if (!entry || among(law, use.laws) || is_reported(entry->mark, faults)) continue;
+// Keys that only some laws use are errors with another law.
+void check_uses(const Node& node, const ImpactLaw& law, FaultList& faults) {
+  for (const Field& field : type_of<ImpactSetup>().fields) {
     std::string laws;
-    for (Law l : use.laws) laws += fmt::format("{}{}", laws.empty() ? "" : ", ", name_of(l));
+    for (const ImpactLaw& other : impact_laws()) {
+      if (other.uses(field.key)) laws += fmt::format("{}{}", laws.empty() ? "" : ", ", other.name);
+    }
+    const NodeEntry* entry = node.entry(field.key);
+    if (laws.empty() || !entry || law.uses(field.key) || is_reported(entry->mark, faults)) continue;
     faults.add(entry->mark,
-               fmt::format("impact.{} has no meaning with law {}; it belongs to {}", use.key, name_of(law), laws));
+               fmt::format("impact.{} has no meaning with law {}; it belongs to {}", field.key, law.name, laws));
   }
 }
 
@@ -425,13 +316,14 @@ void finish_impact(Reading& reading) {
   const Node& node = part(reading.root, "impact");
   check_contact_units(part(node, "contact"), impact.contact, reading.faults);
   const NodeEntry* angular = part(node, "restitution").entry("angular");
-  if (angular && impact.law != Law::bilateral_restitution && impact.law != Law::plastic) {
+  const ImpactLaw& law = impact_law(impact);
+  if (angular && (law.of_contacts || law.published)) {
     reading.faults.add(
         angular->mark,
         "impact.restitution.angular belongs to law bilateral_restitution: a contact transmits no moment");
   }
   // An unknown law has been reported; the other keys cannot be checked.
-  if (!node.entry("law") || text_at(node, "law") == name_of(impact.law)) check_uses(node, impact.law, reading.faults);
+  if (!node.entry("law") || text_at(node, "law") == law.name) check_uses(node, law, reading.faults);
 }
 
 namespace {

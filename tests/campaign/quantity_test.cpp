@@ -41,7 +41,7 @@ CaptureProblem with(CaptureProblem problem, const std::vector<QuantityValue>& va
 }
 
 const GraspImpulse& grasp(const CaptureResult& r, const std::string& e) {
-  for (const GraspImpulse& g : r.impact->grasps) {
+  for (const GraspImpulse& g : r.impact()->grasps) {
     if (g.end_effector == e) return g;
   }
   throw std::logic_error("no such grasp");

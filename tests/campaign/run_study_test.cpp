@@ -122,8 +122,8 @@ TEST(RunStudy, APointIsTheScenarioWithItsValues) {
   ASSERT_EQ(rows.size(), 4u);
   const CaseRow& row = rows[3];
   ASSERT_EQ(row.status, CaseStatus::ok) << row.reason;
-  EXPECT_EQ(row.values[column(study, "grasps/tip-2/angular_impulse/z")], r.impact->grasps[1].angular_impulse[2]);
-  EXPECT_EQ(row.values[column(study, "grasps/tip-1/impulse/x")], r.impact->grasps[0].impulse[0]);
+  EXPECT_EQ(row.values[column(study, "grasps/tip-2/angular_impulse/z")], r.impact()->grasps[1].angular_impulse[2]);
+  EXPECT_EQ(row.values[column(study, "grasps/tip-1/impulse/x")], r.impact()->grasps[0].impulse[0]);
   EXPECT_EQ(row.values[column(study, "end/base/angular_velocity/z")], r.post_impact_end->base.angular_velocity[2]);
   EXPECT_EQ(row.values[column(study, "ledger/pass")], 1);
   const double P = row.values[column(study, "grasps/tip-1/impulse_magnitude")];
@@ -153,11 +153,11 @@ Impulses impulses(const CaptureProblem& problem) {
   const CaptureResult r = simulate_impact_only(problem);
   EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
   Impulses all;
-  for (const GraspImpulse& g : r.impact->grasps) {
+  for (const GraspImpulse& g : r.impact()->grasps) {
     for (int k = 0; k < 3; ++k) all.push_back(g.angular_impulse[k]);
     for (int k = 0; k < 3; ++k) all.push_back(g.impulse[k]);
   }
-  for (int k = 0; k < 3; ++k) all.push_back(r.impact->base_angular_velocity_change[k]);
+  for (int k = 0; k < 3; ++k) all.push_back(r.impact()->base_angular_velocity_change[k]);
   return all;
 }
 

@@ -90,7 +90,7 @@ TEST(Actuators, ServicerAtRestScaledByEarlierEnergy) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   ASSERT_FALSE(r.releases.empty());
   const std::size_t last = r.series.time.size() - 1;
-  EXPECT_GT(value_at(r, "system/kinetic_energy", 0, 0) + r.impact->kinetic_energy_after, 1e-3);
+  EXPECT_GT(value_at(r, "system/kinetic_energy", 0, 0) + r.impact()->kinetic_energy_after, 1e-3);
   EXPECT_LT(value_at(r, "system/kinetic_energy", last, 0), 1e-20);
   EXPECT_LT(row(r, "energy_drift").value, 1e-10);  // measured 4e-12
 }

@@ -58,18 +58,18 @@ TEST(PdJoints, ComeToRestAtInitialAnglesAndLedgerPasses) {
 TEST(BrakedJoints, FormRigidBody) {
   const CaptureResult r = simulate_capture(with_motion(PostImpactSetup::Joints::braked, 30));
   expect_passes(r);
-  ASSERT_TRUE(r.impact->brake);
-  const BrakeReport& brake = *r.impact->brake;
+  ASSERT_TRUE(r.impact()->brake);
+  const BrakeReport& brake = *r.impact()->brake;
   EXPECT_EQ(brake.joints.size(), 6u);
   EXPECT_EQ(brake.impulse.size(), 6u);
   EXPECT_TRUE(row(r, "brake_energy_identity_residual").applies);
   EXPECT_LT(brake.kinetic_energy_after, brake.kinetic_energy_before);
-  EXPECT_NEAR(brake.kinetic_energy_before, r.impact->kinetic_energy_after, 1e-12 * r.ledger.scale.energy);
+  EXPECT_NEAR(brake.kinetic_energy_before, r.impact()->kinetic_energy_after, 1e-12 * r.ledger.scale.energy);
   // Work of the locking impulses, from the report: impulse times the mean of the rates before and after (zero).
   double work = 0;
   const std::size_t contact = first_sample(r, "contact");
   for (int j = 0; j < 6; ++j) {
-    const double rate = value_at(r, "joints/velocity", contact, j) + r.impact->joint_velocity_change[j];
+    const double rate = value_at(r, "joints/velocity", contact, j) + r.impact()->joint_velocity_change[j];
     work += 0.5 * brake.impulse[j] * rate;
   }
   EXPECT_NEAR(brake.kinetic_energy_after - brake.kinetic_energy_before, work, 1e-12 * r.ledger.scale.energy);
@@ -109,7 +109,7 @@ TEST(HeldBase, HeldUntilImpactThenFree) {
     if (norm(vector_at(r, "robot/linear_momentum", i)) > norm(most)) most = vector_at(r, "robot/linear_momentum", i);
   }
   EXPECT_GT(norm(most), 0.5);  // momentum from the holding wrench, included in the ledger
-  EXPECT_GT(norm(r.impact->base_velocity_change), 1e-4);
+  EXPECT_GT(norm(r.impact()->base_velocity_change), 1e-4);
   EXPECT_GT(norm(r.post_impact_end->base.position - p.X_WB.p), 1e-3);
 }
 
@@ -131,9 +131,9 @@ TEST(FixedBase, LedgerPassesUnderGravity) {
     // The targets fall to their given positions at capture.
     EXPECT_LT(norm(r.approach_end->targets[0].position - p.targets[0].X_WT.p), 1e-11);
     EXPECT_GT(norm(r.approach_start->targets[0].position - p.targets[0].X_WT.p), 1);
-    EXPECT_GT(norm(r.impact->base_impulse), 0.1);
-    EXPECT_EQ(norm(r.impact->base_velocity_change), 0);
-    EXPECT_EQ(r.impact->as_published_absent, "the base is fixed");
+    EXPECT_GT(norm(r.impact()->base_impulse), 0.1);
+    EXPECT_EQ(norm(r.impact()->base_velocity_change), 0);
+    EXPECT_EQ(r.impact()->as_published_absent, "the base is fixed");
     // The ground applies an impulse at the contact: the momentum changes.
     const std::size_t s = first_sample(r, "contact");
     EXPECT_GT(norm(vector_at(r, "system/linear_momentum", s + 1) - vector_at(r, "system/linear_momentum", s)), 0.1);
@@ -155,7 +155,7 @@ TEST(Reactions, MatchBaseMomentumChange) {
   const CaptureProblem p = with_motion(PostImpactSetup::Joints::free, 1);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  const ImpactReport& impact = *r.impact;
+  const ImpactReport& impact = *r.impact();
   EXPECT_LT(norm(impact.base_impulse - 500.0 * impact.base_velocity_change), 1e-12);
   EXPECT_LT(norm(impact.base_angular_impulse - 83.61 * impact.base_angular_velocity_change), 1e-12);
   ASSERT_GT(norm(impact.base_impulse), 0.01);
@@ -176,18 +176,18 @@ TEST(Braked, GraspLoadsMatchTargetMotion) {
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_TRUE(r.impact && r.impact->brake);
-  ASSERT_EQ(r.impact->brake->grasps.size(), 2u);
+  ASSERT_TRUE(r.impact() && r.impact()->brake);
+  ASSERT_EQ(r.impact()->brake->grasps.size(), 2u);
   const std::size_t s = first_sample(r, "contact");
   for (int i = 0; i < 2; ++i) {
     const std::string path = "targets/target-" + std::to_string(i + 1) + "/linear_momentum";
     const Vector3d gained = vector_at(r, path, s + 1) - vector_at(r, path, s);
-    const Vector3d passed = r.impact->grasps[i].impulse + r.impact->brake->grasps[i].impulse;
-    EXPECT_GT(norm(r.impact->brake->grasps[i].impulse), 1e-2);
+    const Vector3d passed = r.impact()->grasps[i].impulse + r.impact()->brake->grasps[i].impulse;
+    EXPECT_GT(norm(r.impact()->brake->grasps[i].impulse), 1e-2);
     EXPECT_LT(norm(gained + passed), 1e-12);  // opposite signs: impulses act on the robot; measured 1e-15
   }
   const Vector3d change = vector_at(r, "base/angular_velocity", s + 1) - vector_at(r, "base/angular_velocity", s);
-  EXPECT_LT(norm(change - r.impact->base_angular_velocity_change - r.impact->brake->base_angular_velocity_change),
+  EXPECT_LT(norm(change - r.impact()->base_angular_velocity_change - r.impact()->brake->base_angular_velocity_change),
             1e-14);
 }
 

@@ -150,8 +150,8 @@ TEST(TargetInstant, StartAndCaptureAreTheSameCapture) {
       EXPECT_LT(norm(b.approach_end->targets[t].position - p.targets[t].X_WT.p), 1e-10);
     }
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const double size = norm(a.impact->grasps[g].impulse);
-      EXPECT_LT(worst.note(norm(a.impact->grasps[g].impulse - b.impact->grasps[g].impulse) / size, i), 1e-8);
+      const double size = norm(a.impact()->grasps[g].impulse);
+      EXPECT_LT(worst.note(norm(a.impact()->grasps[g].impulse - b.impact()->grasps[g].impulse) / size, i), 1e-8);
     }
   }
 }

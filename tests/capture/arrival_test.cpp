@@ -88,7 +88,7 @@ TEST(RelativeVelocity, DeterminesImpulse) {
   for (double speed : {0.0, 0.02, 0.04}) {
     p.grasps[0].relative_velocity = {0, -speed, 0};
     const CaptureResult r = simulate_impact_only(p);
-    impulses.push_back(norm(r.impact->grasps[0].impulse));
+    impulses.push_back(norm(r.impact()->grasps[0].impulse));
   }
   EXPECT_LT(impulses[0], 1e-7);
   EXPECT_NEAR(impulses[2], 2 * impulses[1], 0.1 * impulses[1]);  // the configuration changes a little

@@ -88,10 +88,10 @@ TEST(CaptureSteps, ExternalIntegration) {
   ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
   EXPECT_TRUE(there.ledger.pass());
   EXPECT_TRUE(there.captured());
-  ASSERT_TRUE(there.impact && here.impact);
-  for (std::size_t i = 0; i < here.impact->grasps.size(); ++i) {
-    EXPECT_GT(here.impact->grasps[i].impulse_magnitude, 0.01);
-    EXPECT_EQ(norm(here.impact->grasps[i].impulse - there.impact->grasps[i].impulse), 0);
+  ASSERT_TRUE(there.impact() && here.impact());
+  for (std::size_t i = 0; i < here.impact()->grasps.size(); ++i) {
+    EXPECT_GT(here.impact()->grasps[i].impulse_magnitude, 0.01);
+    EXPECT_EQ(norm(here.impact()->grasps[i].impulse - there.impact()->grasps[i].impulse), 0);
   }
   EXPECT_EQ(here.post_impact_end->joints.position, there.post_impact_end->joints.position);
   EXPECT_EQ(here.post_impact_end->time, there.post_impact_end->time);
@@ -118,10 +118,10 @@ TEST(CaptureSteps, ExternalIntegrationOfFirstPart) {
   const CaptureResult there = begun(0), here = simulate_capture(p, {}, CaptureDetail::columns);
   ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
   EXPECT_TRUE(there.ledger.pass());
-  ASSERT_TRUE(there.impact && here.impact);
+  ASSERT_TRUE(there.impact() && here.impact());
   double off = 0;
-  for (std::size_t i = 0; i < here.impact->grasps.size(); ++i)
-    off = std::max(off, norm(here.impact->grasps[i].impulse - there.impact->grasps[i].impulse));
+  for (std::size_t i = 0; i < here.impact()->grasps.size(); ++i)
+    off = std::max(off, norm(here.impact()->grasps[i].impulse - there.impact()->grasps[i].impulse));
   for (std::size_t j = 0; j < here.post_impact_end->joints.position.size(); ++j) {
     off = std::max(off, std::abs(here.post_impact_end->joints.position[j] - there.post_impact_end->joints.position[j]));
   }
@@ -222,8 +222,8 @@ TEST(CaptureSteps, ImpactOnlyNeedsApproachOnly) {
   }
   EXPECT_EQ(segments, 1);
   const CaptureResult there = steps.finish(), here = simulate_impact_only(p);
-  ASSERT_TRUE(there.impact && here.impact) << there.failure;
-  EXPECT_EQ(norm(here.impact->grasps[0].impulse - there.impact->grasps[0].impulse), 0);
+  ASSERT_TRUE(there.impact() && here.impact()) << there.failure;
+  EXPECT_EQ(norm(here.impact()->grasps[0].impulse - there.impact()->grasps[0].impulse), 0);
   EXPECT_TRUE(there.ledger.pass());
 }
 

@@ -24,7 +24,7 @@ const CaptureResult& reference() {
 TEST(ThesisClosedLoop, PlansTheReferenceSolution) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult& r = reference();
-  ASSERT_TRUE(r.approach_end && r.impact) << r.failure;
+  ASSERT_TRUE(r.approach_end && r.impact()) << r.failure;
   const double joints[] = {0.360186, 1.523012, 1.164168, 2.504549, -1.390707, -1.208070};
   for (std::size_t j = 0; j < 6; ++j) EXPECT_NEAR(r.approach_end->joints.position[j], joints[j], 6e-7);
   const BodyMotion& base = r.approach_end->base;
@@ -40,7 +40,7 @@ TEST(ThesisClosedLoop, PlansTheReferenceSolution) {
 }
 
 TEST(ThesisClosedLoop, HasTheReferenceImpact) {
-  const ImpactReport& i = *reference().impact;
+  const ImpactReport& i = *reference().impact();
   const double impulses[2][3] = {{-0.012102, -0.293517, 0.189564}, {-0.010657, 0.292606, 0.190930}};
   for (std::size_t g = 0; g < 2; ++g) {
     EXPECT_NEAR(i.grasps[g].impulse[0], impulses[g][0], 6e-7);
@@ -147,7 +147,7 @@ void expect_minimum(const CaptureProblem& p, const ImpactReport& i, const PhaseE
 }
 
 TEST(Impulses, SelfStressesDoNoWorkAndMetricIsMinimal) {
-  expect_minimum(scenario("thesis/closed-loop.yaml"), *reference().impact, *reference().approach_end);
+  expect_minimum(scenario("thesis/closed-loop.yaml"), *reference().impact(), *reference().approach_end);
 }
 
 // Arms of two joints cannot move their end-effectors in all directions: rank-deficient in space, without a plane of
@@ -162,8 +162,8 @@ TEST(Impulses, MinimumNormForUndeterminedShortArms) {
     options.time = 0.5;
     const CaptureProblem p = random_loops(options, index);
     const CaptureResult r = simulate_capture(p);
-    ASSERT_TRUE(r.impact) << r.failure;
-    const ImpactReport& i = *r.impact;
+    ASSERT_TRUE(r.impact()) << r.failure;
+    const ImpactReport& i = *r.impact();
     // Rank: degrees of freedom of robot and target, less the 6 of the combined rigid body.
     const int arms = static_cast<int>(options.target_of_arm.size());
     EXPECT_EQ(i.rank, 6 + 2 * arms);
@@ -187,7 +187,7 @@ TEST(Impulses, MinimumNormForUndeterminedShortArms) {
 
 // A target receives the sum of its grasps' impulses; self-stresses cancel in the sum.
 TEST(Impulses, SumIsMomentumChangeOfTarget) {
-  const ImpactReport& i = *reference().impact;
+  const ImpactReport& i = *reference().impact();
   Vector3d linear = Vector3d::zero(), angular = linear;
   for (std::size_t g = 0; g < 2; ++g) {
     linear = linear - i.grasps[g].impulse;
@@ -218,8 +218,8 @@ TEST(PublishedAngles, GapRemainsAndLoopStaysClosed) {
   const CaptureProblem p = published(Law::plastic, IntegrationSetup::Loops::projection, 50);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_EQ(r.impact->loops.size(), 1u);
-  const LoopGap& gap = r.impact->loops[0];
+  ASSERT_EQ(r.impact()->loops.size(), 1u);
+  const LoopGap& gap = r.impact()->loops[0];
   EXPECT_NEAR(gap.gap(), 0.064, 5e-4);  // measured 0.06387
   EXPECT_NEAR(gap.end_effector_distance, 1.064, 5e-4);
   EXPECT_NEAR(gap.grasp_point_distance, 1, 1e-12);
@@ -257,7 +257,7 @@ TEST(PublishedAngles, VelocityErrorsOpenLoopLinearly) {
     const CaptureResult r = simulate_capture(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     if (fits) {
-      EXPECT_LT(r.impact->loops[0].gap(), 1e-5);
+      EXPECT_LT(r.impact()->loops[0].gap(), 1e-5);
     }
     // The violation: velocity of end-effector 2 relative to the target, both moving with their bodies after the impact.
     const std::size_t first = first_sample(r, "post_impact");
@@ -349,14 +349,14 @@ TEST(ClosedLoops, LoopsStayClosedAndLedgerPasses) {
                    after = vector_at(r, "system/angular_momentum", s + 1);
     EXPECT_GT(norm(before), 1);
     EXPECT_LT(norm(after - before), 1e-12 * r.ledger.scale.angular_momentum);
-    EXPECT_LT(r.impact->kinetic_energy_after, 0.999 * r.impact->kinetic_energy_before);
+    EXPECT_LT(r.impact()->kinetic_energy_after, 0.999 * r.impact()->kinetic_energy_before);
     int further = 0;
     std::vector<bool> seen(p.targets.size());
     for (int t : c.options.target_of_arm)
       further += seen[static_cast<std::size_t>(t)] ? 1 : 0, seen[static_cast<std::size_t>(t)] = true;
     ASSERT_EQ(r.loops.size(), 1u);
     EXPECT_EQ(r.loops[0].closures.size(), static_cast<std::size_t>(further));
-    EXPECT_EQ(r.impact->loops.size(), static_cast<std::size_t>(further));
+    EXPECT_EQ(r.impact()->loops.size(), static_cast<std::size_t>(further));
     std::printf("[ measured ] %d: closure %.2g m, %.2g rad; unprojected %.2g m, %.2g rad; corrections %.2g of %.2g\n",
                 c.index, o.position, o.angle, r.loops[0].unprojected_position, r.loops[0].unprojected_angle,
                 r.loops[0].correction_total, r.loops[0].integration_error);
@@ -374,8 +374,8 @@ TEST(ClosedLoops, IndependentOfCarryingGrasp) {
   ASSERT_TRUE(a.post_impact_end && b.post_impact_end);
   for (std::size_t g = 0; g < 3; ++g) {
     const std::size_t h = g == 0 ? 2 : g == 2 ? 0 : 1;
-    EXPECT_LT(norm(a.impact->grasps[g].impulse - b.impact->grasps[h].impulse),
-              1e-10 * norm(a.impact->grasps[g].impulse));
+    EXPECT_LT(norm(a.impact()->grasps[g].impulse - b.impact()->grasps[h].impulse),
+              1e-10 * norm(a.impact()->grasps[g].impulse));
   }
   const std::size_t last = last_sample(a, "post_impact");
   EXPECT_LT(norm(vector_at(a, "targets/target0/position", last) - vector_at(b, "targets/target0/position", last)),
@@ -409,7 +409,7 @@ TEST(OneGraspMissed, EqualsOpenChainOfOthers) {
   EXPECT_FALSE(cut.captured());
   EXPECT_TRUE(cut.grasps[0].captured);
   EXPECT_FALSE(cut.grasps[1].captured);
-  EXPECT_EQ(cut.impact->rows, 6);
+  EXPECT_EQ(cut.impact()->rows, 6);
   EXPECT_TRUE(cut.loops.empty());
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;

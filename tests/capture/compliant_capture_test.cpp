@@ -55,8 +55,8 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
     p.impact->compliant.samples = 20000;  // the dampers accelerate the light end-effectors within 0.1 ms
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
-    ASSERT_TRUE(r.impact && r.impact->compliant);
-    const CompliantReport& c = *r.impact->compliant;
+    ASSERT_TRUE(r.impact() && r.impact()->compliant);
+    const CompliantReport& c = *r.impact()->compliant;
     EXPECT_EQ(c.end, "settled");
     EXPECT_GT(c.duration, 1e-3);
     EXPECT_GT(c.energy_lost, 0);
@@ -69,7 +69,7 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
     EXPECT_EQ(r.series.phases[1], "post_impact");
     EXPECT_NEAR(r.series.time.back(), 2 + c.duration, 1e-12);
     for (std::size_t k = 0; k < 2; ++k) {
-      const GraspImpulse& g = r.impact->grasps[k];
+      const GraspImpulse& g = r.impact()->grasps[k];
       ASSERT_TRUE(g.profile);
       const Vector3d P = impulse_of(r, g.end_effector, "contact");
       EXPECT_LT(integral.note(norm(P - g.impulse) / norm(g.impulse), i), 2e-3);  // 7e-5
@@ -94,10 +94,10 @@ TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
     expect_passes(r);
     double off = 0;
     for (std::size_t k = 0; k < 2; ++k)
-      off = std::max(off, norm(r.impact->grasps[k].impulse - plastic.impact->grasps[k].impulse));
+      off = std::max(off, norm(r.impact()->grasps[k].impulse - plastic.impact()->grasps[k].impulse));
     rate = std::log10(previous / off);
     std::printf("[ measured ] stiffness %.0e: %.3g s, off by %.3g of %.3g N s, rate %.3g\n", stiffness,
-                r.impact->duration, off, norm(plastic.impact->grasps[0].impulse), rate);
+                r.impact()->duration, off, norm(plastic.impact()->grasps[0].impulse), rate);
     if (previous > 0) {
       EXPECT_LT(off, previous);
     }
@@ -114,10 +114,10 @@ TEST(CompliantContacts, SeparateAndTargetIsFree) {
     const CaptureProblem p = soft_rebound(i);
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
-    EXPECT_EQ(r.impact->compliant->end, "separated");
+    EXPECT_EQ(r.impact()->compliant->end, "separated");
     const std::size_t last = last_sample(r, "contact");
     for (std::size_t k = 0; k < 2; ++k) {
-      const GraspImpulse& g = r.impact->grasps[k];
+      const GraspImpulse& g = r.impact()->grasps[k];
       EXPECT_FALSE(r.grasps[k].captured);
       EXPECT_GT(g.profile->energy_lost, 0);
       EXPECT_GE(g.profile->touches, 1);
@@ -140,10 +140,10 @@ TEST(CompliantContacts, ConvergeToFullRestitution) {
     p.impact->contact.stiffness = stiffness;
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
-    const double off = norm(r.impact->grasps[0].impulse - rigid.impact->grasps[0].impulse);
+    const double off = norm(r.impact()->grasps[0].impulse - rigid.impact()->grasps[0].impulse);
     rate = std::log(previous / off) / std::log(100.0);
     std::printf("[ measured ] stiffness %.0e: off by %.3g of %.3g N s, rate %.3g\n", stiffness, off,
-                norm(rigid.impact->grasps[0].impulse), rate);
+                norm(rigid.impact()->grasps[0].impulse), rate);
     previous = off;
   }
   EXPECT_NEAR(rate, 0.5, 0.1);
@@ -160,27 +160,27 @@ TEST(CompliantImpact, BrakedOrDrivenJointsReportedAndLedgerPasses) {
       const CaptureResult r = simulate_capture(p);
       expect_passes(r);
       if (joints == Joints::free) {
-        EXPECT_TRUE(r.impact->held_joints.empty());
+        EXPECT_TRUE(r.impact()->held_joints.empty());
         continue;
       }
-      EXPECT_EQ(r.impact->joints_during, joints == Joints::braked ? "braked" : "driven");
-      ASSERT_EQ(r.impact->held_joints.size(), 8u);
+      EXPECT_EQ(r.impact()->joints_during, joints == Joints::braked ? "braked" : "driven");
+      ASSERT_EQ(r.impact()->held_joints.size(), 8u);
       const std::size_t s = first_sample(r, "contact");
       double work = 0;
       for (int j = 0; j < 8; ++j) {
         const double before = value_at(r, "joints/velocity", s, j);
         for (std::size_t k = s + 2; k < last_sample(r, "contact"); ++k)
           EXPECT_NEAR(value_at(r, "joints/velocity", k, j), joints == Joints::braked ? 0 : before, 1e-13);
-        work += r.impact->held_joints[static_cast<std::size_t>(j)].work;
+        work += r.impact()->held_joints[static_cast<std::size_t>(j)].work;
       }
       // Energy balance of the impact: kinetic energy, spring energy, losses and the work of brakes or drives.
-      const CompliantReport& c = *r.impact->compliant;
-      EXPECT_NEAR(r.impact->kinetic_energy_after + c.elastic_energy_after + c.energy_lost - work,
-                  r.impact->kinetic_energy_before, 1e-8 * r.impact->kinetic_energy_before);
-      EXPECT_NEAR(r.impact->kinetic_energy_before, value_at(r, "system/kinetic_energy", s), 1e-12);
+      const CompliantReport& c = *r.impact()->compliant;
+      EXPECT_NEAR(r.impact()->kinetic_energy_after + c.elastic_energy_after + c.energy_lost - work,
+                  r.impact()->kinetic_energy_before, 1e-8 * r.impact()->kinetic_energy_before);
+      EXPECT_NEAR(r.impact()->kinetic_energy_before, value_at(r, "system/kinetic_energy", s), 1e-12);
       for (std::size_t j = 0; j < 8; ++j) {
-        const HeldJoint& held = r.impact->held_joints[j];
-        for (const JointImpulse& joint : r.impact->joints) {
+        const HeldJoint& held = r.impact()->held_joints[j];
+        for (const JointImpulse& joint : r.impact()->joints) {
           if (joint.joint != held.joint) continue;
           EXPECT_NEAR(joint.along_axis, held.impulse, 2e-2 * norm(joint.angular_impulse)) << held.joint;
         }
@@ -201,13 +201,13 @@ TEST(CompliantImpact, BrakedJointsConvergeToPlasticImpact) {
     expect_passes(r);
     double off = 0, most = 0;
     for (std::size_t j = 0; j < 8; ++j) {
-      off = std::max(off, std::abs(r.impact->held_joints[j].impulse - plastic.impact->held_joints[j].impulse));
-      most = std::max(most, std::abs(plastic.impact->held_joints[j].impulse));
+      off = std::max(off, std::abs(r.impact()->held_joints[j].impulse - plastic.impact()->held_joints[j].impulse));
+      most = std::max(most, std::abs(plastic.impact()->held_joints[j].impulse));
     }
     std::printf("[ measured ] brakes and drives: off by %.3g of %.3g N m s\n", off, most);
     EXPECT_LT(off, 1e-2 * most);  // measured 6e-4, 1e-3
-    EXPECT_LT(norm(r.impact->grasps[0].impulse - plastic.impact->grasps[0].impulse),
-              1e-2 * norm(plastic.impact->grasps[0].impulse));
+    EXPECT_LT(norm(r.impact()->grasps[0].impulse - plastic.impact()->grasps[0].impulse),
+              1e-2 * norm(plastic.impact()->grasps[0].impulse));
   }
 }
 
@@ -222,9 +222,9 @@ TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
     p.impact->compliant.samples = 20000;
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
-    ASSERT_EQ(r.later_impacts.size(), 1u);
-    EXPECT_EQ(r.later_impacts[0].time, 0.5);
-    ASSERT_EQ(r.later_impacts[0].grasps.size(), 1u);
+    ASSERT_EQ(r.impacts.size(), 2u);
+    EXPECT_EQ(r.impacts[1].time, 0.5);
+    ASSERT_EQ(r.impacts[1].grasps.size(), 1u);
     const std::size_t first = first_sample(r, "contact_2"), last = last_sample(r, "contact_2");
     // The held target receives the impulse of its grasp throughout the impact.
     Vector3d passed = Vector3d::zero();
@@ -249,11 +249,11 @@ TEST(CompliantImpact, SkipsEventsDueDuringImpact) {
   p.post_impact->releases = {{1.2, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_EQ(r.impact->compliant->end, "time_over");  // soft grasps do not settle within one second
+  EXPECT_EQ(r.impact()->compliant->end, "time_over");  // soft grasps do not settle within one second
   for (const LedgerEntry& e : r.ledger.entries)
     EXPECT_EQ(e.pass(), e.name != "compliant_energy_residual") << e.name << " " << e.value;
-  ASSERT_EQ(r.later_impacts.size(), 1u);
-  EXPECT_GT(r.later_impacts[0].time, 1e-3);
+  ASSERT_EQ(r.impacts.size(), 2u);
+  EXPECT_GT(r.impacts[1].time, 1e-3);
   ASSERT_EQ(r.releases.size(), 1u);
   EXPECT_EQ(r.releases[0].end_effectors, std::vector<std::string>{"hand0"});
   EXPECT_TRUE(r.grasps[0].captured && r.grasps[1].captured);
@@ -272,11 +272,11 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
     p.grasps[0].closes = GraspSetup::Closes::at_time, p.grasps[0].closes_at = 1.5;
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
-    EXPECT_EQ(r.impact->time, 1.5);
-    ASSERT_EQ(r.later_impacts.size(), 1u);
-    EXPECT_EQ(r.later_impacts[0].time, 3);
+    EXPECT_EQ(r.impact()->time, 1.5);
+    ASSERT_EQ(r.impacts.size(), 2u);
+    EXPECT_EQ(r.impacts[1].time, 3);
     if (mode == JointControl::prescribed) {
-      EXPECT_EQ(r.impact->held_joints.size(), 4u);  // of the other arm
+      EXPECT_EQ(r.impact()->held_joints.size(), 4u);  // of the other arm
     }
   }
 }
@@ -289,14 +289,14 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsIfUnfinished) {
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);  // 4e-4 of the energy remains in the springs
-  EXPECT_EQ(r.impact->compliant->end, "time_over");
-  EXPECT_NEAR(r.impact->duration, 5e-3, 1e-15);
-  EXPECT_GT(r.impact->compliant->residual_impulse, 1e-3);
+  EXPECT_EQ(r.impact()->compliant->end, "time_over");
+  EXPECT_NEAR(r.impact()->duration, 5e-3, 1e-15);
+  EXPECT_GT(r.impact()->compliant->residual_impulse, 1e-3);
   EXPECT_TRUE(warns(r, "impact.longest"));
   EXPECT_TRUE(warns(r, "hand0 is still deformed by "));
-  EXPECT_TRUE(r.impact->brake);
+  EXPECT_TRUE(r.impact()->brake);
   EXPECT_EQ(value_at(r, "joints/velocity", r.series.time.size() - 1, 0), 0);
-  EXPECT_GT(r.impact->compliant->elastic_energy_after, 0);
+  EXPECT_GT(r.impact()->compliant->elastic_energy_after, 0);
 }
 
 // A contact is not reported as separated if its impact ends during compression; its spring energy counts.
@@ -304,19 +304,19 @@ TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   const CaptureProblem whole = soft_rebound(2);
   const CaptureResult over = simulate_capture(whole);
   expect_passes(over);
-  EXPECT_EQ(over.impact->compliant->end, "separated");
+  EXPECT_EQ(over.impact()->compliant->end, "separated");
   EXPECT_THAT(over.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at "));
   CaptureProblem p = whole;
-  p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // at maximum compression
+  p.impact->compliant.longest = over.impact()->grasps[0].profile->peak_force_time;  // at maximum compression
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_EQ(r.impact->compliant->end, "time_over");
+  EXPECT_EQ(r.impact()->compliant->end, "time_over");
   EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it is still compressed by "));
   EXPECT_THAT(r.grasps[0].reason, HasSubstr(" J in the springs"));
   EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
   EXPECT_FALSE(r.ledger.pass());
-  EXPECT_GT(r.impact->compliant->elastic_energy_after, 0.1);   // measured 0.38 J
-  EXPECT_GT(row(r, "compliant_energy_residual").value, 1e-2);  // measured 0.16
+  EXPECT_GT(r.impact()->compliant->elastic_energy_after, 0.1);  // measured 0.38 J
+  EXPECT_GT(row(r, "compliant_energy_residual").value, 1e-2);   // measured 0.16
   EXPECT_TRUE(warns(r, "hand0 is still compressed by "));
 }
 
@@ -334,9 +334,9 @@ TEST(CompliantContacts, EnergyBalanceAcrossSlipReversal) {
     p.impact->contact.stiffness = rub.stiffness, p.impact->contact.damping = 0;
     const CaptureResult r = simulate_capture(p);
     EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
-    ASSERT_TRUE(r.impact && r.impact->compliant);
-    EXPECT_LT(r.impact->compliant->energy_residual, 1e-10) << rub.slip_speed;  // measured 6e-12
-    EXPECT_LT(r.impact->compliant->rhs_evaluations, 30'000);                   // measured 8,715
+    ASSERT_TRUE(r.impact() && r.impact()->compliant);
+    EXPECT_LT(r.impact()->compliant->energy_residual, 1e-10) << rub.slip_speed;  // measured 6e-12
+    EXPECT_LT(r.impact()->compliant->rhs_evaluations, 30'000);                   // measured 8,715
   }
 }
 
@@ -352,8 +352,8 @@ TEST(CompliantImpact, RejectedInClosedLoops) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, HasSubstr("closed loops"));
-  ASSERT_TRUE(r.impact);  // the first impact, of two end-effectors on one target, has occurred
-  EXPECT_EQ(r.impact->grasps.size(), 2u);
+  ASSERT_TRUE(r.impact());  // the first impact, of two end-effectors on one target, has occurred
+  EXPECT_EQ(r.impact()->grasps.size(), 2u);
 }
 
 TEST(CompliantImpact, OnArrivalInEnvelope) {
@@ -367,14 +367,14 @@ TEST(CompliantImpact, OnArrivalInEnvelope) {
   const Vector3d u = grasp_error(now, contact, 0, 0).relative_velocity();
   const double speed = norm(u);
   const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on its path
-  const Vector3d end_effector = contact.impact->grasps[0].contact_point;
+  const Vector3d end_effector = contact.impact()->grasps[0].contact_point;
   p.targets[0].X_WT.p += (end_effector - gap) - (p.targets[0].X_WT * p.targets[0].grasp_points[0].X_TG.p);
   p.robot.end_effectors[0].envelope = CaptureEnvelope{0.04};
   p.post_impact->duration = 3 * 0.05 / speed;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_TRUE(r.impact);
-  EXPECT_GT(r.impact->time, 0);
+  ASSERT_TRUE(r.impact());
+  EXPECT_GT(r.impact()->time, 0);
   EXPECT_NEAR(r.grasps[0].distance, 0.04, 1e-6);
   EXPECT_TRUE(r.grasps[0].captured);
 }

@@ -180,17 +180,17 @@ void expect_alike(const CaptureResult& here, const CaptureResult& there, double 
   EXPECT_LT(norm(b.base.position - a.base.position - place), 4e-9);
   EXPECT_LT(norm(b.base.velocity - a.base.velocity - kSpeed), 4e-12);
   EXPECT_LT(norm(b.targets[0].position - a.targets[0].position - place), 4e-9);
-  ASSERT_TRUE(here.impact && there.impact);
-  for (std::size_t i = 0; i < here.impact->grasps.size(); ++i) {
-    const GraspImpulse &g = here.impact->grasps[i], &h = there.impact->grasps[i];
+  ASSERT_TRUE(here.impact() && there.impact());
+  for (std::size_t i = 0; i < here.impact()->grasps.size(); ++i) {
+    const GraspImpulse &g = here.impact()->grasps[i], &h = there.impact()->grasps[i];
     EXPECT_LT(norm(g.impulse - h.impulse), bound * std::max(1.0, norm(g.impulse)));
-    EXPECT_LT(norm(h.contact_point - g.contact_point - kPlace - here.impact->time * kSpeed), 4e-9);
+    EXPECT_LT(norm(h.contact_point - g.contact_point - kPlace - here.impact()->time * kSpeed), 4e-9);
   }
   // Rounding error of doubles at 1e10 J.
-  const double energy = there.impact->kinetic_energy_before;
+  const double energy = there.impact()->kinetic_energy_before;
   EXPECT_GT(energy, 1e6);
-  EXPECT_NEAR(there.impact->kinetic_energy_after - energy,
-              here.impact->kinetic_energy_after - here.impact->kinetic_energy_before, 1e-14 * energy);
+  EXPECT_NEAR(there.impact()->kinetic_energy_after - energy,
+              here.impact()->kinetic_energy_after - here.impact()->kinetic_energy_before, 1e-14 * energy);
   ASSERT_EQ(here.cost.size(), there.cost.size());
   for (std::size_t i = 0; i < here.cost.size(); ++i) EXPECT_EQ(here.cost[i].steps, there.cost[i].steps);
 }
@@ -294,8 +294,8 @@ TEST(FiniteResult, NamesFirstNonFiniteNumber) {
   CaptureResult bad = good;
   bad.ledger.scale.energy = INFINITY;
   EXPECT_EQ(first_not_finite(bad), "ledger.scale.energy");
-  bad.impact->grasps[1].impulse = {0, NAN, 0};
-  EXPECT_EQ(first_not_finite(bad), "impact.grasps[" + bad.impact->grasps[1].end_effector + "].impulse");
+  bad.impacts[0].grasps[1].impulse = {0, NAN, 0};
+  EXPECT_EQ(first_not_finite(bad), "impact.grasps[" + bad.impact()->grasps[1].end_effector + "].impulse");
   bad.grasps[0].distance = INFINITY;
   EXPECT_EQ(first_not_finite(bad), "capture.grasps[" + bad.grasps[0].end_effector + "].distance");
   bad.approach_end->base.velocity = {1e200, 0, 0};  // finite, but not its square

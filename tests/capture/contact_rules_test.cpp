@@ -23,7 +23,7 @@ TEST(WeldAsFound, PreservesRelativePose) {
   expect_passes(r);
   const std::size_t contact = first_sample(r, "contact"), after = first_sample(r, "post_impact");
   ASSERT_LT(after, r.series.time.size());
-  for (const GraspImpulse& g : r.impact->grasps) {
+  for (const GraspImpulse& g : r.impact()->grasps) {
     EXPECT_GT(g.gap, 0.05);
     EXPECT_EQ(norm(g.target_displacement), 0);
     const std::string tip = "end_effectors/" + g.end_effector, target = "targets/" + g.target;
@@ -45,7 +45,7 @@ TEST(TranslateTarget, MovesGraspPointToTip) {
   expect_passes(r);
   const std::size_t contact = first_sample(r, "contact");
   for (std::size_t i = 0; i < 2; ++i) {
-    const GraspImpulse& g = r.impact->grasps[i];
+    const GraspImpulse& g = r.impact()->grasps[i];
     const EndEffectorMotion& e = r.approach_end->end_effectors[i];
     EXPECT_EQ(g.gap, e.miss_distance);
     EXPECT_GT(g.gap, 0.05);
@@ -57,10 +57,10 @@ TEST(TranslateTarget, MovesGraspPointToTip) {
       EXPECT_LT(value_at(r, "grasps/" + g.end_effector + "/distance", s), 1e-12);  // measured 8e-16
     }
     // The target keeps its orientation and velocity.
-    EXPECT_LT(norm(r.impact->targets_before[i].velocity - r.approach_end->targets[i].velocity), 1e-15);
+    EXPECT_LT(norm(r.impact()->targets_before[i].velocity - r.approach_end->targets[i].velocity), 1e-15);
   }
   const CaptureResult welded = simulate_capture(lagging());
-  EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // the rule matters
+  EXPECT_GT(norm(welded.impact()->grasps[0].impulse - r.impact()->grasps[0].impulse), 1e-3);  // the rule matters
 }
 
 TEST(Refuse, ReportsGapAndRetainsApproach) {
@@ -79,7 +79,7 @@ TEST(Refuse, ReportsGapAndRetainsApproach) {
                 number + " m; contact.limit is 0.08 m");
   EXPECT_FALSE(r.captured());
   EXPECT_EQ(r.grasps.at(0).reason, r.failure);
-  EXPECT_FALSE(r.impact);
+  EXPECT_FALSE(r.impact());
   EXPECT_FALSE(r.post_impact_end);
   EXPECT_EQ(r.series.time.back(), 20);
   EXPECT_EQ(r.cost.size(), 1u);
@@ -101,7 +101,7 @@ TEST(Refuse, WithinLimitEqualsWeldAsFound) {
   p.contact = {ContactSetup::Gap::refuse, 0.5};
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  EXPECT_EQ(norm(r.impact->grasps[0].impulse - welded.impact->grasps[0].impulse), 0);
+  EXPECT_EQ(norm(r.impact()->grasps[0].impulse - welded.impact()->grasps[0].impulse), 0);
 }
 
 // Two arms on one target: it moves by the mean of the two gaps. A target beyond the arm's reach is not moved, unless
@@ -130,8 +130,8 @@ TEST(TranslateTarget, SharedTargetMovesByMeanGap) {
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_EQ(r.impact->grasps.size(), 2u);
-  EXPECT_LT(norm(r.impact->grasps[0].target_displacement - r.impact->grasps[1].target_displacement), 1e-16);
+  ASSERT_EQ(r.impact()->grasps.size(), 2u);
+  EXPECT_LT(norm(r.impact()->grasps[0].target_displacement - r.impact()->grasps[1].target_displacement), 1e-16);
   const std::size_t contact = first_sample(r, "contact");
   Vector3d sum = Vector3d::zero();
   for (const char* i : {"1", "2"}) {
@@ -140,10 +140,10 @@ TEST(TranslateTarget, SharedTargetMovesByMeanGap) {
     sum += -(X * (i[0] == '1' ? Vector3d{2, -1.5, 0} : Vector3d{-2, 1.5, 0}));
   }
   EXPECT_LT(norm(sum), 1e-13);  // the remaining gaps are opposite
-  EXPECT_EQ(r.impact->rows, 12);
-  EXPECT_EQ(r.impact->rank, 9);
-  EXPECT_EQ(r.impact->grasps[0].determined, (std::vector<bool>{false, false, true, true, true, false}));
-  EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
+  EXPECT_EQ(r.impact()->rows, 12);
+  EXPECT_EQ(r.impact()->rank, 9);
+  EXPECT_EQ(r.impact()->grasps[0].determined, (std::vector<bool>{false, false, true, true, true, false}));
+  EXPECT_TRUE(r.impact()->as_published);  // with the least-squares reading of J_t^-1
 }
 
 // A grasp without an envelope is not evaluated: its verdict is `assumed`, and the report states the gap.
@@ -173,8 +173,8 @@ TEST(CapturedVerdict, ReportsDisplacementOfTarget) {
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_NEAR(r.grasps[i].target_moved, r.impact->grasps[i].gap, 1e-15);
-    EXPECT_EQ(r.grasps[i].distance, r.impact->grasps[i].gap);
+    EXPECT_NEAR(r.grasps[i].target_moved, r.impact()->grasps[i].gap, 1e-15);
+    EXPECT_EQ(r.grasps[i].distance, r.impact()->grasps[i].gap);
   }
 }
 
@@ -189,7 +189,7 @@ TEST(LargestGap, DefaultIsTenthOfReach) {
   EXPECT_NE(far.failure.find("more than a tenth of its arm's reach of 3 m"), std::string::npos) << far.failure;
   EXPECT_EQ(far.failure.find("tip-2"), std::string::npos) << far.failure;
   EXPECT_EQ(far.capture_verdict(), Captured::no);
-  EXPECT_FALSE(far.impact);
+  EXPECT_FALSE(far.impact());
 
   // Without an impact no grasp closes, and there is no capture.
   CaptureProblem only = p;

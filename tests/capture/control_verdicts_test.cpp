@@ -292,7 +292,7 @@ TEST(Rest, OfTheMotionAfterwards) {
   };
   const CaptureResult loose = simulated("0.01");
   EXPECT_TRUE(loose.rest->at_rest);
-  EXPECT_GT(loose.rest->time, loose.impact->time);
+  EXPECT_GT(loose.rest->time, loose.impact()->time);
   EXPECT_LT(loose.rest->time, loose.post_impact_end->time);
   EXPECT_EQ(loose.rest->angular_velocity, norm(loose.post_impact_end->base.angular_velocity));
   EXPECT_THAT(result_table(loose), HasSubstr("at rest: yes, from t = "));

@@ -84,10 +84,10 @@ TEST(Envelope, LeavesTheOthersTargetAlone) {
   ASSERT_EQ(r.grasps.size(), 2u);
   EXPECT_FALSE(r.grasps[0].captured);
   EXPECT_TRUE(r.grasps[1].captured);
-  ASSERT_TRUE(r.impact);
-  ASSERT_EQ(r.impact->grasps.size(), 1u);
-  EXPECT_EQ(r.impact->grasps[0].end_effector, "tip-2");
-  EXPECT_GT(r.impact->grasps[0].impulse_magnitude, 1e-3);
+  ASSERT_TRUE(r.impact());
+  ASSERT_EQ(r.impact()->grasps.size(), 1u);
+  EXPECT_EQ(r.impact()->grasps[0].end_effector, "tip-2");
+  EXPECT_GT(r.impact()->grasps[0].impulse_magnitude, 1e-3);
   // Target 1 continues in free motion: constant momentum, and its centre on a straight line.
   const std::size_t before = last_sample(r, "approach"), end = r.series.time.size() - 1;
   EXPECT_EQ(r.series.time[end], 15);
@@ -109,8 +109,8 @@ TEST(Envelope, LeavesTheOthersTargetAlone) {
   q.approach->match.reset();
   q.approach->final_rates = r.plan->final_rates;
   const CaptureResult alone = simulate_capture(q);
-  ASSERT_TRUE(alone.impact) << alone.failure;
-  EXPECT_LT(norm(alone.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-9);
+  ASSERT_TRUE(alone.impact()) << alone.failure;
+  EXPECT_LT(norm(alone.impact()->grasps[0].impulse - r.impact()->grasps[0].impulse), 1e-9);
 }
 
 TEST(Envelope, NoClosingNoImpact) {
@@ -120,7 +120,7 @@ TEST(Envelope, NoClosingNoImpact) {
   EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);
   EXPECT_FALSE(r.captured());
-  EXPECT_FALSE(r.impact || r.post_impact_end);
+  EXPECT_FALSE(r.impact() || r.post_impact_end);
   EXPECT_TRUE(r.approach_end);
   EXPECT_THAT(r.series.phases, ::testing::ElementsAre("approach"));
   EXPECT_EQ(r.series.time.back(), 10);
@@ -152,7 +152,7 @@ TEST(CaptureAtEnvelope, EndsApproachAtZeroExcess) {
   const std::size_t end = last_sample(r, "approach");
   EXPECT_EQ(r.series.time[end], r.capture_time);
   EXPECT_EQ(r.approach_end->time, r.capture_time);
-  EXPECT_EQ(r.impact->time, r.capture_time);
+  EXPECT_EQ(r.impact()->time, r.capture_time);
   EXPECT_LT(r.capture_time, 10);
   EXPECT_GT(r.capture_time, 1);
   EXPECT_NEAR(excess(p, r, end), 0, 1e-9);
@@ -165,7 +165,7 @@ TEST(CaptureAtEnvelope, EndsApproachAtZeroExcess) {
   const CaptureResult never = simulate_capture(p);
   EXPECT_EQ(never.status, CaptureStatus::completed);
   EXPECT_EQ(never.capture_time, 10);
-  EXPECT_FALSE(never.captured() || never.impact);
+  EXPECT_FALSE(never.captured() || never.impact());
   // Inside from the start: captured immediately.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 100, e.envelope->velocity = 100;
   const CaptureResult at_once = simulate_capture(p);

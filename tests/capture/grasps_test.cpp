@@ -65,7 +65,7 @@ TEST_P(Grasp, StaysClosedAndLedgerPasses) {
     EXPECT_LT(c.angle, 1e-12);     // measured 2e-15
     turned = std::max(turned, c.turned);
     std::printf("[ measured ] closure %.3g m, %.3g rad; turned %.3g rad\n", c.position, c.angle, c.turned);
-    EXPECT_EQ(r.impact->rows, 2 * row_count(GetParam()));
+    EXPECT_EQ(r.impact()->rows, 2 * row_count(GetParam()));
     // Non-zero momentum is conserved through the contact: two samples at one time.
     const std::size_t s = first_sample(r, "contact");
     ASSERT_EQ(r.series.time[s], r.series.time[s + 1]);
@@ -76,15 +76,15 @@ TEST_P(Grasp, StaysClosedAndLedgerPasses) {
     EXPECT_LT(norm(p1 - p0), 1e-11 * r.ledger.scale.linear_momentum);
     EXPECT_LT(norm(l1 - l0), 1e-11 * r.ledger.scale.angular_momentum);
     // Energy decreases in the impact and is constant afterwards.
-    EXPECT_LT(r.impact->kinetic_energy_after, r.impact->kinetic_energy_before);
-    EXPECT_NEAR(value_at(r, "system/kinetic_energy", s), r.impact->kinetic_energy_before,
+    EXPECT_LT(r.impact()->kinetic_energy_after, r.impact()->kinetic_energy_before);
+    EXPECT_NEAR(value_at(r, "system/kinetic_energy", s), r.impact()->kinetic_energy_before,
                 1e-14 * r.ledger.scale.energy);
-    EXPECT_NEAR(value_at(r, "system/kinetic_energy", s + 1), r.impact->kinetic_energy_after,
+    EXPECT_NEAR(value_at(r, "system/kinetic_energy", s + 1), r.impact()->kinetic_energy_after,
                 1e-12 * r.ledger.scale.energy);
     EXPECT_TRUE(row(r, "energy_drift").applies);
     // Point grasps transmit no moment; hinge grasps transmit none about their axis.
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const GraspImpulse& impulse = r.impact->grasps[g];
+      const GraspImpulse& impulse = r.impact()->grasps[g];
       if (GetParam() == GraspModel::point) {
         EXPECT_EQ(norm(impulse.angular_impulse), 0);
       }
@@ -103,17 +103,17 @@ TEST(Impulses, TargetsReceiveOppositeImpulse) {
     SCOPED_TRACE(seed_note(i));
     const CaptureProblem p = random_capture(i);
     const CaptureResult r = simulate_capture(p);
-    ASSERT_TRUE(r.impact) << r.failure;
+    ASSERT_TRUE(r.impact()) << r.failure;
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
       const TargetSetup& t = p.targets[g];
-      const BodyMotion &before = r.impact->targets_before[g], &after = r.impact->targets_after[g];
+      const BodyMotion &before = r.impact()->targets_before[g], &after = r.impact()->targets_after[g];
       const Rotationd R = rotation_matrix(before.quaternion_wxyz);
       const Vector3d com = R * t.com;
       const Symmetric3d I = rotate(R, t.inertia);
       const auto v_com = [&](const BodyMotion& m) { return m.velocity + cross(m.angular_velocity, com); };
       const Vector3d linear = t.mass * (v_com(after) - v_com(before));
       const Vector3d spin = I * (after.angular_velocity - before.angular_velocity);
-      const GraspImpulse& impulse = r.impact->grasps[g];
+      const GraspImpulse& impulse = r.impact()->grasps[g];
       const Vector3d arm = impulse.contact_point - (before.position + com);
       const double size = norm(impulse.impulse) + norm(impulse.angular_impulse);
       EXPECT_LT(norm(linear + impulse.impulse), 1e-11 * size);

@@ -14,7 +14,7 @@ CaptureProblem contact_capture_case(int index) {
   const CaptureResult contact = simulate_impact_only(p);
   Random random(9000 + index);
   for (std::size_t i = 0; i < p.grasps.size(); ++i) {
-    const Vector3d u = contact.impact->grasps[i].relative_velocity_before;
+    const Vector3d u = contact.impact()->grasps[i].relative_velocity_before;
     const Vector3d oblique = (-1 / norm(u)) * u + random.vector(0.5);
     p.targets[i].grasp_points[0].normal = transpose(p.targets[i].X_WT.R) * ((1 / norm(oblique)) * oblique);
   }

@@ -73,19 +73,19 @@ TEST_P(Margins, RatingReachedAtSpeedLimit) {
     const CaptureProblem p = rated(GetParam(), i);
     const CaptureResult r = simulate_impact_only(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-    ASSERT_EQ(r.impact->margins.size(), 8u * 6 + 2 * 4);
-    for (const LoadMargin& m : r.impact->margins) EXPECT_DOUBLE_EQ(m.load, load_of(*r.impact, m.of, m.quantity));
-    ASSERT_EQ(r.impact->speed_limits.size(), 2u);
-    for (const SpeedLimit& limit : r.impact->speed_limits) {
+    ASSERT_EQ(r.impact()->margins.size(), 8u * 6 + 2 * 4);
+    for (const LoadMargin& m : r.impact()->margins) EXPECT_DOUBLE_EQ(m.load, load_of(*r.impact(), m.of, m.quantity));
+    ASSERT_EQ(r.impact()->speed_limits.size(), 2u);
+    for (const SpeedLimit& limit : r.impact()->speed_limits) {
       const std::size_t arm = limit.end_effector == "hand0" ? 0 : 1;
-      EXPECT_NEAR(limit.largest_speed, limit.factor * norm(r.impact->grasps[arm].relative_velocity_before), 1e-14);
+      EXPECT_NEAR(limit.largest_speed, limit.factor * norm(r.impact()->grasps[arm].relative_velocity_before), 1e-14);
       const CaptureResult at = simulate_impact_only(faster(p, limit.factor));
-      ASSERT_TRUE(at.impact);
-      EXPECT_NEAR(norm(at.impact->grasps[arm].relative_velocity_before), limit.largest_speed,
+      ASSERT_TRUE(at.impact());
+      EXPECT_NEAR(norm(at.impact()->grasps[arm].relative_velocity_before), limit.largest_speed,
                   1e-13 * limit.largest_speed);
       const std::string own = std::to_string(arm);
       double worst = 0;
-      for (const LoadMargin& m : at.impact->margins) {
+      for (const LoadMargin& m : at.impact()->margins) {
         if (m.of != "hand" + own && !m.of.starts_with("arm" + own)) continue;
         worst = std::max(worst, m.load / m.rating);
         if (m.of == limit.of && m.quantity == limit.quantity) {
@@ -102,13 +102,13 @@ TEST(Margins, CompliantImpactUsesPeaks) {
   rate(p);
   const CaptureResult r = simulate_impact_only(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  for (const LoadMargin& m : r.impact->margins) {
-    for (const GraspImpulse& g : r.impact->grasps) {
+  for (const LoadMargin& m : r.impact()->margins) {
+    for (const GraspImpulse& g : r.impact()->grasps) {
       if (m.of == g.end_effector && m.quantity == "force") {
         EXPECT_EQ(m.load, g.profile->peak_force);
       }
     }
-    for (const JointImpulse& j : r.impact->joints) {
+    for (const JointImpulse& j : r.impact()->joints) {
       if (m.of == j.joint && m.quantity == "force") {
         EXPECT_EQ(m.load, j.peak_force);
       }
@@ -117,7 +117,7 @@ TEST(Margins, CompliantImpactUsesPeaks) {
       }
     }
   }
-  EXPECT_EQ(r.impact->speed_limits.size(), 2u);
+  EXPECT_EQ(r.impact()->speed_limits.size(), 2u);
 }
 
 TEST(Margins, UnlimitedWithoutLoadAndValidJson) {
@@ -125,11 +125,11 @@ TEST(Margins, UnlimitedWithoutLoadAndValidJson) {
   p.robot.end_effectors[0].rating.moment = 5;
   p.grasps[0].model = GraspModel::point;  // transmits no moment
   const CaptureResult r = simulate_capture(p);
-  ASSERT_EQ(r.impact->margins.size(), 1u);
-  EXPECT_EQ(r.impact->margins[0].load, 0);
-  ASSERT_EQ(r.impact->speed_limits.size(), 1u);
-  EXPECT_TRUE(std::isinf(r.impact->speed_limits[0].factor));
-  EXPECT_EQ(r.impact->speed_limits[0].of, "");
+  ASSERT_EQ(r.impact()->margins.size(), 1u);
+  EXPECT_EQ(r.impact()->margins[0].load, 0);
+  ASSERT_EQ(r.impact()->speed_limits.size(), 1u);
+  EXPECT_TRUE(std::isinf(r.impact()->speed_limits[0].factor));
+  EXPECT_EQ(r.impact()->speed_limits[0].of, "");
   const auto json = nlohmann::json::parse(summary_json(r, "test"));
   EXPECT_TRUE(json["impact"]["speed_limits"][0]["factor"].is_null());
 }
@@ -176,8 +176,8 @@ TEST(Measures, ImpulseFollowsFromInverseInertia) {
     CaptureProblem p = contact_capture_case(i);
     p.grasps.pop_back(), p.targets.pop_back();
     const CaptureResult r = simulate_impact_only(p);
-    const GraspImpulse& g = r.impact->grasps[0];
-    const EndEffectorMeasure& m = r.impact->measures->end_effectors[0];
+    const GraspImpulse& g = r.impact()->grasps[0];
+    const EndEffectorMeasure& m = r.impact()->measures->end_effectors[0];
     double worst = 0;
     for (std::size_t row = 0; row < 6; ++row) {
       double sum = row < 3 ? g.relative_angular_velocity_before[static_cast<int>(row)]
@@ -190,10 +190,10 @@ TEST(Measures, ImpulseFollowsFromInverseInertia) {
     }
     EXPECT_LT(off.note(worst, i), 1e-12);  // measured 2e-15
     // The base response relates the impulse and the base's velocity change.
-    const std::vector<double>& B = r.impact->measures->base_response.at(0);
+    const std::vector<double>& B = r.impact()->measures->base_response.at(0);
     for (std::size_t row = 0; row < 6; ++row) {
-      double sum = row < 3 ? r.impact->base_angular_velocity_change[static_cast<int>(row)]
-                           : r.impact->base_velocity_change[static_cast<int>(row) - 3];
+      double sum = row < 3 ? r.impact()->base_angular_velocity_change[static_cast<int>(row)]
+                           : r.impact()->base_velocity_change[static_cast<int>(row) - 3];
       for (int c = 0; c < 3; ++c) {
         const std::size_t at = 6 * row + static_cast<std::size_t>(c);
         sum -= B[at] * g.angular_impulse[c] + B[at + 3] * g.impulse[c];
@@ -208,7 +208,7 @@ TEST(Measures, NullWithoutImpulse) {
   CaptureProblem p = faster(contact_capture_case(1), 0);
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_EQ(norm(r.impact->grasps[0].impulse), 0);
+  EXPECT_EQ(norm(r.impact()->grasps[0].impulse), 0);
   const auto json = nlohmann::json::parse(summary_json(r, "test"));
   EXPECT_TRUE(finite_or_null(json));
   const auto& miss = json["impact"]["measures"]["miss_of_system_com"];
@@ -221,7 +221,7 @@ TEST(Sensitivities, PredictRunWithOtherMass) {
   CaptureProblem p = contact_capture_case(3);
   const CaptureResult r = simulate_impact_only(p);
   const ImpactSensitivity* mass = nullptr;
-  for (const ImpactSensitivity& s : r.impact->sensitivities) {
+  for (const ImpactSensitivity& s : r.impact()->sensitivities) {
     if (s.parameter == "target mass" && s.target == "target0") mass = &s;
   }
   ASSERT_TRUE(mass);
@@ -233,10 +233,10 @@ TEST(Sensitivities, PredictRunWithOtherMass) {
   };
   const CaptureResult more = at(h), less = at(-h);
   for (std::size_t k = 0; k < 2; ++k) {
-    const Vector3d slope = (0.5 / h) * (more.impact->grasps[k].impulse - less.impact->grasps[k].impulse);
+    const Vector3d slope = (0.5 / h) * (more.impact()->grasps[k].impulse - less.impact()->grasps[k].impulse);
     EXPECT_LT(norm(slope - mass->impulse[k]), 1e-7 * norm(slope));
   }
-  const Vector3d base = (0.5 / h) * (more.impact->base_velocity_change - less.impact->base_velocity_change);
+  const Vector3d base = (0.5 / h) * (more.impact()->base_velocity_change - less.impact()->base_velocity_change);
   EXPECT_LT(norm(base - mass->base_velocity_change), 1e-7 * norm(base));
 }
 

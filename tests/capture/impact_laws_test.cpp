@@ -56,9 +56,9 @@ TEST(Restitution, NormalVelocityReboundsAndTargetIsFree) {
     EXPECT_EQ(r.series.time.back(), 2);  // the run continues
     EXPECT_FALSE(r.grasps.at(0).captured);
     EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at"));
-    const GraspImpulse& g = r.impact->grasps.at(0);
+    const GraspImpulse& g = r.impact()->grasps.at(0);
     ASSERT_TRUE(g.rebound);
-    EXPECT_EQ(r.impact->law, "restitution");
+    EXPECT_EQ(r.impact()->law, "restitution");
     EXPECT_EQ(g.model, "contact");
     EXPECT_GT(g.rebound->normal_impulse, 0);
     EXPECT_EQ(norm(g.angular_impulse), 0);
@@ -78,12 +78,12 @@ TEST(Friction, ConeHoldsAndEnergyDecreases) {
     expect_passes(r);
     const std::size_t s = first_sample(r, "contact");
     EXPECT_LT(momentum.note(momentum_jump(r, s, s + 1), i), 1e-13);
-    EXPECT_LT(r.impact->kinetic_energy_after, r.impact->kinetic_energy_before);
-    EXPECT_FALSE(r.impact->energy_created);
+    EXPECT_LT(r.impact()->kinetic_energy_after, r.impact()->kinetic_energy_before);
+    EXPECT_FALSE(r.impact()->energy_created);
     EXPECT_TRUE(row(r, "friction_cone_residual").applies);
     double work = 0;
     for (std::size_t k = 0; k < 2; ++k) {
-      const GraspImpulse& g = r.impact->grasps.at(k);
+      const GraspImpulse& g = r.impact()->grasps.at(k);
       const ContactRebound& c = *g.rebound;
       EXPECT_GE(c.normal_impulse, 0);
       EXPECT_LE(cone.note(norm(c.tangential_impulse) - mu * c.normal_impulse, i), 1e-12 * c.normal_impulse);
@@ -95,8 +95,8 @@ TEST(Friction, ConeHoldsAndEnergyDecreases) {
       };
       sticking += has("sticking"), sliding += has("sliding"), both += has("sticking") && has("sliding");
     }
-    const double lost = r.impact->kinetic_energy_before - r.impact->kinetic_energy_after;
-    EXPECT_NEAR(-work, lost, 1e-10 * r.impact->kinetic_energy_before);
+    const double lost = r.impact()->kinetic_energy_before - r.impact()->kinetic_energy_after;
+    EXPECT_NEAR(-work, lost, 1e-10 * r.impact()->kinetic_energy_before);
   }
   EXPECT_GT(sticking, 2);
   EXPECT_GT(sliding, 2);
@@ -106,16 +106,16 @@ TEST(Friction, ConeHoldsAndEnergyDecreases) {
 TEST(Friction, ZeroFrictionEqualsRestitution) {
   const CaptureResult a = simulate_capture(rebound_case(Law::friction, 0.7, 0, 3));
   const CaptureResult b = simulate_capture(rebound_case(Law::restitution, 0.7, 0.4, 3));
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(norm(a.impact->grasps[i].impulse - b.impact->grasps[i].impulse), 0);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(norm(a.impact()->grasps[i].impulse - b.impact()->grasps[i].impulse), 0);
 }
 
 // Two contacts with two free targets, coupled through the base.
 TEST(SimultaneousContacts, ReportNonuniqueness) {
   const CaptureResult r = simulate_capture(rebound_case(Law::restitution, 0.5, 0, 1));
   expect_passes(r);
-  EXPECT_EQ(r.impact->unique, r.impact->grasps[0].determined[5]);
-  EXPECT_EQ(!r.impact->unique, warns(r, "simultaneous contacts"));
-  EXPECT_FALSE(r.impact->unique);
+  EXPECT_EQ(r.impact()->unique, r.impact()->grasps[0].determined[5]);
+  EXPECT_EQ(!r.impact()->unique, warns(r, "simultaneous contacts"));
+  EXPECT_FALSE(r.impact()->unique);
 }
 
 TEST(NewtonsHypothesis, ReportsCreatedEnergy) {
@@ -125,9 +125,9 @@ TEST(NewtonsHypothesis, ReportsCreatedEnergy) {
     p.impact->hypothesis = RestitutionHypothesis::newton;
     p.post_impact.reset();
     const CaptureResult r = simulate_capture(p);
-    if (!r.impact || !r.impact->energy_created) continue;
+    if (!r.impact() || !r.impact()->energy_created) continue;
     ++created;
-    EXPECT_GT(r.impact->kinetic_energy_after, r.impact->kinetic_energy_before);
+    EXPECT_GT(r.impact()->kinetic_energy_after, r.impact()->kinetic_energy_before);
     EXPECT_TRUE(warns(r, "newton hypothesis")) << i;
   }
   EXPECT_EQ(created, 1);
@@ -151,12 +151,12 @@ TEST(BilateralRestitution, RelativeTwistReboundsAndGraspOpens) {
       ASSERT_GT(norm(u.linear), 1e-3);
       EXPECT_LT(twist.note(norm(v.linear + 0.6 * u.linear) / norm(u.linear), i), 1e-11);  // 4e-15
       EXPECT_LT(twist.note(norm(v.angular + 0.25 * u.angular) / norm(u.angular), i), 1e-11);
-      const GraspImpulse& g = r.impact->grasps[k];
+      const GraspImpulse& g = r.impact()->grasps[k];
       expected += 0.5 * (dot(g.impulse, u.linear + v.linear) + dot(g.angular_impulse, u.angular + v.angular));
       EXPECT_FALSE(r.grasps[k].captured);
       EXPECT_THAT(r.grasps[k].reason, HasSubstr("rebounded"));
     }
-    EXPECT_LT(energy.note(std::abs(r.impact->kinetic_energy_after - r.impact->kinetic_energy_before - expected), i),
+    EXPECT_LT(energy.note(std::abs(r.impact()->kinetic_energy_after - r.impact()->kinetic_energy_before - expected), i),
               1e-12);
     EXPECT_LT(targets_pushed(p, r, first_sample(r, "post_impact")), 1e-12);
   }
@@ -169,7 +169,7 @@ TEST(BilateralRestitution, ZeroEqualsPlasticExceptGrasp) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   for (std::size_t k = 0; k < 2; ++k)
-    EXPECT_LT(norm(r.impact->grasps[k].impulse - plastic.impact->grasps[k].impulse), 1e-12);
+    EXPECT_LT(norm(r.impact()->grasps[k].impulse - plastic.impact()->grasps[k].impulse), 1e-12);
   EXPECT_TRUE(plastic.grasps[0].captured);
   EXPECT_FALSE(r.grasps[0].captured);
 }
@@ -184,9 +184,9 @@ TEST(BilateralRestitution, InfeasibleCoefficientsNameRows) {
   p.impact->restitution = 0.9, p.impact->angular_restitution = 0.1;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_LT(r.impact->rank, r.impact->rows);
-  EXPECT_FALSE(r.impact->inconsistent.empty());
-  EXPECT_TRUE(warns(r, r.impact->inconsistent));
+  EXPECT_LT(r.impact()->rank, r.impact()->rows);
+  EXPECT_FALSE(r.impact()->inconsistent.empty());
+  EXPECT_TRUE(warns(r, r.impact()->inconsistent));
   expect_passes(r);
 }
 
@@ -197,11 +197,11 @@ TEST(GraspsAndContacts, GraspsPrecedeSimultaneousContacts) {
   p.grasps[0].contact = false;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_EQ(r.later_impacts.size(), 1u);
-  EXPECT_EQ(r.impact->law, "plastic");
-  EXPECT_EQ(r.impact->grasps.size(), 1u);
-  EXPECT_EQ(r.impact->time, r.later_impacts[0].time);
-  const ImpactReport& rebound = r.later_impacts[0];
+  ASSERT_EQ(r.impacts.size(), 2u);
+  EXPECT_EQ(r.impact()->law, "plastic");
+  EXPECT_EQ(r.impact()->grasps.size(), 1u);
+  EXPECT_EQ(r.impact()->time, r.impacts[1].time);
+  const ImpactReport& rebound = r.impacts[1];
   EXPECT_EQ(rebound.law, "friction");
   ASSERT_EQ(rebound.grasps.size(), 2u);  // the grasp transmits the contact's impulse
   EXPECT_FALSE(rebound.grasps[0].rebound);
@@ -223,12 +223,12 @@ TEST(GraspsAndContacts, LaterContactWhileGraspHolds) {
   p.grasps[1].closes_at = 0.4;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_EQ(r.later_impacts.size(), 1u);
-  EXPECT_EQ(r.later_impacts[0].time, 0.4);
+  ASSERT_EQ(r.impacts.size(), 2u);
+  EXPECT_EQ(r.impacts[1].time, 0.4);
   const std::size_t s = first_sample(r, "contact_2");
   EXPECT_LT(momentum_jump(r, s, s + 1), 1e-13);
   EXPECT_LT(opening(p, r, 0, first_sample(r, "post_impact"), r.series.time.size() - 1).position, 1e-11);
-  const GraspImpulse& g = r.later_impacts[0].grasps.at(1);
+  const GraspImpulse& g = r.impacts[1].grasps.at(1);
   const double before = dot(g.rebound->normal, g.relative_velocity_before);
   if (before < 0) {
     EXPECT_NEAR(dot(g.rebound->normal, g.relative_velocity_after), -0.8 * before, 1e-12);
@@ -248,8 +248,8 @@ TEST(GraspsAndContacts, OnOneTarget) {
   p.targets[0].geometry = {{Geometry::Shape::sphere, {0.5, 0, 0}}};
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_EQ(r.later_impacts.size(), 1u);
-  ASSERT_TRUE(r.later_impacts[0].grasps.at(1).rebound);
+  ASSERT_EQ(r.impacts.size(), 2u);
+  ASSERT_TRUE(r.impacts[1].grasps.at(1).rebound);
   EXPECT_TRUE(r.grasps[0].captured);
   EXPECT_LT(opening(p, r, 0, first_sample(r, "post_impact"), r.series.time.size() - 1).position, 1e-11);
 }
@@ -267,25 +267,25 @@ TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
       expect_passes(r);
       const std::size_t s = first_sample(r, "contact");
       const std::size_t count = p.joint_position.size();
-      ASSERT_EQ(r.impact->held_joints.size(), count);
-      EXPECT_EQ(r.impact->joints_during, joints == Joints::braked ? "braked" : "driven");
+      ASSERT_EQ(r.impact()->held_joints.size(), count);
+      EXPECT_EQ(r.impact()->joints_during, joints == Joints::braked ? "braked" : "driven");
       double work = 0;
       for (std::size_t j = 0; j < count; ++j) {
         const int k = static_cast<int>(j);
         const double before = value_at(r, "joints/velocity", s, k), after = value_at(r, "joints/velocity", s + 1, k);
         ASSERT_NE(before, 0);
         EXPECT_NEAR(after, joints == Joints::braked ? 0 : before, 1e-14);
-        const HeldJoint& held = r.impact->held_joints[j];
+        const HeldJoint& held = r.impact()->held_joints[j];
         // The report lists every joint: the impulse along its axis is that of the brake or drive.
-        const auto joint = std::find_if(r.impact->joints.begin(), r.impact->joints.end(),
+        const auto joint = std::find_if(r.impact()->joints.begin(), r.impact()->joints.end(),
                                         [&](const JointImpulse& of) { return of.joint == held.joint; });
-        ASSERT_NE(joint, r.impact->joints.end());
+        ASSERT_NE(joint, r.impact()->joints.end());
         EXPECT_NEAR(joint->along_axis, held.impulse, 1e-11);
         EXPECT_NEAR(held.work, 0.5 * held.impulse * (before + after), 1e-13);
         work += held.work;
       }
       for (std::size_t k = 0; k < 2; ++k) {
-        const GraspImpulse& g = r.impact->grasps[k];
+        const GraspImpulse& g = r.impact()->grasps[k];
         const Twistd u = relative_twist_at(p, r, k, s), v = relative_twist_at(p, r, k, s + 1);
         if (law == Law::friction) {
           work += g.rebound->normal_work + g.rebound->friction_work;
@@ -296,7 +296,7 @@ TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
       // Brakes stop the arms before the contacts are solved: neither work term includes the effect of braking on the
       // contact.
       if (law != Law::friction || joints == Joints::driven) {
-        EXPECT_NEAR(r.impact->kinetic_energy_after - r.impact->kinetic_energy_before, work, 1e-11);
+        EXPECT_NEAR(r.impact()->kinetic_energy_after - r.impact()->kinetic_energy_before, work, 1e-11);
       }
       EXPECT_LT(momentum_jump(r, s, s + 1), 1e-13);
     }
@@ -348,14 +348,15 @@ TEST(JointsDuring, HeavyRotorsConvergeToDriven) {
       b.joint.rotor_inertia = rotor, b.joint.gear_ratio = 1;
     }
     const CaptureResult r = simulate_impact_only(p);
-    const double off = norm(r.impact->grasps[0].impulse - driven.impact->grasps[0].impulse);
-    std::printf("[ measured ] rotor %g: off by %.3g of %.3g N s\n", rotor, off, norm(driven.impact->grasps[0].impulse));
+    const double off = norm(r.impact()->grasps[0].impulse - driven.impact()->grasps[0].impulse);
+    std::printf("[ measured ] rotor %g: off by %.3g of %.3g N s\n", rotor, off,
+                norm(driven.impact()->grasps[0].impulse));
     if (rotor > 1e3) {
       EXPECT_NEAR(previous / off, 10, 0.6);  // of first order in 1 / inertia; measured 9.5, 9.9
     }
     previous = off;
   }
-  EXPECT_LT(previous, 1e-3 * norm(driven.impact->grasps[0].impulse));
+  EXPECT_LT(previous, 1e-3 * norm(driven.impact()->grasps[0].impulse));
 }
 
 TEST(JointsDuring, BrakedAfterwards) {
@@ -363,7 +364,7 @@ TEST(JointsDuring, BrakedAfterwards) {
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_TRUE(r.impact->brake);
+  ASSERT_TRUE(r.impact()->brake);
   for (int j = 0; j < 8; ++j) EXPECT_EQ(value_at(r, "joints/velocity", r.series.time.size() - 1, j), 0);
   EXPECT_LT(targets_pushed(p, r, first_sample(r, "post_impact")), 1e-12);
 }
@@ -378,8 +379,8 @@ TEST(FixedBase, GroundReceivesReboundImpulse) {
       p.impact->joints = joints;
       const CaptureResult r = simulate_capture(p);
       expect_passes(r);
-      EXPECT_EQ(norm(r.impact->base_velocity_change), 0);
-      EXPECT_GT(norm(r.impact->base_impulse), 1e-3);
+      EXPECT_EQ(norm(r.impact()->base_velocity_change), 0);
+      EXPECT_GT(norm(r.impact()->base_impulse), 1e-3);
     }
   }
 }

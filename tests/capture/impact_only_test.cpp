@@ -54,11 +54,11 @@ TEST_P(ImpactOnly, EqualsImpactOfWholeRun) {
   p.post_impact.reset();
   p.output_interval = 1;
   const CaptureResult whole = simulate_capture(p);
-  ASSERT_TRUE(whole.impact) << whole.failure;
+  ASSERT_TRUE(whole.impact()) << whole.failure;
   const CaptureResult alone = simulate_impact_only(p);
-  ASSERT_TRUE(alone.impact) << alone.failure;
-  EXPECT_EQ(alone.impact->time, whole.impact->time);
-  const double off = difference(*whole.impact, *alone.impact);
+  ASSERT_TRUE(alone.impact()) << alone.failure;
+  EXPECT_EQ(alone.impact()->time, whole.impact()->time);
+  const double off = difference(*whole.impact(), *alone.impact());
   EXPECT_LT(off, 1e-9);  // measured 3e-15
   std::printf("[ measured ] %s: off by %.3g\n", GetParam().name, off);
   EXPECT_EQ(alone.series.phases, std::vector<std::string>{"contact"});
@@ -83,8 +83,8 @@ TEST(ImpactOnly, OfRandomCapturesWithLoadsAndFixedBases) {
       if (i % 2 == 0) p.robot.base_mode = RobotSetup::Base::fixed, p.V_WB.reset(), p.momentum.reset();
     }
     const CaptureResult whole = simulate_capture(p), alone = simulate_impact_only(p);
-    ASSERT_TRUE(whole.impact && alone.impact) << whole.failure << alone.failure;
-    EXPECT_LT(worst.note(difference(*whole.impact, *alone.impact), i), 1e-9);
+    ASSERT_TRUE(whole.impact() && alone.impact()) << whole.failure << alone.failure;
+    EXPECT_LT(worst.note(difference(*whole.impact(), *alone.impact()), i), 1e-9);
   }
 }
 
@@ -107,17 +107,17 @@ TEST(ImpactOnly, OfSampledMotionsAndEveryLaw) {
     }
     p.approach->sampled = sampled;
     const CaptureResult whole = simulate_capture(p), alone = simulate_impact_only(p);
-    ASSERT_TRUE(whole.impact && alone.impact) << whole.failure << alone.failure;
+    ASSERT_TRUE(whole.impact() && alone.impact()) << whole.failure << alone.failure;
     if (law != ImpactSetup::Law::compliant) {
-      EXPECT_LT(worst.note(difference(*whole.impact, *alone.impact), static_cast<int>(law)), 1e-9);
+      EXPECT_LT(worst.note(difference(*whole.impact(), *alone.impact()), static_cast<int>(law)), 1e-9);
       continue;
     }
     // Step sizes differ in the last digits, and with them the step at which the grasps settle: within
     // sqrt(impact.settled) of the relative motion.
-    EXPECT_LT(difference(*whole.impact, *alone.impact), 1e-3);
+    EXPECT_LT(difference(*whole.impact(), *alone.impact()), 1e-3);
     for (std::size_t k = 0; k < 2; ++k) {
-      const double peak = whole.impact->grasps[k].profile->peak_force;
-      EXPECT_NEAR(alone.impact->grasps[k].profile->peak_force, peak, 1e-8 * peak);
+      const double peak = whole.impact()->grasps[k].profile->peak_force;
+      EXPECT_NEAR(alone.impact()->grasps[k].profile->peak_force, peak, 1e-8 * peak);
     }
   }
 }

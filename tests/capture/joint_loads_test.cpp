@@ -53,12 +53,12 @@ TEST(JointWrenches, ShortImpactMatchesImpulses) {
     const CaptureResult r = simulate_impact_only(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     // The peak force is at least the mean force, which is the impulse divided by the duration.
-    for (const JointImpulse& j : r.impact->joints) {
-      EXPECT_GE(j.peak_force * r.impact->duration, norm(j.impulse));
+    for (const JointImpulse& j : r.impact()->joints) {
+      EXPECT_GE(j.peak_force * r.impact()->duration, norm(j.impulse));
       EXPECT_GT(j.peak_moment, 0);
     }
     double axis = 0, size = 0;
-    for (const JointImpulse& j : r.impact->joints)
+    for (const JointImpulse& j : r.impact()->joints)
       axis = std::max(axis, std::abs(j.along_axis)), size = std::max(size, norm(j.angular_impulse));
     // Free joints transmit nothing along their axes, except for the rotation of the axes during the impact.
     std::printf("[ measured ] along the axes %.3g of %.3g N m s\n", axis, size);

@@ -45,9 +45,9 @@ TEST(BrakedLoops, MoveAsOneRigidBody) {
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     expect_finite(r);
-    ASSERT_TRUE(r.impact->brake);
-    EXPECT_EQ(r.impact->brake->joints.size(), 12u);
-    EXPECT_LT(r.impact->brake->kinetic_energy_after, r.impact->brake->kinetic_energy_before);
+    ASSERT_TRUE(r.impact()->brake);
+    EXPECT_EQ(r.impact()->brake->joints.size(), 12u);
+    EXPECT_LT(r.impact()->brake->kinetic_energy_after, r.impact()->brake->kinetic_energy_before);
     const std::size_t first = first_sample(r, "post_impact"), last = last_sample(r, "post_impact");
     const CaptureSystem robot = make_servicer(p);
     double turned = 0;
@@ -90,7 +90,7 @@ TEST(BrakedLoops, ConserveMomentumOfHeavyTargets) {
     p.clearance.enabled = false;
     const CaptureResult r = simulate_capture(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-    ASSERT_TRUE(r.impact->brake);
+    ASSERT_TRUE(r.impact()->brake);
     EXPECT_TRUE(r.ledger.pass());
     EXPECT_LT(row(r, "linear_momentum_drift").value, 1e-12);   // measured 7e-14
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-12);  // measured 1e-14
@@ -269,7 +269,7 @@ TEST(LoopsOnAllBases, BrakesStopFixedBaseSystem) {
   p.post_impact->joints = Joints::braked;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  EXPECT_LT(r.impact->brake->kinetic_energy_after, 1e-20);
+  EXPECT_LT(r.impact()->brake->kinetic_energy_after, 1e-20);
   EXPECT_LT(value_at(r, "system/kinetic_energy", r.series.time.size() - 1), 1e-20);
 }
 

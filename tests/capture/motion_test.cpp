@@ -141,7 +141,7 @@ TEST(MotionWithoutCapture, HasApplicableVerdicts) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
   EXPECT_TRUE(r.without_impact);
-  EXPECT_TRUE(r.grasps.empty() && !r.impact && !r.approach_end);
+  EXPECT_TRUE(r.grasps.empty() && !r.impact() && !r.approach_end);
   EXPECT_EQ(capture_sentence(r), "");
   ASSERT_EQ(r.phases.size(), 1u);
   EXPECT_EQ(r.phases[0].name, "motion");

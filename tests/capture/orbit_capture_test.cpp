@@ -132,7 +132,7 @@ TEST(OrbitCapture, RecordedInOrbitalAxes) {
     EXPECT_NEAR(in_orbit[0], dot(speed, up) + r.orbit->rate * at[1], 1e-11);
     EXPECT_NEAR(in_orbit[1], dot(speed, along) - r.orbit->rate * at[0], 1e-11);
   }
-  std::printf("[ measured ] gap %.3g m\n", r.impact->grasps[0].gap);
+  std::printf("[ measured ] gap %.3g m\n", r.impact()->grasps[0].gap);
   // Without an orbit none of these series exist.
   p.orbit.reset();
   const CaptureResult without = simulate_capture(p);

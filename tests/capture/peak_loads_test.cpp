@@ -234,7 +234,7 @@ TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
   }
   const PeakLoad* peak = find(r, series(r, "joints/velocity").components[fastest], "driving", "post_impact");
   ASSERT_TRUE(peak);
-  EXPECT_EQ(peak->time, r.impact->time);
+  EXPECT_EQ(peak->time, r.impact()->time);
   EXPECT_NEAR(peak->peak, 5 * rate, 1e-12);
   EXPECT_GT(peak->peak, 0.05);
 }
@@ -253,7 +253,7 @@ TEST(PeakLoads, MarginOverAllPhases) {
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = JointLimits{}.effort;
   p.approach->base_control.reset();
   const CaptureResult r = simulate_capture(p);
-  for (const LoadMargin& m : r.impact->margins) {
+  for (const LoadMargin& m : r.impact()->margins) {
     if (m.of == end_effector) {
       EXPECT_GT(m.margin(), 0);
     }
@@ -300,8 +300,8 @@ TEST(PeakLoads, LoadsOfBrakes) {
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  ASSERT_TRUE(r.impact->brake);
-  const BrakeReport& brake = *r.impact->brake;
+  ASSERT_TRUE(r.impact()->brake);
+  const BrakeReport& brake = *r.impact()->brake;
   for (std::size_t j = 0; j < brake.joints.size(); ++j) {
     const PeakLoad* load = find(r, brake.joints[j], "driving_impulse", "brake");
     ASSERT_TRUE(load);
@@ -318,16 +318,16 @@ TEST(PeakLoads, CompliantImpactPeaks) {
   const CaptureResult r = simulate_capture(yielding_case(1e6, 1));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   double latest = 0;
-  for (const JointImpulse& j : r.impact->joints) {
+  for (const JointImpulse& j : r.impact()->joints) {
     const PeakLoad* load = find(r, j.joint, "force", "contact");
     ASSERT_TRUE(load);
     EXPECT_EQ(load->peak, j.peak_force);
     EXPECT_FALSE(load->assumed_duration);
-    EXPECT_GE(load->time, r.impact->time);  // some peaks occur at the first contact, from the dampers
+    EXPECT_GE(load->time, r.impact()->time);  // some peaks occur at the first contact, from the dampers
     latest = std::max(latest, load->time);
-    EXPECT_LE(load->time, r.impact->time + r.impact->duration);
+    EXPECT_LE(load->time, r.impact()->time + r.impact()->duration);
   }
-  EXPECT_GT(latest, r.impact->time);
+  EXPECT_GT(latest, r.impact()->time);
 }
 
 }  // namespace peak_loads_test

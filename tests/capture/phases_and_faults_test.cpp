@@ -19,7 +19,7 @@ TEST(Phases, ApproachAlone) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   EXPECT_TRUE(r.approach_start && r.approach_end);
-  EXPECT_FALSE(r.impact || r.post_impact_end);
+  EXPECT_FALSE(r.impact() || r.post_impact_end);
   EXPECT_THAT(r.series.phases, ::testing::ElementsAre("approach"));
   EXPECT_EQ(r.series.time.size(), 21u);
   for (const Series& s : r.series.series) EXPECT_EQ(s.data.size(), 21u * static_cast<std::size_t>(s.width())) << s.path;
@@ -49,13 +49,13 @@ TEST(Phases, ImpactAloneFromAStatedConfiguration) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   EXPECT_FALSE(r.approach_start || r.approach_end || r.post_impact_end);
-  EXPECT_EQ(r.impact->time, 0);
+  EXPECT_EQ(r.impact()->time, 0);
   EXPECT_THAT(r.series.time, ::testing::ElementsAre(0, 0));
   EXPECT_FALSE(row(r, "work_energy_residual").applies);
   // thesis-facts, end-effectors at rest, rigid.
-  EXPECT_NEAR(r.impact->grasps[0].impulse[0], -0.1290, 0.6e-4);
-  EXPECT_NEAR(r.impact->grasps[0].impulse[1], -0.0172, 0.6e-4);
-  EXPECT_NEAR(r.impact->grasps[0].angular_impulse[2], 0.1154, 0.6e-4);
+  EXPECT_NEAR(r.impact()->grasps[0].impulse[0], -0.1290, 0.6e-4);
+  EXPECT_NEAR(r.impact()->grasps[0].impulse[1], -0.0172, 0.6e-4);
+  EXPECT_NEAR(r.impact()->grasps[0].angular_impulse[2], 0.1154, 0.6e-4);
 }
 
 TEST(Phases, ImpactAndMotionWithoutApproach) {
@@ -102,7 +102,7 @@ TEST(Failure, InApproachRetainsResults) {
   EXPECT_THAT(r.failure, ::testing::ContainsRegex("[0-9]")) << "the time";
   std::printf("[ measured ] %s\n", r.failure.c_str());
   EXPECT_TRUE(r.approach_start);
-  EXPECT_FALSE(r.approach_end || r.impact);
+  EXPECT_FALSE(r.approach_end || r.impact());
   EXPECT_GT(r.series.time.size(), 2u);
   EXPECT_LT(r.series.time.back(), 20);
   EXPECT_NO_THROW(check_time_series(r.series));
@@ -124,9 +124,9 @@ TEST(Failure, AfterTheImpactRetainsApproachAndImpact) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, ::testing::StartsWith("post_impact: "));
-  EXPECT_TRUE(r.approach_end && r.impact);
+  EXPECT_TRUE(r.approach_end && r.impact());
   EXPECT_FALSE(r.post_impact_end);
-  EXPECT_EQ(norm(r.impact->grasps[0].impulse - whole.impact->grasps[0].impulse), 0);
+  EXPECT_EQ(norm(r.impact()->grasps[0].impulse - whole.impact()->grasps[0].impulse), 0);
   EXPECT_GT(r.series.time.back(), 2);
   EXPECT_LT(r.series.time.back(), 101);
   EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
@@ -143,7 +143,7 @@ TEST(Failure, InPlanningIsReported) {
   EXPECT_THAT(r.failure, ::testing::StartsWith("planning the approach: ")) << r.failure;
   EXPECT_THAT(r.failure, ::testing::HasSubstr("end-effector 'tip-1' comes no closer than")) << r.failure;
   EXPECT_TRUE(r.series.time.empty());
-  EXPECT_FALSE(r.approach_start || r.impact);
+  EXPECT_FALSE(r.approach_start || r.impact());
   ASSERT_TRUE(r.plan);
   EXPECT_FALSE(r.plan->found);
   EXPECT_GT(r.plan->miss.at(0).distance, 5);

@@ -294,16 +294,16 @@ TEST(ClosedLoop, MatchesReferenceSolutionAndImpulses) {
   EXPECT_NEAR(base.position[0], -0.000786, 6e-7);
   EXPECT_NEAR(base.position[1], -0.054439, 6e-7);
   EXPECT_NEAR(2 * std::atan2(base.quaternion_wxyz.z, base.quaternion_wxyz.w), 0.094227, 6e-7);
-  EXPECT_EQ(r.impact->rows, 12);
-  EXPECT_EQ(r.impact->rank, 9);
+  EXPECT_EQ(r.impact()->rows, 12);
+  EXPECT_EQ(r.impact()->rank, 9);
   const double impulses[2][3] = {{-0.012102, -0.293517, 0.189564}, {-0.010657, 0.292606, 0.190930}};
   for (std::size_t g = 0; g < 2; ++g) {
-    EXPECT_NEAR(r.impact->grasps[g].impulse[0], impulses[g][0], 6e-7);
-    EXPECT_NEAR(r.impact->grasps[g].impulse[1], impulses[g][1], 6e-7);
-    EXPECT_NEAR(r.impact->grasps[g].angular_impulse[2], impulses[g][2], 6e-7);
+    EXPECT_NEAR(r.impact()->grasps[g].impulse[0], impulses[g][0], 6e-7);
+    EXPECT_NEAR(r.impact()->grasps[g].impulse[1], impulses[g][1], 6e-7);
+    EXPECT_NEAR(r.impact()->grasps[g].angular_impulse[2], impulses[g][2], 6e-7);
   }
-  EXPECT_NEAR(r.impact->kinetic_energy_before, 0.354328, 6e-7);
-  EXPECT_NEAR(r.impact->kinetic_energy_after, 0.316278, 6e-7);
+  EXPECT_NEAR(r.impact()->kinetic_energy_before, 0.354328, 6e-7);
+  EXPECT_NEAR(r.impact()->kinetic_energy_after, 0.316278, 6e-7);
 }
 
 // Four target motions: the end-effectors arrive radially, at the grasp points' velocities, without spin.
@@ -488,7 +488,7 @@ TEST(Failure, AfterPlanningRetainsPlanAndSamples) {
   EXPECT_GT(r.series.time.size(), 1u);
   EXPECT_LT(r.series.time.back(), 20);
   EXPECT_TRUE(r.approach_start);
-  EXPECT_FALSE(r.approach_end || r.impact || !r.grasps.empty());
+  EXPECT_FALSE(r.approach_end || r.impact() || !r.grasps.empty());
 
   CaptureProblem refused = plan_of(thesis_case());
   refused.approach->tracking.mode = JointControl::pd;
@@ -500,7 +500,7 @@ TEST(Failure, AfterPlanningRetainsPlanAndSamples) {
   EXPECT_THAT(gap.failure, HasSubstr("contact refused: end-effector 'tip-1' misses"));
   EXPECT_TRUE(gap.plan->found && gap.approach_end);
   EXPECT_EQ(gap.grasps.size(), 2u);
-  EXPECT_FALSE(gap.impact);
+  EXPECT_FALSE(gap.impact());
 }
 
 TEST(NothingToPlan, ReportedBeforeRun) {

@@ -287,7 +287,7 @@ TEST(PlannedObjective, StartsFromFeasibleTrajectory) {
 // Energy that each impulse alone would give its free target, from the simulated impact.
 double energy_of_impulses(const CaptureProblem& p, const CaptureResult& r) {
   double energy = 0;
-  for (const GraspImpulse& g : r.impact->grasps) {
+  for (const GraspImpulse& g : r.impact()->grasps) {
     const auto at = std::find_if(p.grasps.begin(), p.grasps.end(),
                                  [&](const GraspSetup& s) { return s.end_effector == g.end_effector; });
     const TargetSetup& target = p.targets[target_index(p, at->target)];
@@ -333,8 +333,8 @@ TEST(PlannedImpulse, IndexIsReduced) {
   const CaptureResult r = simulated(p);
   EXPECT_LT(term_of(r, Objective::impulse_index), 0.996 * term_of(direct, Objective::impulse_index));
   // The mean lies between the extremes in the impact's measures.
-  EXPECT_LT(term_of(r, Objective::impulse_index), r.impact->measures->largest_impulse);
-  EXPECT_GT(term_of(r, Objective::impulse_index), r.impact->measures->smallest_impulse);
+  EXPECT_LT(term_of(r, Objective::impulse_index), r.impact()->measures->largest_impulse);
+  EXPECT_GT(term_of(r, Objective::impulse_index), r.impact()->measures->smallest_impulse);
 }
 
 // --- Idle joints and roll

@@ -31,9 +31,9 @@ TEST(RandomCapture, LedgerPassesWithNonzeroMomentum) {
     ASSERT_TRUE(r.post_impact_end);
     EXPECT_GT(norm(vector_at(r, "system/linear_momentum", 0)), 0.01 * r.ledger.scale.linear_momentum);
     EXPECT_GT(norm(vector_at(r, "system/angular_momentum", 0)), 0.01 * r.ledger.scale.angular_momentum);
-    for (const GraspImpulse& g : r.impact->grasps) EXPECT_GT(g.impulse_magnitude, 1e-3);
-    brakes += r.impact->brake.has_value();
-    moved += norm(r.impact->grasps[0].target_displacement) > 0;
+    for (const GraspImpulse& g : r.impact()->grasps) EXPECT_GT(g.impulse_magnitude, 1e-3);
+    brakes += r.impact()->brake.has_value();
+    moved += norm(r.impact()->grasps[0].target_displacement) > 0;
     // Independent check of the ledger: total momenta in the first and last samples are equal if no target is displaced.
     if (p.contact.gap != ContactSetup::Gap::translate_target) {
       const std::size_t end = r.series.time.size() - 1;
@@ -56,10 +56,10 @@ TEST(RandomCapture, IntegratedBasesAgreeWithRecoveredOnes) {
     const CaptureResult a = simulate_capture(p);
     p.integration.root_velocity = IntegrationSetup::RootVelocity::integrated;
     const CaptureResult b = simulate_capture(p);
-    ASSERT_TRUE(a.impact && b.impact);
+    ASSERT_TRUE(a.impact() && b.impact());
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const double size = norm(a.impact->grasps[g].impulse);
-      EXPECT_LT(worst.note(norm(a.impact->grasps[g].impulse - b.impact->grasps[g].impulse) / size, i), 1e-8);
+      const double size = norm(a.impact()->grasps[g].impulse);
+      EXPECT_LT(worst.note(norm(a.impact()->grasps[g].impulse - b.impact()->grasps[g].impulse) / size, i), 1e-8);
     }
   }
 }
@@ -121,9 +121,9 @@ TEST(RandomCapture, IndependentOfInertialFrame) {
       t.V_WT = seen(t.V_WT);
     }
     const CaptureResult a = simulate_capture(p), b = simulate_capture(q);
-    ASSERT_TRUE(a.impact && b.impact);
+    ASSERT_TRUE(a.impact() && b.impact());
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const GraspImpulse &x = a.impact->grasps[g], &y = b.impact->grasps[g];
+      const GraspImpulse &x = a.impact()->grasps[g], &y = b.impact()->grasps[g];
       EXPECT_LT(worst.note(norm(X_VW.R * x.impulse - y.impulse) / norm(x.impulse), i), 1e-8);
     }
   }

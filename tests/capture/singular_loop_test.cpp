@@ -121,7 +121,7 @@ TEST(Parallelogram, StartsFlat) {
       const CaptureProblem p = four_bar(f);
       const CaptureResult r = simulate_capture(p);
       answered(p, r);
-      ASSERT_TRUE(r.impact);
+      ASSERT_TRUE(r.impact());
     }
   }
 }
@@ -143,7 +143,7 @@ TEST(Antiparallelogram, PassesItsFlatConfiguration) {
   const CaptureProblem p = four_bar(f);
   const CaptureResult r = simulate_capture(p);
   answered(p, r);
-  ASSERT_TRUE(r.impact);
+  ASSERT_TRUE(r.impact());
   EXPECT_NEAR(norm(p.targets[0].grasp_points[1].X_TG.p), 2, 1e-12);
   // Crossed configuration: the links rotate in opposite directions.
   const std::vector<double> v = joints_at(r, "joints/velocity", first_sample(r, "post_impact"));

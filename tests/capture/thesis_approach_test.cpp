@@ -120,7 +120,7 @@ TEST_P(FixedPoint, ReachesGraspPoints) {
   }
   for (std::size_t j = 0; j < 6; ++j) EXPECT_EQ(end.joints.velocity[j], r.plan->final_rates[j]);
   // Matched twists give no impulse; matched velocities leave the impulse of the target's spin.
-  for (const GraspImpulse& g : r.impact->grasps) {
+  for (const GraspImpulse& g : r.impact()->grasps) {
     if (planned.match == RateMatch::twist) {
       EXPECT_LT(g.impulse_magnitude, 3e-6);  // due to the six digits of the angles; measured 1.3e-06
     } else {

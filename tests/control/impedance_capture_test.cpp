@@ -32,16 +32,16 @@ TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   p.impedance->damping = p.impedance->stiffness = {0, 0, 0};
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  ASSERT_TRUE(r.impact && r.impact->effective_masses.size() == 1 && r.impact->compliant);
-  const EffectiveMass& m = r.impact->effective_masses[0];
+  ASSERT_TRUE(r.impact() && r.impact()->effective_masses.size() == 1 && r.impact()->compliant);
+  const EffectiveMass& m = r.impact()->effective_masses[0];
   std::printf("  hand %.3g kg, apparent %.4g, target %.4g, e %.3g: %.3g m/s, then %.2g; work %.3g J, residual %.2g\n",
               m.of_end_effector, m.apparent.value_or(NAN), m.of_target, m.restitution, m.target_speed_before,
-              m.target_speed_after, r.impact->compliant->motor_work, r.impact->compliant->energy_residual);
+              m.target_speed_after, r.impact()->compliant->motor_work, r.impact()->compliant->energy_residual);
   ASSERT_TRUE(m.apparent);
   EXPECT_NEAR(m.restitution * *m.apparent, m.of_target, 1e-9 * m.of_target);
   EXPECT_NEAR(m.target_speed_before, 0.02, 1e-8);
   EXPECT_LT(std::abs(m.target_speed_after), 0.02 * m.target_speed_before);
-  EXPECT_GT(std::abs(r.impact->compliant->motor_work), 1e-3);
+  EXPECT_GT(std::abs(r.impact()->compliant->motor_work), 1e-3);
   ASSERT_TRUE(r.impedance);
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
@@ -56,9 +56,9 @@ TEST(ImpedanceCapture, SampledControlAgrees) {
   p.control->timing.period = 0.02;
   const CaptureResult sampled = simulate_capture(p);
   expect_passes(sampled);
-  ASSERT_TRUE(continuous.impact && sampled.impact);
-  const double a = continuous.impact->effective_masses[0].target_speed_after,
-               b = sampled.impact->effective_masses[0].target_speed_after;
+  ASSERT_TRUE(continuous.impact() && sampled.impact());
+  const double a = continuous.impact()->effective_masses[0].target_speed_after,
+               b = sampled.impact()->effective_masses[0].target_speed_after;
   std::printf("  speed afterwards %.3g m/s, sampled %.3g m/s\n", a, b);
   EXPECT_NE(a, b);
   EXPECT_NEAR(a, b, 2e-3);

@@ -315,8 +315,8 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
       setup.longest = 20;
       return compliant_impact(m.model, m.state, {&m.contact, 1}, {}, setup, {}, {}, &drive);
     };
-    const CompliantOutcome o = run(mass);
-    ASSERT_EQ(o.status, CompliantOutcome::Status::separated) << o.message;
+    const ImpactSolution o = run(mass);
+    ASSERT_EQ(o.status, ImpactSolution::Status::separated) << o.message;
     const int ball = m.contact.target_body;
     const double left = dot(root_twist(m.model, o.after, ball).linear, m.contact.n_W);
     std::printf("  e %.4f, mass %.4f kg: left %.2g of %.2g m/s; energy %.2g, work %.3g J, momentum %.2g\n", e, mass,
@@ -328,7 +328,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
     // With another mass the ball's final speed follows from the formula.
     const double other = 0.4 * mass, e_other = restitution_of(m.contact, other * 12 / (other + 12), m.speed);
     const double expected = m.speed * (12 - e_other * other) / (12 + other);
-    const CompliantOutcome p = run(other);
+    const ImpactSolution p = run(other);
     const double after = dot(root_twist(m.model, p.after, ball).linear, m.contact.n_W);
     EXPECT_NEAR(after, expected, 1e-7 * m.speed);
     EXPECT_GT(expected, 0.2 * m.speed);

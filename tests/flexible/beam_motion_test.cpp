@@ -288,10 +288,10 @@ TEST(BeamImpact, ComesToTheRigidOneAsTheBeamStiffens) {
     contact.target_body = target;
     contact.p_WC = {1, 0, 0}, contact.n_W = {0, 1, 0};
     contact.model = ContactForceModel::hertz, contact.stiffness = 1e6;
-    const CompliantOutcome outcome = compliant_impact(model, state, {&contact, 1}, {}, {});
-    EXPECT_EQ(outcome.status, CompliantOutcome::Status::separated) << outcome.message;
+    const ImpactSolution outcome = compliant_impact(model, state, {&contact, 1}, {}, {});
+    EXPECT_EQ(outcome.status, ImpactSolution::Status::separated) << outcome.message;
     EXPECT_LT(outcome.energy_residual, 1e-9) << EI;
-    return outcome.contacts[0].impulse.linear[1];
+    return outcome.forces[0].impulse.linear[1];
   };
   const double rigid = impulse_of(0, 2);
   const double soft = std::abs(impulse_of(1e2, 2) / rigid - 1), stiff = std::abs(impulse_of(1e7, 2) / rigid - 1);

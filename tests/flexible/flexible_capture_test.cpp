@@ -86,18 +86,19 @@ TEST(FlexibleCapture, ArrivesAndReportsInfluenceOfModesOnImpact) {
   ASSERT_EQ(r.elastic.size(), 2u);
   EXPECT_EQ(r.elastic[0].springs, 12);
   EXPECT_LT(r.elastic[1].modes[0].held, r.elastic[0].modes[0].held);
-  const std::vector<RetainedModes>& by_modes = r.impact->by_modes;
+  const std::vector<RetainedModes>& by_modes = r.impact()->by_modes;
   ASSERT_GT(by_modes.size(), 10u);
   EXPECT_EQ(by_modes.back().modes, 12);
-  for (std::size_t g = 0; g < 2; ++g) EXPECT_NEAR(by_modes.back().impulses[g], norm(r.impact->grasps[g].impulse), 1e-9);
+  for (std::size_t g = 0; g < 2; ++g)
+    EXPECT_NEAR(by_modes.back().impulses[g], norm(r.impact()->grasps[g].impulse), 1e-9);
 
   p.impact->modes = ImpactSetup::Modes::none;
   const CaptureResult none = completed(p);
   for (std::size_t g = 0; g < 2; ++g) {
-    EXPECT_NEAR(none.impact->by_modes.front().impulses[g], norm(none.impact->grasps[g].impulse), 1e-9);
-    EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
+    EXPECT_NEAR(none.impact()->by_modes.front().impulses[g], norm(none.impact()->grasps[g].impulse), 1e-9);
+    EXPECT_NEAR(none.impact()->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
   }
-  EXPECT_TRUE(none.impact->held_joints.empty());  // segments are not driven joints
+  EXPECT_TRUE(none.impact()->held_joints.empty());  // segments are not driven joints
 
   // Only modes with a period longer than the impact: the list shows the impact for that number of modes.
   p.impact->modes = ImpactSetup::Modes::slow;
@@ -106,20 +107,20 @@ TEST(FlexibleCapture, ArrivesAndReportsInfluenceOfModesOnImpact) {
     p.impact->duration = 2 / (by_modes[n].frequency + above);
     const CaptureResult slow = completed(p);
     for (std::size_t g = 0; g < 2; ++g) {
-      EXPECT_NEAR(by_modes[n].impulses[g], norm(slow.impact->grasps[g].impulse), 1e-9) << n;
-      EXPECT_EQ(slow.impact->by_modes.size(), by_modes.size());
+      EXPECT_NEAR(by_modes[n].impulses[g], norm(slow.impact()->grasps[g].impulse), 1e-9) << n;
+      EXPECT_EQ(slow.impact()->by_modes.size(), by_modes.size());
     }
-    EXPECT_TRUE(slow.impact->held_joints.empty());
-    EXPECT_EQ(slow.impact->sensitivities.empty(), n < 12);
+    EXPECT_TRUE(slow.impact()->held_joints.empty());
+    EXPECT_EQ(slow.impact()->sensitivities.empty(), n < 12);
   }
   // Also with braked joints.
   p.impact->joints = ImpactSetup::Joints::braked;
   const CaptureResult braked = completed(p);
-  EXPECT_NEAR(braked.impact->by_modes.back().impulses[0], norm(braked.impact->grasps[0].impulse), 1e-9);
-  p.impact->duration = 2 / (braked.impact->by_modes[6].frequency + braked.impact->by_modes[7].frequency);
+  EXPECT_NEAR(braked.impact()->by_modes.back().impulses[0], norm(braked.impact()->grasps[0].impulse), 1e-9);
+  p.impact->duration = 2 / (braked.impact()->by_modes[6].frequency + braked.impact()->by_modes[7].frequency);
   const CaptureResult stiff = completed(p);
-  EXPECT_NEAR(braked.impact->by_modes[6].impulses[0], norm(stiff.impact->grasps[0].impulse), 1e-9);
-  EXPECT_FALSE(stiff.impact->held_joints.empty());
+  EXPECT_NEAR(braked.impact()->by_modes[6].impulses[0], norm(stiff.impact()->grasps[0].impulse), 1e-9);
+  EXPECT_FALSE(stiff.impact()->held_joints.empty());
   EXPECT_TRUE(warns(r, "depends on the number of responding modes"));
   EXPECT_FALSE(warns(none, "depends on the number of responding modes"));
 }
@@ -136,9 +137,9 @@ TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
     }
     p.impact->modes = ImpactSetup::Modes::none;
     const CaptureResult r = completed(p);
-    apart.push_back(std::abs(norm(r.impact->grasps[0].impulse) - norm(rigid.impact->grasps[0].impulse)));
+    apart.push_back(std::abs(norm(r.impact()->grasps[0].impulse) - norm(rigid.impact()->grasps[0].impulse)));
   }
-  EXPECT_LT(apart[0], 0.1 * norm(rigid.impact->grasps[0].impulse));
+  EXPECT_LT(apart[0], 0.1 * norm(rigid.impact()->grasps[0].impulse));
   EXPECT_LT(apart[1], 0.3 * apart[0]);
 }
 
@@ -149,10 +150,10 @@ TEST(FlexibleCapture, CompliantImpacts) {
   p.post_impact.reset();
   p.impact->compliant.longest = 0.6;
   const CaptureResult r = completed(p);
-  EXPECT_TRUE(r.impact->by_modes.empty());
-  EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.1);
+  EXPECT_TRUE(r.impact()->by_modes.empty());
+  EXPECT_GT(norm(r.impact()->grasps[0].impulse), 0.1);
   // Modes slower than the impact.
-  const CompliantReport& c = *r.impact->compliant;
+  const CompliantReport& c = *r.impact()->compliant;
   EXPECT_EQ(c.modes, r.elastic[0].springs);
   EXPECT_NEAR(c.duration, 0.6, 1e-12);
   EXPECT_LT(c.fastest_period, c.slowest_period);

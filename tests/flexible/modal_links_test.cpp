@@ -407,9 +407,9 @@ TEST(FastModes, AreHeldByEveryImpactLaw) {
   EXPECT_LT(held_change(plastic.velocity), 1e-10 * v.norm());
   EXPECT_LT((J * as_vector(plastic.velocity)).norm(), 1e-10 * (J * v).norm());
   const std::vector<std::vector<double>> half{std::vector<double>(6, 0.5)};
-  const BilateralRestitution thrown = bilateral_restitution(model, state, grasps, half, held);
-  EXPECT_LT(held_change(thrown.solution.velocity), 1e-10 * v.norm());
-  EXPECT_LT((J * (as_vector(thrown.solution.velocity) + 0.5 * v)).norm(), 1e-10 * (J * v).norm());
+  const ImpactSolution thrown = bilateral_restitution(model, state, grasps, half, held);
+  EXPECT_LT(held_change(thrown.velocity), 1e-10 * v.norm());
+  EXPECT_LT((J * (as_vector(thrown.velocity) + 0.5 * v)).norm(), 1e-10 * (J * v).norm());
   EXPECT_EQ(thrown.inconsistent, "");
 
   ContactPoint contact;
@@ -417,9 +417,8 @@ TEST(FastModes, AreHeldByEveryImpactLaw) {
   contact.p_WC = grasps[0].p_WC, contact.restitution = 0.5, contact.friction = 0.2;
   const Eigen::Vector3d n = -(J * v).tail<3>().normalized();  // they approach
   contact.n_W = {n[0], n[1], n[2]};
-  const ContactImpactSolution rebound =
-      contact_impact(model, state, {&contact, 1}, RestitutionHypothesis::stronge, {}, held);
-  EXPECT_GT(rebound.contacts[0].normal, 0);
+  const ImpactSolution rebound = contact_impact(model, state, {&contact, 1}, RestitutionHypothesis::stronge, {}, held);
+  EXPECT_GT(rebound.points[0].normal, 0);
   EXPECT_LT(held_change(rebound.velocity), 1e-10 * v.norm());
   EXPECT_LT(rebound.generalized_momentum_residual, 1e-10);
   EXPECT_LT(rebound.energy_identity_residual, 1e-10);

@@ -142,7 +142,7 @@ TEST_F(ExportedPlant, ReportsOutcomeOfCapture) {
     EXPECT_FALSE(plant.get_flag("end.feasible"));  // no body has a shape
     EXPECT_EQ(plant.get("end.capture_time"), 2);
     EXPECT_EQ(plant.get("end.impact_energy_lost"),
-              reference.impact->kinetic_energy_before - reference.impact->kinetic_energy_after);
+              reference.impact()->kinetic_energy_before - reference.impact()->kinetic_energy_after);
     EXPECT_GT(plant.get("end.impact_energy_lost"), 0.01);
     EXPECT_LT(plant.get("end.angular_momentum_drift"), 1e-11);  // measured 6e-16
     EXPECT_GT(plant.get("end.work_energy_residual"), 0);

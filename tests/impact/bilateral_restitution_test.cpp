@@ -35,7 +35,7 @@ TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
         plastic_impact(c.model, c.state, c.grasps).rank < plastic_impact(c.model, c.state, c.grasps).rows;
     redundant += deficient;
     const auto E = coefficients(c, random, deficient ? random.uniform(0, 1) : -1);
-    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, E);
+    const ImpactSolution b = bilateral_restitution(c.model, c.state, c.grasps, E);
     EXPECT_EQ(b.inconsistent, "");
     const Eigen::MatrixXd M = mass_matrix(c.model, c.state);
     const Eigen::MatrixXd J = grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps);
@@ -45,7 +45,7 @@ TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
       for (double x : grasp) e[row++] = x;
     }
     const Eigen::VectorXd thrown = e.cwiseProduct(u);
-    EXPECT_LT(law.note((J * eigen(b.solution.velocity) + thrown).norm() / u.norm(), i), 1e-10);  // measured 5.3e-14
+    EXPECT_LT(law.note((J * eigen(b.velocity) + thrown).norm() / u.norm(), i), 1e-10);  // measured 5.3e-14
     // (u + E u)^T W^+ (u - E u) / 2 with W = K K^T, K = J L^-T, M = L L^T. The pseudo-inverse is computed from K, whose
     // condition number is the square root of that of W. With W itself, nearly dependent rows (condition number 2e6 of
     // W) lose three more digits.
@@ -54,8 +54,8 @@ TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
     pseudo_inverse.setThreshold(1e-9);
     pseudo_inverse.compute(K);
     const double lost = 0.5 * pseudo_inverse.solve(u + thrown).dot(pseudo_inverse.solve(u - thrown));
-    const double change = b.solution.kinetic_energy_after - b.solution.kinetic_energy_before;
-    EXPECT_LT(energy.note(std::abs(change + lost) / b.solution.kinetic_energy_before, i), 1e-10);  // measured 2.7e-13
+    const double change = b.kinetic_energy_after - b.kinetic_energy_before;
+    EXPECT_LT(energy.note(std::abs(change + lost) / b.kinetic_energy_before, i), 1e-10);  // measured 2.7e-13
   }
   EXPECT_GT(redundant, 20);
 }
@@ -64,8 +64,8 @@ TEST(BilateralRestitution, ZeroEqualsPlasticImpact) {
   for (int i = 0; i < 100; ++i) {
     const ImpactCase c = random_impact(i);
     Random random(i);
-    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random, 0));
-    EXPECT_EQ(b.solution.velocity, plastic_impact(c.model, c.state, c.grasps).velocity);
+    const ImpactSolution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random, 0));
+    EXPECT_EQ(b.velocity, plastic_impact(c.model, c.state, c.grasps).velocity);
   }
 }
 
@@ -76,7 +76,7 @@ TEST(BilateralRestitution, NamesContradictoryRows) {
     const ImpactSolution plastic = plastic_impact(c.model, c.state, c.grasps);
     if (plastic.rank == plastic.rows) continue;
     Random random(50000 + i);
-    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random));
+    const ImpactSolution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random));
     named += b.inconsistent.find("grasp ") != std::string::npos;
   }
   EXPECT_GT(named, 20);

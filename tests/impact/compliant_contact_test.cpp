@@ -14,7 +14,7 @@
 namespace grapnel::testing {
 namespace compliant_contact_test {
 
-using Status = CompliantOutcome::Status;
+using Status = ImpactSolution::Status;
 
 // One contact of a random robot, and its rigid impulse P = -2 u_n / W_nn for restitution one.
 TEST(CompliantContacts, BecomeRigidWithRestitutionOne) {
@@ -36,11 +36,11 @@ TEST(CompliantContacts, BecomeRigidWithRestitutionOne) {
     for (const double k : {1e8, 1e10, 1e12}) {
       CompliantContact contact{g.robot_body, g.target_body, g.p_WC, n};
       contact.stiffness = k;
-      const CompliantOutcome o = compliant_impact(c.model, c.state, {&contact, 1}, {}, {});
+      const ImpactSolution o = compliant_impact(c.model, c.state, {&contact, 1}, {}, {});
       ASSERT_EQ(o.status, Status::separated) << o.message;
       EXPECT_LT(energy.note(o.energy_residual, i), 2e-9);                             // measured 9.5e-11
       EXPECT_LT(momentum.note(momentum_error(c.model, c.state, o.after), i), 1e-12);  // measured 4.7e-15
-      const double error = norm(o.contacts[0].impulse.linear - P * n) / P;
+      const double error = norm(o.forces[0].impulse.linear - P * n) / P;
       std::printf("[ measured ] %d, k = %.0e: impulse off by %.3g\n", i, k, error);
       if (last > 0) {
         EXPECT_NEAR(std::log10(last / error) / 2, 0.5, 0.02);  // measured 0.4985 to 0.5003
@@ -67,17 +67,17 @@ TEST(CompliantContacts, SlidingFrictionImpulseIsMuTimesTheNormalImpulse) {
   const Vector3d n = c.contact.n_W, t = slide(c, 1.0);
   c.contact.friction = 0.2;
   c.contact.stiffness = 1e9;  // short impact: the normal barely rotates
-  const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+  const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
-  const Vector3d P = o.contacts[0].impulse.linear;
+  const Vector3d P = o.forces[0].impulse.linear;
   const double P_n = dot(P, n), P_t = dot(P, t);
   ASSERT_GT(dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t), 0.1);  // the slip never stops
   std::printf("[ measured ] -P_t / (mu P_n) - 1 = %.3g\n", -P_t / (0.2 * P_n) - 1);
   EXPECT_NEAR(-P_t / (0.2 * P_n), 1, 2e-4);  // measured -4.2e-5: the normal rotates slightly
   EXPECT_LT(momentum_error(c.model, c.state, o.after), 1e-13);
   EXPECT_LT(o.energy_residual, 1e-8);
-  EXPECT_GT(o.contacts[0].energy_lost, 0);
-  for (const Vector3d& f : o.contacts[0].force) EXPECT_LE(norm(f - dot(f, n) * n), 0.2 * dot(f, n) * (1 + 1e-3) + 1e-3);
+  EXPECT_GT(o.forces[0].energy_lost, 0);
+  for (const Vector3d& f : o.forces[0].force) EXPECT_LE(norm(f - dot(f, n) * n), 0.2 * dot(f, n) * (1 + 1e-3) + 1e-3);
 }
 
 // Strong friction stops the slip: the remaining velocity is of the order of the slip speed.
@@ -85,7 +85,7 @@ TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
   CentralPair c = central_pair();
   const Vector3d t = slide(c, 0.1);
   c.contact.friction = 2;
-  const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+  const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   EXPECT_LT(std::abs(dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t)), 2e-2 * 0.1);
   EXPECT_LT(momentum_error(c.model, c.state, o.after), 1e-13);
@@ -101,12 +101,12 @@ TEST(CompliantContacts, TinySlipSpeedsOnSoftSprings) {
   double slip[2], impulse[2];
   for (int i = 0; i < 2; ++i) {
     c.contact.slip_speed = i == 0 ? 1e-6 : 1e-7;
-    const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+    const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
     ASSERT_EQ(o.status, Status::separated) << o.message;
     EXPECT_LT(o.energy_residual, 1e-10);  // measured 3.0e-11
     EXPECT_LT(o.steps, 12000);            // measured 1141 and 6244; by differences of 1e-7 slip speeds 28149
     slip[i] = dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t);
-    impulse[i] = dot(o.contacts[0].impulse.linear, t);
+    impulse[i] = dot(o.forces[0].impulse.linear, t);
   }
   // The remaining velocity is of the order of the slip speed.
   EXPECT_NEAR(slip[0], slip[1], 1e-5);        // measured 1.1e-6
@@ -162,15 +162,15 @@ void expect_line(std::array<double, 3> masses, std::array<double, 2> stiffness, 
     contacts[i] = {i, i + 1, {4.1 + 0.2 * i, -7, 1}, {-1, 0, 0}};
     contacts[i].stiffness = line.k[i];
   }
-  const CompliantOutcome o = compliant_impact(model, state, contacts, {}, {});
+  const ImpactSolution o = compliant_impact(model, state, contacts, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   Worst velocity("velocities against Runge and Kutta's method, over the first speed");
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(velocity.note(std::abs(root_twist(model, o.after, i).linear[0] - line.after[i]) / 0.5, i),
               1e-7);  // measured 2.4e-9
   }
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(o.contacts[i].touches, line.touches[i]);
-  EXPECT_EQ(o.contacts[0].touches, touches);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(o.forces[i].touches, line.touches[i]);
+  EXPECT_EQ(o.forces[0].touches, touches);
   EXPECT_LT(o.energy_residual, 1e-8);
   EXPECT_LT(momentum_error(model, state, o.after), 1e-13);
 }
@@ -182,20 +182,20 @@ TEST(CompliantContacts, LightBodyBetweenHeavyOnesTouchesRepeatedly) { expect_lin
 TEST(CompliantContacts, HeldBodiesFollowDrives) {
   const CentralPair c = central_pair();
   const int held[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
-  const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 1e-3}, held);
+  const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 1e-3}, held);
   ASSERT_EQ(o.status, Status::time_over) << o.message;
   EXPECT_EQ(o.after.v, c.state.v);
   const double k = c.contact.stiffness, d = CentralPair::speed * 1e-3;
-  EXPECT_NEAR(o.contacts[0].peak_force, k * d, 1e-9 * k * d);  // measured 2e-13
-  EXPECT_NEAR(norm(o.contacts[0].impulse.linear), 0.5 * k * d * 1e-3,
+  EXPECT_NEAR(o.forces[0].peak_force, k * d, 1e-9 * k * d);  // measured 2e-13
+  EXPECT_NEAR(norm(o.forces[0].impulse.linear), 0.5 * k * d * 1e-3,
               1e-8 * k * d * 1e-3);  // measured 2.3e-10, equal for the work
   EXPECT_NEAR(o.held_work, 0.5 * k * d * d, 1e-8 * k * d * d);
   EXPECT_LT(o.energy_residual, 1e-11);
   // The held velocities transmit the impulse to the environment, in the bodies' axes, which are parallel to W's.
   const Vector3d P{o.held_impulses[3], o.held_impulses[4], o.held_impulses[5]};
-  EXPECT_LT(norm(P + o.contacts[0].impulse.linear), 1e-8 * norm(P));
+  EXPECT_LT(norm(P + o.forces[0].impulse.linear), 1e-8 * norm(P));
   std::printf("[ measured ] held: impulse %.3g, work %.3g, energy %.3g\n",
-              norm(o.contacts[0].impulse.linear) / (0.5 * k * d * 1e-3) - 1, o.held_work / (0.5 * k * d * d) - 1,
+              norm(o.forces[0].impulse.linear) / (0.5 * k * d * 1e-3) - 1, o.held_work / (0.5 * k * d * d) - 1,
               o.energy_residual);
 }
 
@@ -207,11 +207,11 @@ TEST(CompliantContacts, SymmetricContactsShareEqually) {
   std::array<CompliantContact, 2> two{c.contact, c.contact};
   two[0].p_WC += 0.3 * t, two[1].p_WC -= 0.3 * t;
   for (CompliantContact& contact : two) contact.stiffness *= 0.5;
-  const CompliantOutcome o = compliant_impact(c.model, c.state, two, {}, {});
-  const CompliantOutcome one = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+  const ImpactSolution o = compliant_impact(c.model, c.state, two, {}, {});
+  const ImpactSolution one = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
-  const Vector3d P = one.contacts[0].impulse.linear;
-  for (const ForceHistory& h : o.contacts) EXPECT_LT(norm(h.impulse.linear - 0.5 * P), 1e-8 * norm(P));
+  const Vector3d P = one.forces[0].impulse.linear;
+  for (const ForceHistory& h : o.forces) EXPECT_LT(norm(h.impulse.linear - 0.5 * P), 1e-8 * norm(P));
   EXPECT_NEAR(o.duration, one.duration, 1e-8 * one.duration);
 }
 
@@ -219,12 +219,12 @@ TEST(CompliantContacts, SymmetricContactsShareEqually) {
 TEST(CompliantContacts, DeformationsResolvedAtLargePositions) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e15;
-  const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+  const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   const double d = CentralPair::speed * std::sqrt(CentralPair::m_eff / c.contact.stiffness);
-  std::printf("[ measured ] deformation %.3g m off by %.3g, energy %.3g\n", d,
-              o.contacts[0].largest_deformation / d - 1, o.energy_residual);
-  EXPECT_NEAR(o.contacts[0].largest_deformation, d, 2e-9 * d);  // measured 8.4e-11
+  std::printf("[ measured ] deformation %.3g m off by %.3g, energy %.3g\n", d, o.forces[0].largest_deformation / d - 1,
+              o.energy_residual);
+  EXPECT_NEAR(o.forces[0].largest_deformation, d, 2e-9 * d);  // measured 8.4e-11
   EXPECT_LT(o.energy_residual, 1e-8);
 }
 
@@ -233,13 +233,13 @@ TEST(CompliantContacts, EndWithoutWork) {
   const Twistd V = root_twist(c.model, c.state, 0);
   State apart = c.state;
   set_root_twist(c.model, 0, {V.angular, V.linear + 2 * CentralPair::speed * c.contact.n_W}, apart);
-  const CompliantOutcome leaves = compliant_impact(c.model, apart, {&c.contact, 1}, {}, {});
+  const ImpactSolution leaves = compliant_impact(c.model, apart, {&c.contact, 1}, {}, {});
   EXPECT_EQ(leaves.status, Status::separated);
   EXPECT_EQ(leaves.duration, 0);
-  EXPECT_EQ(leaves.contacts[0].touches, 0);
+  EXPECT_EQ(leaves.forces[0].touches, 0);
   State rests = c.state;
   set_root_twist(c.model, 0, root_twist(c.model, c.state, 1), rests);
-  const CompliantOutcome nothing = compliant_impact(c.model, rests, {&c.contact, 1}, {}, {});
+  const ImpactSolution nothing = compliant_impact(c.model, rests, {&c.contact, 1}, {}, {});
   EXPECT_EQ(nothing.status, Status::separated);
   EXPECT_LT(relative_difference(eigen(nothing.after.v), eigen(rests.v)), 1e-15);
   EXPECT_EQ(compliant_impact(c.model, c.state, {}, {}, {}).status, Status::separated);
@@ -247,12 +247,12 @@ TEST(CompliantContacts, EndWithoutWork) {
 
 TEST(CompliantContacts, TimeAndStepLimits) {
   const CentralPair c = central_pair();
-  const CompliantOutcome late = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 0.005});
+  const ImpactSolution late = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.longest = 0.005});
   EXPECT_EQ(late.status, Status::time_over);
   EXPECT_EQ(late.duration, 0.005);
   EXPECT_GT(late.elastic_energy_after, 0);
   EXPECT_LT(late.energy_residual, 1e-8);
-  const CompliantOutcome tired = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.max_steps = 20});
+  const ImpactSolution tired = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.max_steps = 20});
   EXPECT_EQ(tired.status, Status::failed);
   EXPECT_NE(tired.message.find("the maximum number of steps, 20,"), std::string::npos) << tired.message;
   EXPECT_EQ(tired.times.back(), tired.duration);
@@ -263,7 +263,7 @@ TEST(CompliantContacts, OverflowFailsWithMessage) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e300;
   c.contact.damping = 1e308;
-  const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+  const ImpactSolution o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   EXPECT_EQ(o.status, Status::failed);
   EXPECT_NE(o.message.find("at 0 s"), std::string::npos) << o.message;
 }

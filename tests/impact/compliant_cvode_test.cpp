@@ -111,8 +111,8 @@ struct Differences {
 void compare(const Model& model, const State& state, std::span<const CompliantContact> contacts,
              std::span<const CompliantGrasp> grasps, const CompliantSetup& setup, std::span<const int> held, int index,
              Differences& d) {
-  const CompliantOutcome o = compliant_impact(model, state, contacts, grasps, setup, held);
-  ASSERT_NE(o.status, CompliantOutcome::Status::failed) << o.message;
+  const ImpactSolution o = compliant_impact(model, state, contacts, grasps, setup, held);
+  ASSERT_NE(o.status, ImpactSolution::Status::failed) << o.message;
   ASSERT_GT(o.duration, 0);
   CompliantSystem system(model, state, contacts, grasps, held);
   const std::vector<double> start(system.size(), 0.0);
@@ -122,15 +122,12 @@ void compare(const Model& model, const State& state, std::span<const CompliantCo
     if (system.loads()[i].rate > 0) system.phase[i] = ContactPhase::pressing;
   }
   Reference reference(system, absolute_tolerances(model, scales, 1e-12));
-  const auto history = [&](int i) -> const ForceHistory& {
-    return i < system.contact_count() ? o.contacts[i] : o.grasps[i - system.contact_count()];
-  };
   for (std::size_t s = 1; s + 1 < o.times.size(); s += 7) {
     if (o.times[s] == o.times[s - 1] || o.times[s] == o.times[s + 1]) continue;  // an event: forces may jump
     reference.advance(o.times[s]);
     system.load(o.times[s], reference.y());
     for (int i = 0; i < system.interfaces(); ++i) {
-      const ForceHistory& h = history(i);
+      const ForceHistory& h = o.forces[i];
       d.force.note(norm(system.loads()[i].F.linear - h.force[s]) / h.peak_force, index);
       if (h.peak_moment > 0) d.force.note(norm(system.loads()[i].F.angular - h.moment[s]) / h.peak_moment, index);
     }
@@ -138,9 +135,9 @@ void compare(const Model& model, const State& state, std::span<const CompliantCo
   reference.advance(o.duration);
   const std::span<const double> y = reference.y();
   double lost = 0;
-  for (int i = 0; i < system.interfaces(); ++i) lost += history(i).energy_lost;
+  for (int i = 0; i < system.interfaces(); ++i) lost += o.forces[i].energy_lost;
   for (int i = 0; i < system.interfaces(); ++i) {
-    const ForceHistory& h = history(i);
+    const ForceHistory& h = o.forces[i];
     const double* const P = &y[system.impulse_offset(i)];
     d.impulse.note(norm(Vector3d{P[3], P[4], P[5]} - h.impulse.linear) / norm(h.impulse.linear), index);
     // The residual spring energy of a relaxing contact counts as lost only after all contacts separate.

@@ -10,7 +10,7 @@
 namespace grapnel::testing {
 namespace compliant_grasp_test {
 
-using Status = CompliantOutcome::Status;
+using Status = ImpactSolution::Status;
 
 std::vector<CompliantGrasp> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
   const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets have about 10 kg
@@ -47,7 +47,7 @@ ImpactCase shared_target(GraspModel model) {
 }
 
 // Deviation of the velocities from those of the plastic impact, relative to the largest change.
-double velocity_error(const CompliantOutcome& o, const State& before, const ImpactSolution& rigid) {
+double velocity_error(const ImpactSolution& o, const State& before, const ImpactSolution& rigid) {
   double error = 0, change = 0;
   for (std::size_t i = 0; i < before.v.size(); ++i) {
     error = std::max(error, std::abs(o.after.v[i] - rigid.velocity[i]));
@@ -56,7 +56,7 @@ double velocity_error(const CompliantOutcome& o, const State& before, const Impa
   return error / change;
 }
 
-void expect_balanced(const Model& model, const State& state, const CompliantOutcome& o, Worst& energy, Worst& momentum,
+void expect_balanced(const Model& model, const State& state, const ImpactSolution& o, Worst& energy, Worst& momentum,
                      int where) {
   EXPECT_LT(energy.note(o.energy_residual, where), 1e-8);                         // measured 1.3e-9
   EXPECT_LT(momentum.note(momentum_error(model, state, o.after), where), 1e-12);  // measured 6e-16
@@ -69,14 +69,14 @@ void expect_convergence(const Model& model, const State& state, const std::vecto
   Worst energy("energy residual"), momentum("momentum error");
   double last_velocity = 0, last_impulse = 0;
   for (const double k : {1e6, 1e8, 1e10}) {
-    const CompliantOutcome o =
+    const ImpactSolution o =
         compliant_impact(model, state, {}, yielding(grasps, k), {.longest = 2, .settled = settled});
     ASSERT_EQ(o.status, Status::settled) << o.message;
     expect_balanced(model, state, o, energy, momentum, static_cast<int>(std::log10(k)));
     double impulse = 0, size = 0;
     for (std::size_t g = 0; g < grasps.size(); ++g) {
-      impulse = std::max(impulse, norm(o.grasps[g].impulse.linear - rigid.contacts[g].P_WC.linear));
-      impulse = std::max(impulse, norm(o.grasps[g].impulse.angular - rigid.contacts[g].P_WC.angular));
+      impulse = std::max(impulse, norm(o.forces[g].impulse.linear - rigid.contacts[g].P_WC.linear));
+      impulse = std::max(impulse, norm(o.forces[g].impulse.angular - rigid.contacts[g].P_WC.angular));
       size = std::max(size, norm(rigid.contacts[g].P_WC.linear));
     }
     const double velocity = velocity_error(o, state, rigid);
@@ -122,7 +122,7 @@ TEST(CompliantGrasps, MomentumAndEnergyOfRandomRobots) {
   for (int i = 0; i < cases; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
-    const CompliantOutcome o =
+    const ImpactSolution o =
         compliant_impact(c.model, c.state, {}, yielding(c.grasps, 1e4, 0.05), {.longest = 0.05, .samples = 4000});
     ASSERT_EQ(o.status, Status::time_over) << o.message;
     EXPECT_LT(energy.note(o.energy_residual, i), 1e-8);  // measured 1.6e-10
@@ -131,7 +131,7 @@ TEST(CompliantGrasps, MomentumAndEnergyOfRandomRobots) {
       ++free_roots;
       EXPECT_LT(momentum.note(momentum_error(c.model, c.state, o.after), i), 1e-12);  // measured 5.5e-15
     }
-    for (const ForceHistory& h : o.grasps) {
+    for (const ForceHistory& h : o.forces) {
       const Vector3d sampled = integral(o.times, h.force);
       double largest = 0, furthest = 0;
       for (std::size_t s = 0; s < o.times.size(); ++s) {
@@ -161,7 +161,7 @@ TEST(CompliantGrasps, HeldJointsMaintainTheirRates) {
   Worst energy("energy residual"), momentum("momentum error");
   double last = 0;
   for (const double k : {1e6, 1e8, 1e10}) {
-    const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, k), {.longest = 2}, held);
+    const ImpactSolution o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, k), {.longest = 2}, held);
     ASSERT_EQ(o.status, Status::settled) << o.message;
     expect_balanced(r.model, r.state, o, energy, momentum, static_cast<int>(std::log10(k)));
     ASSERT_EQ(o.held_impulses.size(), held.size());
@@ -187,7 +187,7 @@ TEST(CompliantGrasps, HeldBaseMaintainsMotion) {
   set_root_twist(r.model, base, {{0.1, -0.2, 0.3}, {0.02, 0.01, -0.03}}, r.state);
   std::vector<int> held;
   for (int k = 0; k < 6; ++k) held.push_back(r.model.bodies()[base].v + k);
-  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e5), {.longest = 0.3}, held);
+  const ImpactSolution o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e5), {.longest = 0.3}, held);
   ASSERT_NE(o.status, Status::failed) << o.message;
   for (int v : held) EXPECT_EQ(o.after.v[v], r.state.v[v]);
   EXPECT_LT(o.energy_residual, 1e-8);
@@ -210,21 +210,21 @@ TEST(CompliantGrasps, MatchedGraspIsMovedByOthers) {
   const Vector3d arm = k.X_WB[g.target_body].p - k.X_WB[g.robot_body].p;
   set_root_twist(r.model, g.target_body, shift(k.V_WB[g.robot_body], arm), r.state);
   ASSERT_LT(norm(relative_velocity(r.model, r.state, g.robot_body, g.target_body, g.p_WC)), 1e-15);
-  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6), {.longest = 2});
+  const ImpactSolution o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6), {.longest = 2});
   ASSERT_EQ(o.status, Status::settled) << o.message;
   std::printf("[ measured ] %ld steps, energy residual %.3g, impulses %.3g and %.3g\n", o.steps, o.energy_residual,
-              norm(o.grasps[0].impulse.linear), norm(o.grasps[1].impulse.linear));
+              norm(o.forces[0].impulse.linear), norm(o.forces[1].impulse.linear));
   EXPECT_LT(o.steps, 300);  // measured 71
   EXPECT_LT(o.energy_residual, 1e-8);
-  EXPECT_GT(norm(o.grasps[0].impulse.linear), 1e-3 * norm(o.grasps[1].impulse.linear));
+  EXPECT_GT(norm(o.forces[0].impulse.linear), 1e-3 * norm(o.forces[1].impulse.linear));
   EXPECT_LT(momentum_error(r.model, r.state, o.after), 1e-12);
 }
 
 TEST(CompliantGrasps, UndampedGraspsNeverRest) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
-  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6, 0), {.longest = 0.1});
+  const ImpactSolution o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6, 0), {.longest = 0.1});
   EXPECT_EQ(o.status, Status::time_over);
-  EXPECT_EQ(o.grasps[0].energy_lost, 0);
+  EXPECT_EQ(o.forces[0].energy_lost, 0);
   EXPECT_GT(o.elastic_energy_after, 0);
   EXPECT_LT(o.energy_residual, 1e-8);
 }
@@ -233,7 +233,7 @@ TEST(CompliantGrasps, UndampedGraspsNeverRest) {
 TEST(CompliantGrasps, HalfTurnFailsWithMessage) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   std::vector<CompliantGrasp> grasps = yielding(r.grasps, 1e-3, 0);
-  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, grasps, {.longest = 1000});
+  const ImpactSolution o = compliant_impact(r.model, r.state, {}, grasps, {.longest = 1000});
   EXPECT_EQ(o.status, Status::failed);
   EXPECT_NE(o.message.find("a grasp has turned by"), std::string::npos) << o.message;
 }

@@ -10,14 +10,14 @@
 namespace grapnel::testing {
 namespace compliant_impact_test {
 
-using Status = CompliantOutcome::Status;
+using Status = ImpactSolution::Status;
 
-CompliantOutcome run(const CentralPair& c, const CompliantSetup& setup = {}) {
+ImpactSolution run(const CentralPair& c, const CompliantSetup& setup = {}) {
   return compliant_impact(c.model, c.state, {&c.contact, 1}, {}, setup);
 }
 
 // Separation speed relative to the approach speed.
-double rebound(const CentralPair& c, const CompliantOutcome& o) {
+double rebound(const CentralPair& c, const ImpactSolution& o) {
   return dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), c.contact.n_W) / CentralPair::speed;
 }
 
@@ -28,9 +28,9 @@ double off(const char* what, double value, double exact) {
 }
 
 // Checks for every contact law: momentum, energy, and the impulse as integral of the force and as change of momentum.
-void expect_balanced(const CentralPair& c, const CompliantOutcome& o) {
+void expect_balanced(const CentralPair& c, const ImpactSolution& o) {
   ASSERT_EQ(o.status, Status::separated) << o.message;
-  const ForceHistory& h = o.contacts[0];
+  const ForceHistory& h = o.forces[0];
   EXPECT_LT(momentum_error(c.model, c.state, o.after), 1e-13);  // measured 3e-16
   const double residual = o.energy_residual * o.kinetic_energy_before;
   const double at_stake = 0.5 * CentralPair::m_eff * CentralPair::speed * CentralPair::speed;
@@ -52,10 +52,10 @@ void expect_balanced(const CentralPair& c, const CompliantOutcome& o) {
 
 TEST(CompliantImpact, LinearSpringInClosedForm) {
   const CentralPair c = central_pair();
-  const CompliantOutcome o = run(c);
+  const ImpactSolution o = run(c);
   expect_balanced(c, o);
   const double k = c.contact.stiffness, m = CentralPair::m_eff, v = CentralPair::speed;
-  const ForceHistory& h = o.contacts[0];
+  const ForceHistory& h = o.forces[0];
   EXPECT_LT(off("duration", o.duration, std::numbers::pi * std::sqrt(m / k)), 1e-9);  // measured 1.4e-11
   EXPECT_LT(off("touch", h.duration, o.duration), 1e-12);
   EXPECT_LT(off("peak force", h.peak_force, v * std::sqrt(k * m)), 2e-9);            // measured 1.4e-10
@@ -72,10 +72,10 @@ TEST(CompliantImpact, HertzInClosedForm) {
   CentralPair c = central_pair();
   c.contact.model = ContactForceModel::hertz;
   c.contact.stiffness = 3e7;
-  const CompliantOutcome o = run(c);
+  const ImpactSolution o = run(c);
   expect_balanced(c, o);
   const double k = c.contact.stiffness, m = CentralPair::m_eff, v = CentralPair::speed;
-  const ForceHistory& h = o.contacts[0];
+  const ForceHistory& h = o.forces[0];
   // m v^2 / 2 = 2/5 k d^(5/2); duration 2 d / v times the integral of (1 - x^(5/2))^(-1/2) over 0 to 1, which is
   // sqrt(pi) Gamma(7/5) / Gamma(9/10).
   const double d = std::pow(1.25 * m * v * v / k, 0.4);
@@ -96,11 +96,11 @@ TEST(CompliantImpact, KelvinVoigtsRestitutionInClosedForm) {
     CentralPair c = central_pair();
     const double k = c.contact.stiffness, m = CentralPair::m_eff, v = CentralPair::speed, w = std::sqrt(k / m);
     c.contact.damping = 2 * z * std::sqrt(k * m);
-    const CompliantOutcome o = run(c);
+    const ImpactSolution o = run(c);
     expect_balanced(c, o);
     const double s = std::sqrt(1 - z * z);
     const double t = (std::numbers::pi - std::atan2(2 * z * s, 1 - 2 * z * z)) / (s * w), e = std::exp(-z * w * t);
-    const ForceHistory& h = o.contacts[0];
+    const ForceHistory& h = o.forces[0];
     EXPECT_LT(off("duration", o.duration, t), 1e-9);                             // measured 4.9e-11
     EXPECT_LT(off("rebound", rebound(c, o), e), 4e-9);                           // measured 2.2e-10
     EXPECT_LT(off("lost", h.energy_lost, 0.5 * m * v * v * (1 - e * e)), 1e-8);  // measured 7.3e-10
@@ -124,7 +124,7 @@ TEST(CompliantImpact, HuntAndCrossleysRestitutionInClosedForm) {
       c.contact.stiffness = n < 1.2 ? 1e5 : n < 2 ? 3e7 : 1e9;
       c.contact.exponent = n;
       c.contact.damping = a;
-      const CompliantOutcome o = run(c);
+      const ImpactSolution o = run(c);
       expect_balanced(c, o);
       const double v = CentralPair::speed, whole = a * v - std::log1p(a * v);
       double low = 0, high = std::min(1.0, 1 / (a * v));  // bisection for e
@@ -135,7 +135,7 @@ TEST(CompliantImpact, HuntAndCrossleysRestitutionInClosedForm) {
       const double e = 0.5 * (low + high);
       EXPECT_LT(off("rebound", rebound(c, o), e), 1e-8);  // measured 8.3e-10
       const double lost = 0.5 * CentralPair::m_eff * v * v * (1 - e * e);
-      EXPECT_LT(off("lost", o.contacts[0].energy_lost, lost), 4e-8);  // measured 3.3e-9
+      EXPECT_LT(off("lost", o.forces[0].energy_lost, lost), 4e-8);  // measured 3.3e-9
     }
   }
 }

@@ -209,25 +209,23 @@ class Lanes {
   std::optional<std::string> before_;
 };
 
-CompliantOutcome outcome_with(std::string_view lanes, const YieldingCase& c) {
+ImpactSolution outcome_with(std::string_view lanes, const YieldingCase& c) {
   const Lanes now(lanes);
   Pulling drive(c.model);
   return compliant_impact(c.model, c.state, c.contacts, c.grasps, {.longest = 0.02, .samples = 50}, c.held, {},
                           c.driven ? &drive : nullptr);
 }
 
-std::vector<double> numbers(const CompliantOutcome& o) {
+std::vector<double> numbers(const ImpactSolution& o) {
   std::vector<double> all{o.duration, o.energy_residual, o.held_work, o.drive_work, o.spring_energy_lost};
   const auto add = [&](std::span<const double> x) { all.insert(all.end(), x.begin(), x.end()); };
   add(o.after.q), add(o.after.v), add(o.times), add(o.held_impulses);
   for (const std::vector<double>& a : o.accelerations) add(a);
   for (const State& s : o.states) add(s.v);
-  for (const std::vector<ForceHistory>* histories : {&o.contacts, &o.grasps}) {
-    for (const ForceHistory& h : *histories) {
-      add(h.deformation), add(h.impulse.linear.e), add(h.impulse.angular.e);
-      add(std::vector{h.peak_force, h.peak_force_time, h.peak_moment, h.largest_deformation, h.energy_lost});
-      for (const Vector3d& f : h.force) add(f.e);
-    }
+  for (const ForceHistory& h : o.forces) {
+    add(h.deformation), add(h.impulse.linear.e), add(h.impulse.angular.e);
+    add(std::vector{h.peak_force, h.peak_force_time, h.peak_moment, h.largest_deformation, h.energy_lost});
+    for (const Vector3d& f : h.force) add(f.e);
   }
   return all;
 }
@@ -237,12 +235,12 @@ TEST(CompliantPacks, WholeImpactsHaveTheSameBitsAtEveryWidth) {
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     const YieldingCase c = yielding_case(i);
-    const CompliantOutcome one = outcome_with("one_lane", c);
-    ASSERT_NE(one.status, CompliantOutcome::Status::failed) << one.message;
+    const ImpactSolution one = outcome_with("one_lane", c);
+    ASSERT_NE(one.status, ImpactSolution::Status::failed) << one.message;
     EXPECT_GT(one.steps, 5);
-    const CompliantOutcome doubles = outcome_with("off", c);
+    const ImpactSolution doubles = outcome_with("off", c);
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
-      const CompliantOutcome o = outcome_with(lanes::name(set), c);
+      const ImpactSolution o = outcome_with(lanes::name(set), c);
       energy.note(o.energy_residual, i);
       if (set != InstructionSet::sse2) {
         EXPECT_TRUE(same_bits(numbers(o), numbers(one))) << lanes::name(set);
@@ -283,8 +281,8 @@ TEST(CompliantPacks, ModesUseDoubles) {
   const CompliantGrasp grasp{
       {model.body_index("second"), model.body_index("target"), GraspModel::rigid, {1, 0, 0}, {}}, 1e4, 1e2, 1e3, 10};
   EXPECT_FALSE(CompliantSystem(model, state, {}, {&grasp, 1}, {}, nullptr, set).in_packs());
-  const CompliantOutcome o = compliant_impact(model, state, {}, {&grasp, 1}, {});
-  EXPECT_NE(o.status, CompliantOutcome::Status::failed) << o.message;
+  const ImpactSolution o = compliant_impact(model, state, {}, {&grasp, 1}, {});
+  EXPECT_NE(o.status, ImpactSolution::Status::failed) << o.message;
   EXPECT_LT(o.energy_residual, 1e-10);
 }
 

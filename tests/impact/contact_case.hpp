@@ -18,7 +18,7 @@ struct ContactCase {
   State state;
   std::vector<ContactPoint> contacts;
 
-  ContactImpactSolution solve(RestitutionHypothesis hypothesis) const {
+  ImpactSolution solve(RestitutionHypothesis hypothesis) const {
     return contact_impact(model, state, contacts, hypothesis);
   }
 };

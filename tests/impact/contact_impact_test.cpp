@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace contact_impact_test {
 
-using Status = ContactImpactSolution::Status;
+using Status = ImpactSolution::Status;
 
 // Every seventh of the first cases of contact_thousands_test.cpp.
 TEST(ContactImpact, StrongeDissipatesAndSatisfiesCone) { check_stronge(0, test::repetitions(3500), 7); }
@@ -27,9 +27,9 @@ TEST(ContactImpact, OneContactObeysItsHypothesis) {
     const ContactPoint& p = c.contacts[0];
     const double e = p.restitution;
     for (RestitutionHypothesis h : kHypotheses) {
-      const ContactImpactSolution s = c.solve(h);
+      const ImpactSolution s = c.solve(h);
       ASSERT_EQ(s.status, Status::solved) << s.message;
-      const ContactPointImpulse& x = s.contacts[0];
+      const ContactPointImpulse& x = s.points[0];
       const double before = dot(x.velocity_before, p.n_W), after = dot(x.velocity_after, p.n_W);
       if (h == RestitutionHypothesis::newton) {
         ASSERT_LT(newton.note(std::abs(after + e * before) / -before, i), 1e-11);
@@ -52,16 +52,16 @@ TEST(ContactImpact, ObliqueSphereSlidesOrRolls) {
       const int ball = c.model.body_index("ball");
       set_root_twist(c.model, ball, {Vector3d::zero(), {v_t, 0, -v_n}}, c.state);
       c.contacts = {{ball, c.model.body_index("ground"), Vector3d::zero(), {0, 0, 1}, e, mu, 1}};
-      const ContactImpactSolution s = c.solve(h);
+      const ImpactSolution s = c.solve(h);
       ASSERT_EQ(s.status, Status::solved);
       const double normal = (1 + e) * m * v_n, stop = m * v_t * 2 / 7;
       const bool slides = mu * normal < stop;
-      EXPECT_NEAR(s.contacts[0].normal, normal, 1e-11);
-      EXPECT_NEAR(s.contacts[0].tangential[0], slides ? -mu * normal : -stop, 1e-11);
+      EXPECT_NEAR(s.points[0].normal, normal, 1e-11);
+      EXPECT_NEAR(s.points[0].tangential[0], slides ? -mu * normal : -stop, 1e-11);
       if (slides) {
-        EXPECT_THAT(s.contacts[0].modes, ::testing::ElementsAre(ContactMode::sliding));
+        EXPECT_THAT(s.points[0].modes, ::testing::ElementsAre(ContactMode::sliding));
       } else {
-        EXPECT_THAT(s.contacts[0].modes, ::testing::ElementsAre(ContactMode::sliding, ContactMode::sticking));
+        EXPECT_THAT(s.points[0].modes, ::testing::ElementsAre(ContactMode::sliding, ContactMode::sticking));
       }
     }
   }

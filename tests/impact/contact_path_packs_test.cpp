@@ -196,11 +196,11 @@ TEST(ContactPathPacks, RejectDifferentNumbersOfContacts) {
 
 // --- Whole impacts ---
 
-ContactImpactSolution solution_with(InstructionSet set, const ContactCase& c, RestitutionHypothesis hypothesis) {
+ImpactSolution solution_with(InstructionSet set, const ContactCase& c, RestitutionHypothesis hypothesis) {
   const char* const before = std::getenv("GRAPNEL_LANES");
   const std::string previous = before != nullptr ? before : "";
   setenv("GRAPNEL_LANES", std::string(lanes::name(set)).c_str(), 1);
-  ContactImpactSolution solution = c.solve(hypothesis);
+  ImpactSolution solution = c.solve(hypothesis);
   before != nullptr ? setenv("GRAPNEL_LANES", previous.c_str(), 1) : unsetenv("GRAPNEL_LANES");
   return solution;
 }
@@ -209,14 +209,14 @@ TEST(ContactPathPacks, WholeImpactsHaveTheSameBitsAtEveryWidth) {
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ContactCase c = random_contacts(i, 1 + i % 3);
-    const ContactImpactSolution one = solution_with(InstructionSet::one_lane, c, kHypotheses[i % 3]);
+    const ImpactSolution one = solution_with(InstructionSet::one_lane, c, kHypotheses[i % 3]);
     EXPECT_GT(one.steps, 0);
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
       if (set == InstructionSet::sse2) continue;
-      const ContactImpactSolution other = solution_with(set, c, kHypotheses[i % 3]);
+      const ImpactSolution other = solution_with(set, c, kHypotheses[i % 3]);
       EXPECT_TRUE(same_bits(other.velocity, one.velocity)) << lanes::name(set);
-      for (std::size_t k = 0; k < one.contacts.size(); ++k)
-        EXPECT_TRUE(same_bits(other.contacts[k].spread, one.contacts[k].spread)) << lanes::name(set);
+      for (std::size_t k = 0; k < one.points.size(); ++k)
+        EXPECT_TRUE(same_bits(other.points[k].spread, one.points[k].spread)) << lanes::name(set);
       EXPECT_EQ(other.steps, one.steps);
     }
   }

@@ -142,14 +142,14 @@ struct PlanarPair {
 // Compares the solutions and returns the kind of path.
 std::string compare(const PlanarPair& pair, RestitutionHypothesis h, Worst& worst, int index) {
   const PlanarResult expected = routh(pair.planar(), h);
-  const ContactImpactSolution s = pair.spatial().solve(h);
-  EXPECT_EQ(s.status, ContactImpactSolution::Status::solved) << s.message;
+  const ImpactSolution s = pair.spatial().solve(h);
+  EXPECT_EQ(s.status, ImpactSolution::Status::solved) << s.message;
   const double P_t =
-      s.contacts[0].tangential[0] * std::cos(pair.angle) - s.contacts[0].tangential[2] * std::sin(pair.angle);
-  const double miss = std::hypot(s.contacts[0].normal - expected.P_n, P_t - expected.P_t);
+      s.points[0].tangential[0] * std::cos(pair.angle) - s.points[0].tangential[2] * std::sin(pair.angle);
+  const double miss = std::hypot(s.points[0].normal - expected.P_n, P_t - expected.P_t);
   EXPECT_LT(worst.note(miss / expected.P_n, index), 1e-9);  // measured 1.2e-11
-  EXPECT_EQ(s.contacts[0].modes, expected.modes);
-  EXPECT_NEAR(s.contacts[0].tangential[1], 0, 1e-12 * expected.P_n);
+  EXPECT_EQ(s.points[0].modes, expected.modes);
+  EXPECT_NEAR(s.points[0].tangential[1], 0, 1e-12 * expected.P_n);
   return expected.kind;
 }
 
@@ -216,7 +216,7 @@ TEST(RouthConstruction, NewtonsHypothesisCanCreateEnergy) {
         const ContactCase c = pair.spatial();
         const double before = kinetic_energy_of(c, c.state.v);
         for (RestitutionHypothesis h : kHypotheses) {
-          const ContactImpactSolution s = c.solve(h);
+          const ImpactSolution s = c.solve(h);
           const double gain = kinetic_energy_of(c, s.velocity) - before;
           EXPECT_EQ(s.energy_created, gain > 1e-9 * before);
           if (h == RestitutionHypothesis::newton) {

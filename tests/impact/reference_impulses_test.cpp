@@ -78,8 +78,8 @@ TEST(ReferenceImpulses, AtRestPoint) {
 
 TEST(ReferenceImpulses, PublishedFormula) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
-  const PublishedImpact p = published_impact(r.model, r.state, r.model.body_index("base"), r.grasps);
-  ASSERT_EQ(p.undefined, "");
+  const ImpactSolution p = published_impact(r.model, r.state, r.model.body_index("base"), r.grasps);
+  ASSERT_EQ(p.message, "");
   expect_contacts(p.contacts, {{0.0440, -0.1111, 0.1374}, {-0.0440, 0.1112, 0.1375}});
 }
 

@@ -277,12 +277,12 @@ TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
     const Eigen::MatrixXd J = grasp_jacobian(c.model, k, c.grasps);
     const Eigen::VectorXd v = eigen(c.state.v);
     const std::vector<std::vector<double>> e(c.grasps.size(), std::vector<double>(6, 0.5));
-    const BilateralRestitution back = bilateral_restitution(c.model, c.state, c.grasps, e, held);
+    const ImpactSolution back = bilateral_restitution(c.model, c.state, c.grasps, e, held);
     EXPECT_EQ(back.inconsistent, "");
-    EXPECT_TRUE(any_was_overpowered(c, held, back.solution.velocity));
+    EXPECT_TRUE(any_was_overpowered(c, held, back.velocity));
     const Eigen::VectorXd u = J * v;
-    EXPECT_LT(thrown.note((J * eigen(back.solution.velocity) + 0.5 * u).norm() / u.norm(), index), 1e-10);
-    EXPECT_LT(back.solution.generalized_momentum_residual, 1e-10);
+    EXPECT_LT(thrown.note((J * eigen(back.velocity) + 0.5 * u).norm() / u.norm(), index), 1e-10);
+    EXPECT_LT(back.generalized_momentum_residual, 1e-10);
     // The last grasp is replaced by a contact of an arm with free joints. The other two arms still form a loop.
     if (c.grasps.size() < 3) continue;
     const std::vector<Grasp> closed(c.grasps.begin(), c.grasps.end() - 1);
@@ -296,9 +296,8 @@ TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
                              0.5,
                              0.2,
                              1};
-    const ContactImpactSolution s =
-        contact_impact(c.model, c.state, {&point, 1}, RestitutionHypothesis::stronge, closed, two);
-    ASSERT_EQ(s.status, ContactImpactSolution::Status::solved) << s.message;
+    const ImpactSolution s = contact_impact(c.model, c.state, {&point, 1}, RestitutionHypothesis::stronge, closed, two);
+    ASSERT_EQ(s.status, ImpactSolution::Status::solved) << s.message;
     EXPECT_TRUE(any_was_overpowered(c, two, s.velocity));
     EXPECT_LT(blow.note(s.generalized_momentum_residual, index), 1e-10);
     EXPECT_LT(s.energy_identity_residual, 1e-10);

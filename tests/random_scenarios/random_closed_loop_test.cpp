@@ -40,7 +40,7 @@ void expect_held(const CaptureProblem& p, const CaptureResult& r) {
     };
     const Posed X_ET = seen(begin);
     const Vector3d p_EC = inverse(written_end_effector(p.robot, written_poses(p.robot, r, begin), grasp.end_effector)) *
-                          r.impact->grasps[i].contact_point;
+                          r.impact()->grasps[i].contact_point;
     const Vector3d p_TC = inverse(X_ET) * p_EC;
     for (std::size_t k = begin; k < r.series.time.size(); ++k) {
       const Posed X = seen(k);

@@ -34,11 +34,11 @@ bool grasp_one_target(const ImpactReport& impact) {
 void note(const CaptureResult& result, double seconds) {
   ++tally.runs;
   tally.completed += result.status == CaptureStatus::completed;
-  tally.impacts += result.impact.has_value();
+  tally.impacts += result.impact() != nullptr;
   tally.motions_after += result.post_impact_end.has_value();
-  tally.brakes += result.impact && result.impact->brake.has_value();
-  tally.shared += result.impact && grasp_one_target(*result.impact);
-  tally.later += !result.later_impacts.empty();
+  tally.brakes += result.impact() && result.impact()->brake.has_value();
+  tally.shared += result.impact() && grasp_one_target(*result.impact());
+  tally.later += !result.later_impacts().empty();
   tally.missed += !result.grasps.empty() && !result.captured();
   tally.released += !result.releases.empty();
   tally.looped += !result.loops.empty();

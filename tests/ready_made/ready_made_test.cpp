@@ -181,7 +181,7 @@ TEST(ReadyMadeTargets, AreCapturedAtEveryPoint) {
           "post_impact: {duration: 2 s}\nclearance: {enabled: false}\noutput: {interval: 1 s}\n");
       const CaptureResult result = simulate_capture(problem);
       expect_sound(result, name + "/" + point.name);
-      EXPECT_GT(result.impact->grasps.at(0).impulse_magnitude, 0) << name;
+      EXPECT_GT(result.impact()->grasps.at(0).impulse_magnitude, 0) << name;
     }
   }
 }

@@ -63,14 +63,14 @@ TEST(LoadTable, MarksMarginsWithAssumedDuration) {
 
 TEST(LoadTable, MarksAssumedDurationsOfImpactMargins) {
   CaptureResult result = sample();
-  result.impact.emplace();
-  result.impact->duration = 1e-3;
-  result.impact->margins = {{"left", "force", 28.4, 400}, {"left", "impulse", 0.0284, 1}};
+  result.impacts.emplace_back();
+  result.impacts[0].duration = 1e-3;
+  result.impacts[0].margins = {{"left", "force", 28.4, 400}, {"left", "impulse", 0.0284, 1}};
   EXPECT_THAT(result_table(result), HasSubstr("a mean over an assumed 1 ms"));
   json margins = json::parse(summary_json(result, "1"))["impact"]["margins"];
   EXPECT_EQ(margins[0]["assumed_duration"], true);
   EXPECT_EQ(margins[1]["assumed_duration"], false);
-  result.impact->compliant.emplace();
+  result.impacts[0].compliant.emplace();
   margins = json::parse(summary_json(result, "1"))["impact"]["margins"];
   EXPECT_EQ(margins[0]["assumed_duration"], false);
 }

@@ -34,7 +34,7 @@ TEST(SummaryContract, FilesFollowTheSchema) {
   EXPECT_THAT(schema().faults_of(parsed(sample_result_with_laws())), IsEmpty());
   EXPECT_THAT(schema().faults_of(parsed({})), IsEmpty());
   CaptureResult fixed = sample_result();
-  fixed.impact->as_published.reset();
+  fixed.impacts[0].as_published.reset();
   fixed.plan->searched = false;
   fixed.clearance.clear(), fixed.grasps.clear(), fixed.grasp_loads.clear();
   EXPECT_THAT(schema().faults_of(parsed(fixed)), IsEmpty());
@@ -61,7 +61,7 @@ TEST(SummaryContract, SchemaDetectsErrors) {
   EXPECT_THAT(schema().faults_of(document), Not(IsEmpty()));
   // NaN is rejected for fields that are not declared as possibly unknown.
   CaptureResult result = sample_result();
-  result.impact->kinetic_energy_before = std::numeric_limits<double>::quiet_NaN();
+  result.impacts[0].kinetic_energy_before = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(schema().faults_of(parsed(result)), Not(IsEmpty()));
 }
 

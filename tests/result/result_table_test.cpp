@@ -26,12 +26,12 @@ std::size_t widest(const std::string& text) {
 
 TEST(ResultTable, ShowsTheVerdictsFirst) {
   CaptureResult result = test::sample_result();
-  GraspImpulse& left = result.impact->grasps[0];
+  GraspImpulse& left = result.impacts[0].grasps[0];
   left.impulse_magnitude = 12.345678;
   left.mean_force = 123.45678;
-  result.impact->as_published->grasps[0].impulse_magnitude = 98.7654321;
-  result.impact->kinetic_energy_before = 5.25;
-  result.impact->kinetic_energy_after = 4.125;
+  result.impacts[0].as_published->grasps[0].impulse_magnitude = 98.7654321;
+  result.impacts[0].kinetic_energy_before = 5.25;
+  result.impacts[0].kinetic_energy_after = 4.125;
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: completed"));
   EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 2 conserved quantities outside their bounds"));
@@ -83,13 +83,12 @@ TEST(ResultTable, ReportsOnlyEvaluatedChecks) {
 
 TEST(ResultTable, ShowsThesisFormulasOnlyOnRequest) {
   CaptureResult result = test::sample_result();
-  result.impact->as_published->grasps[0].impulse_magnitude = 98.7654321;
-  result.impact->show_as_published = true;
+  result.impacts[0].as_published->grasps[0].impulse_magnitude = 98.7654321;
+  result.impacts[0].show_as_published = true;
   EXPECT_THAT(result_table(result), HasSubstr("as publ."));
   EXPECT_THAT(result_table(result), HasSubstr("98.765"));
   EXPECT_THAT(result_table(result), HasSubstr("as published, (3.8)-(3.13), violates momentum conservation"));
-  result.impact->show_as_published = false;
-  for (ImpactReport& later : result.later_impacts) later.show_as_published = false;
+  for (ImpactReport& impact : result.impacts) impact.show_as_published = false;
   EXPECT_THAT(result_table(result), Not(HasSubstr("publ")));
   EXPECT_THAT(result_table(result), Not(HasSubstr("98.765")));
 }
@@ -116,13 +115,13 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   EXPECT_THAT(text, ContainsRegex("the minimum is\\s+reported"));
 
   // A loop that closes within tolerance has no line; without a null space there is no mark.
-  result.impact->loops[0].end_effector_distance = 1 + 9e-7;
-  result.later_impacts.clear();
+  result.impacts[0].loops[0].end_effector_distance = 1 + 9e-7;
+  result.impacts.resize(1);
   result.grasp_loads.pop_back();
   const std::string shorter = result_table(result);
   EXPECT_THAT(shorter, Not(HasSubstr("the loop over")));
   EXPECT_THAT(shorter, Not(ContainsRegex("the minimum is\\s+reported")));
-  result.impact->loops[0].end_effector_distance = 1 + 1.1e-6;
+  result.impacts[0].loops[0].end_effector_distance = 1 + 1.1e-6;
   EXPECT_THAT(result_table(result), HasSubstr("has a gap of 1.1e-06 m"));
 }
 
@@ -132,16 +131,16 @@ TEST(ResultTable, StaysWithinItsColumns) {
   result.warnings = {"a long warning that continues " + std::string("and on ") +
                      "with many words, more than a line of a "
                      "terminal holds, so that it has to be broken somewhere between them"};
-  for (GraspImpulse& grasp : result.impact->grasps) {
+  for (GraspImpulse& grasp : result.impacts[0].grasps) {
     grasp.target = name;
     grasp.impulse_magnitude = -1.23456789e-100;
     grasp.mean_force = -1.23456789e-100;
     grasp.gap = std::numeric_limits<double>::quiet_NaN();
   }
   for (EndEffectorMotion& e : result.approach_end->end_effectors) e.target = name;
-  result.impact->base_velocity_change = {-1.23456789e-100, -1.23456789e-100, -1.23456789e-100};
+  result.impacts[0].base_velocity_change = {-1.23456789e-100, -1.23456789e-100, -1.23456789e-100};
   result.ledger.entries[0].name = name;
-  result.impact->loops[0].target = name;
+  result.impacts[0].loops[0].target = name;
   result.releases[0].targets[0] = name;
   result.loops[0].closures[0] = name;
   result.loops[0].correction_total = -1.23456789e-100;
@@ -163,8 +162,7 @@ TEST(ResultTable, OmitsAbsentPhases) {
   result = test::sample_result();
   result.status = CaptureStatus::failed;
   result.failure = "body arm_2 at 3.5 s: not a number";
-  result.impact.reset();
-  result.later_impacts.clear();
+  result.impacts.clear();
   result.releases.clear();
   result.loops.clear();
   result.grasp_loads.clear();

@@ -187,11 +187,10 @@ CaptureResult sample_result() {
   result.limit_events = {{LimitKind::rate, "left-1", "approach", 3, 4, -0.3, 3.5, -0.2}};
   result.first_violation = Violation{"rate", "rate of left-1 passes its limit -0.2", "approach", 3};
   result.valid_until = 32;
-  result.impact = impact();
-  result.later_impacts = {impact()};
-  result.later_impacts[0].time = 27;
-  result.later_impacts[0].rank = 12;
-  result.later_impacts[0].null_space.clear();
+  result.impacts = {impact(), impact()};
+  result.impacts[1].time = 27;
+  result.impacts[1].rank = 12;
+  result.impacts[1].null_space.clear();
   result.releases = {{45, {"left", "right"}, {"debris", "debris"}}};
   result.loops = {
       {"post_impact", {"right - debris", "third - debris"}, 12, 9, next(), next(), next(), next(), next(), next()}};
@@ -212,10 +211,10 @@ CaptureResult sample_result() {
 
 CaptureResult sample_result_with_laws() {
   CaptureResult result = sample_result();
-  describe_law(*result.impact);
-  result.later_impacts[0] = *result.impact;
-  result.later_impacts[0].time = 27;
-  result.later_impacts[0].null_space.clear();
+  describe_law(result.impacts[0]);
+  result.impacts[1] = result.impacts[0];
+  result.impacts[1].time = 27;
+  result.impacts[1].null_space.clear();
   return result;
 }
 

@@ -182,7 +182,7 @@ TEST(Summary, HasLoopsLaterImpactsAndReleases) {
 TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
   const CaptureResult result = test::sample_result();
   const json summary = parsed(result);
-  const ImpactReport& impact = *result.impact;
+  const ImpactReport& impact = result.impacts[0];
   const json& stress = summary["impact"]["null_space"][0]["grasps"][1];
   EXPECT_EQ(stress["end_effector"], "right");
   EXPECT_EQ(stress["impulse"], numbers(impact.null_space[0].impulse[1]));
@@ -335,7 +335,7 @@ TEST(Summary, PutsEachValueUnderItsOwnKey) {
   EXPECT_EQ(end_effector["miss_distance"], end.end_effectors[1].miss_distance);
   EXPECT_EQ(end_effector["relative_velocity"], numbers(end.end_effectors[1].relative_velocity));
   EXPECT_EQ(end_effector["relative_angular_velocity"], numbers(end.end_effectors[1].relative_angular_velocity));
-  const ImpactReport& impact = *result.impact;
+  const ImpactReport& impact = result.impacts[0];
   const json& grasp = summary["impact"]["grasps"][1];
   EXPECT_EQ(grasp["impulse"], numbers(impact.grasps[1].impulse));
   EXPECT_EQ(grasp["angular_impulse"], numbers(impact.grasps[1].angular_impulse));
@@ -359,9 +359,9 @@ TEST(Summary, LeavesAbsentPhasesOut) {
   result.loops.clear();
   result.grasp_loads.clear();
   expect_keys(parsed(result)["post_impact"], {"end", "phases"}, "post_impact without loops and loads");
-  result.impact->as_published.reset();
-  result.impact->as_published_absent = "(J^T)+ is not defined here";
-  result.impact->brake.reset();
+  result.impacts[0].as_published.reset();
+  result.impacts[0].as_published_absent = "(J^T)+ is not defined here";
+  result.impacts[0].brake.reset();
   const json impact = parsed(result)["impact"];
   EXPECT_FALSE(impact.contains("as_published"));
   EXPECT_FALSE(impact.contains("brake"));
@@ -370,8 +370,8 @@ TEST(Summary, LeavesAbsentPhasesOut) {
 
 TEST(Summary, TurnsNaNAndInfinityIntoNullAndBadTextIntoText) {
   CaptureResult result = test::sample_result();
-  result.impact->kinetic_energy_after = std::numeric_limits<double>::quiet_NaN();
-  result.impact->base_velocity_change[1] = -std::numeric_limits<double>::infinity();
+  result.impacts[0].kinetic_energy_after = std::numeric_limits<double>::quiet_NaN();
+  result.impacts[0].base_velocity_change[1] = -std::numeric_limits<double>::infinity();
   result.ledger.entries[0].value = std::numeric_limits<double>::quiet_NaN();
   result.scenario_name = "bad \xff text \"quoted\"\n";
   const json summary = parsed(result);

@@ -62,8 +62,8 @@ TEST(Verdicts, CaptureBeyondValidityIsDoubtful) {
 TEST(Verdicts, ContactsAreNotMeantToHold) {
   CaptureResult result = captured();
   result.grasps[0].captured = false;
-  result.impact.emplace().grasps.resize(1);
-  result.impact->grasps[0].end_effector = "tip", result.impact->grasps[0].model = "contact";
+  result.impacts.emplace_back().grasps.resize(1);
+  result.impacts[0].grasps[0].end_effector = "tip", result.impacts[0].grasps[0].model = "contact";
   EXPECT_EQ(capture(result).word, "Contact, no grasp");
   EXPECT_EQ(capture(result).remarks[0].tone, Tone::none);
 }
