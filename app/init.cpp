@@ -7,7 +7,7 @@
 #include <string>
 
 #include "commands.hpp"
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "terminal.hpp"
 

@@ -6,8 +6,8 @@
 
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/impact_report/contact.hpp"
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::bench {

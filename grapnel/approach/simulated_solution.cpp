@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {

@@ -7,7 +7,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/approach/capture_window.hpp"
 #include "grapnel/problem/captured_model.hpp"
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "grapnel/control/plugin_controller.hpp"
-#include "grapnel/impact_report/elastic_report.hpp"
+#include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {

@@ -13,7 +13,7 @@
 
 #include "grapnel/capture/ledger_scale.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/ledger.hpp"

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "grapnel/impact/yielding_drives.hpp"
-#include "grapnel/impact_report/elastic_report.hpp"
-#include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

@@ -3,8 +3,8 @@
 
 #include "grapnel/capture/coordinated_law.hpp"
 #include "grapnel/control/grasp_force.hpp"
-#include "grapnel/dense/decompositions.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/spatial/decompositions.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "grapnel/impact_report/impact_figures.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/impact_figures.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/integrate/integrate.hpp"
 
 namespace grapnel {

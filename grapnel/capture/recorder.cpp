@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "grapnel/approach/phase_setups.hpp"
-#include "grapnel/impact_report/contact.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "grapnel/capture/conservation_monitor.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

@@ -16,7 +16,7 @@
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/saturation_monitor.hpp"
 #include "grapnel/capture/stability_monitor.hpp"
-#include "grapnel/impact_report/compliant_run.hpp"
+#include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

@@ -7,7 +7,7 @@
 
 #include "grapnel/control/effort_response.hpp"
 #include "grapnel/control/sampled_loop.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 
 namespace grapnel {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 
 namespace grapnel {
 namespace {

@@ -15,7 +15,7 @@
 #include "grapnel/capture/motion_phases.hpp"
 #include "grapnel/capture/replanning.hpp"
 #include "grapnel/capture/sampled_gains.hpp"
-#include "grapnel/impact_report/elastic_report.hpp"
+#include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"

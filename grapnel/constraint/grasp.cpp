@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel {

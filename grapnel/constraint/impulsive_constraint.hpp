@@ -3,7 +3,7 @@
 /// @file
 /// Impulses that bring velocities onto linear constraints; detects redundant rows.
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "grapnel/control/load_shares.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

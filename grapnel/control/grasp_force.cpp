@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "grapnel/control/detumbling.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/model/tree.hpp"
 

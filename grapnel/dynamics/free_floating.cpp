@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {

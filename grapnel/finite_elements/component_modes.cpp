@@ -10,7 +10,7 @@
 #include <memory>
 #include <numbers>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/finite_elements/interface_rows.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <memory>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/finite_elements/expanded_nodes.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/identify/momentum_rows.hpp"
 #include "grapnel/identify/rate_noise.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/impact/compliant_system.hpp"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/impact/contact_path.hpp"
 #include "grapnel/impact/plastic_impact.hpp"

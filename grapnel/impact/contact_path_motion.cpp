@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/impact/contact_path_kernel.hpp"
 
 namespace grapnel {

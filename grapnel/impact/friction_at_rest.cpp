@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

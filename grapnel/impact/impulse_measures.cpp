@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/yielding_drives.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/import/mjcf_model.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

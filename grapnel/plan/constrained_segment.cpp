@@ -1,6 +1,6 @@
 #include "grapnel/plan/constrained_segment.hpp"
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

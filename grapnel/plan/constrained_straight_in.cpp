@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
 #include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/self_motions.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

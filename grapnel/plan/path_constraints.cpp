@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/sequential_quadratic.hpp"
 

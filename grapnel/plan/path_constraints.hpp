@@ -23,7 +23,7 @@
 #include <optional>
 #include <string>
 
-#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 #include "grapnel/plan/goal.hpp"
 #include "grapnel/plan/wheel_momentum.hpp"
 

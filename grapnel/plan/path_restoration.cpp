@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/least_distance.hpp"
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/exchanged_grasps.hpp"
 #include "grapnel/plan/sequential_quadratic.hpp"

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <set>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
 
 namespace grapnel {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/integrate/integrate.hpp"
 #include "grapnel/plan/shooting.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {

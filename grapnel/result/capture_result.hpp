@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/clearance/clearance_result.hpp"
+#include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/result/actuation_result.hpp"
 #include "grapnel/result/impact_result.hpp"
 #include "grapnel/result/knowledge_result.hpp"

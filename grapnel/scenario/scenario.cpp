@@ -10,7 +10,7 @@
 #include "grapnel/control/fmu_controller.hpp"
 #include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/problem/capture_system.hpp"
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/scenario/imported_robot.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {

@@ -6,7 +6,7 @@
 
 #include "capture/impact_case.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

@@ -7,7 +7,7 @@
 
 #include "control/arm_case.hpp"
 #include "grapnel/control/base_keeping.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "support/sanitizers.hpp"
 

@@ -8,7 +8,7 @@
 #include "control/arm_case.hpp"
 #include "grapnel/control/detumbling.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 
 namespace grapnel::testing {
 namespace detumbling_test {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "control/arm_case.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "impact/compliant_case.hpp"
 #include "support/sanitizers.hpp"

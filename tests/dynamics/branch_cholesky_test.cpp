@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"

@@ -9,7 +9,7 @@
 
 #include "finite_elements/frame_model.hpp"
 #include "flexible/flexible_model.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/finite_elements/component_modes.hpp"
 

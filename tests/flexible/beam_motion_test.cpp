@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "flexible/flexible_model.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/compliant_impact.hpp"

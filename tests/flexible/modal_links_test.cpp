@@ -9,7 +9,7 @@
 
 #include "flexible/flexible_model.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "flexible/flexible_model.hpp"
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"

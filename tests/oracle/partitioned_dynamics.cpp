@@ -1,6 +1,6 @@
 #include "oracle/partitioned_dynamics.hpp"
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/workspace.hpp"

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 namespace least_distance_test {

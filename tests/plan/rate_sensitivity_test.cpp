@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
 #include "plan/tilted_arms.hpp"

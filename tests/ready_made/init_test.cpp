@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program_run.hpp"
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {

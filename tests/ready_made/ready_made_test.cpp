@@ -1,6 +1,6 @@
 // Ready-made robots and targets. Their data are physically possible and plausible; each robot captures and each target
 // is captured in a small scenario; including them by name is equivalent to stating them in full.
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

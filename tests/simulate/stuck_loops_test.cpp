@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "simulate/stuck_loop_scene.hpp"
 
 namespace grapnel::testing {

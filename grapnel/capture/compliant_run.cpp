@@ -1,4 +1,4 @@
-#include "grapnel/impact_report/compliant_run.hpp"
+#include "grapnel/capture/compliant_run.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact_report/contact.hpp"
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 

@@ -4,7 +4,7 @@
 /// Flexible modes: frequencies of a capture's system in a posture, and the dependence of a plastic impact on the
 /// responding modes.
 
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/impact_report.hpp"
 
 namespace grapnel {
 

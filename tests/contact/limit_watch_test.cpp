@@ -1,5 +1,5 @@
 // Times at which joints exceed and re-enter their limits, against closed forms.
-#include "grapnel/clearance/motion_watch.hpp"
+#include "grapnel/contact/motion_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "clearance/small_models.hpp"
+#include "contact/small_models.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

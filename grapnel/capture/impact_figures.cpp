@@ -1,4 +1,4 @@
-#include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/capture/impact_figures.hpp"
 
 #include <algorithm>
 #include <cmath>

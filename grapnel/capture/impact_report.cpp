@@ -1,4 +1,4 @@
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/impact_report.hpp"
 
 #include <fmt/format.h>
 
@@ -10,9 +10,9 @@
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/published_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
-#include "grapnel/impact_report/contact.hpp"
-#include "grapnel/impact_report/elastic_report.hpp"
-#include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "clearance/random_shape.hpp"
-#include "grapnel/clearance/clearance_model.hpp"
+#include "contact/random_shape.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

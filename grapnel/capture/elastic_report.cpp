@@ -1,11 +1,11 @@
-#include "grapnel/impact_report/elastic_report.hpp"
+#include "grapnel/capture/elastic_report.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"

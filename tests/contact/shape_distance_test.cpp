@@ -1,9 +1,9 @@
 // Distances of separated shapes: placed at a known distance, and proved optimal by a separating plane.
-#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 
 #include <gtest/gtest.h>
 
-#include "clearance/random_shape.hpp"
+#include "contact/random_shape.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

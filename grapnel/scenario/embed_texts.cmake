@@ -1,5 +1,5 @@
 # Writes OUTPUT, a C++ file with the bytes of FILES (FOLDER/NAME.yaml below SOURCE).
-set(code "// Made by embed_texts.cmake.\n#include \"grapnel/ready_made/ready_made.hpp\"\n\nnamespace grapnel {\n\n")
+set(code "// Made by embed_texts.cmake.\n#include \"grapnel/scenario/ready_made.hpp\"\n\nnamespace grapnel {\n\n")
 string(APPEND code "std::span<const ReadyMade> all_ready_made() {\n  static const ReadyMade kAll[] = {\n")
 foreach(file IN LISTS FILES)
   file(READ "${SOURCE}/${file}" text)

@@ -3,7 +3,7 @@
 /// @file
 /// Additional results of an impact: measures and sensitivities, and loads relative to the robot's ratings.
 
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 

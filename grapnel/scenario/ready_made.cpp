@@ -1,4 +1,4 @@
-#include "grapnel/ready_made/ready_made.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 
 #include <fmt/format.h>
 

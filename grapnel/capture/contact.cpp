@@ -1,4 +1,4 @@
-#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/capture/contact.hpp"
 
 #include <fmt/format.h>
 

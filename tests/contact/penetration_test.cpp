@@ -1,8 +1,8 @@
 // Overlapping shapes: always detected; the depth separates them and is nearly minimal.
 #include <gtest/gtest.h>
 
-#include "clearance/random_shape.hpp"
-#include "grapnel/clearance/clearance_model.hpp"
+#include "contact/random_shape.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

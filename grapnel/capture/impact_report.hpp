@@ -5,7 +5,7 @@
 
 #include "grapnel/impact/impact_law.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
-#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/capture/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 

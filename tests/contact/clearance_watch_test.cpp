@@ -1,11 +1,11 @@
 // Minimum clearances and events between samples, against closed forms.
-#include "grapnel/clearance/motion_watch.hpp"
+#include "grapnel/contact/motion_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "clearance/random_shape.hpp"
-#include "clearance/small_models.hpp"
+#include "contact/random_shape.hpp"
+#include "contact/small_models.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

@@ -1,4 +1,4 @@
-#include "grapnel/clearance/motion_watch.hpp"
+#include "grapnel/contact/motion_watch.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "clearance/random_shape.hpp"
-#include "clearance/small_models.hpp"
-#include "grapnel/clearance/clearance_model.hpp"
+#include "contact/random_shape.hpp"
+#include "contact/small_models.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 
 namespace grapnel::testing {
 namespace mesh_distance_test {

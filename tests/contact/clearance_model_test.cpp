@@ -1,11 +1,11 @@
 // Selection of pairs, and exclusion of pairs by bounds without effect on the result.
-#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "clearance/random_shape.hpp"
-#include "clearance/small_models.hpp"
+#include "contact/random_shape.hpp"
+#include "contact/small_models.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

@@ -1,4 +1,4 @@
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 #include <cmath>
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/clearance/clearance_model.hpp"
-#include "grapnel/clearance/clearance_result.hpp"
+#include "grapnel/contact/clearance_model.hpp"
+#include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/dynamics/state.hpp"
 
 namespace grapnel {

@@ -1,9 +1,9 @@
-#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/captured_model.hpp"

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "grapnel/impact/compliant_impact.hpp"
-#include "grapnel/impact_report/impact_report.hpp"
+#include "grapnel/capture/impact_report.hpp"
 
 namespace grapnel {
 

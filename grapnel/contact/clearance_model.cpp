@@ -1,4 +1,4 @@
-#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/contact/clearance_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "grapnel/clearance/convex_distance.hpp"
+#include "grapnel/contact/convex_distance.hpp"
 
 namespace grapnel {
 

@@ -1,11 +1,11 @@
-#include "grapnel/clearance/convex_distance.hpp"
+#include "grapnel/contact/convex_distance.hpp"
 
 #include <array>
 #include <limits>
 #include <numbers>
 #include <vector>
 
-#include "grapnel/clearance/motion_watch.hpp"
+#include "grapnel/contact/motion_watch.hpp"
 
 namespace grapnel {
 
