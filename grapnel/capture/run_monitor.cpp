@@ -219,12 +219,13 @@ void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_groun
   loads_.impact(phase, report, peaks);
 }
 
-// The brakes' loads are recorded as those of a separate impact.
+// The brakes' loads are recorded as those of a separate impact. Mean forces of a run without an impact refer to the
+// default duration.
 void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome& outcome) {
   conservation_.enter(outcome.from_ground);
   impact_checks_.note_brake(outcome.energy_identity_residual);
   ImpactReport as_impact;
-  as_impact.time = time, as_impact.duration = problem_.impact->duration;
+  as_impact.time = time, as_impact.duration = problem_.impact.value_or(ImpactSetup{}).duration;
   as_impact.joints = outcome.joints;
   for (const BrakeGrasp& g : outcome.report.grasps) {
     GraspImpulse& grasp = as_impact.grasps.emplace_back();
