@@ -533,7 +533,7 @@ const Type& type_of<Summary>() {
           .when<[](const S& s) { return s.result->impact() != nullptr; }>(),
       derived<[](const S& s) { return s.result->later_impacts(); }>(
           "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")
-          .when<[](const S& s) { return s.result->impacts.size() > 1; }>(),
+          .when<[](const S& s) { return s.result->later_impacts().size() != 0; }>(),
       list_part<&S::result, &CaptureResult::releases>(
           "releases", "", "releases of grasps, in the order of time; absent if there are none"),
       derived<[](const S& s) { return PostImpact{s.result}; }>("post_impact", "",
