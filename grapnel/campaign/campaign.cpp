@@ -411,6 +411,42 @@ class LaneBlock {
     }
   }
 
+  // Outcome of a case's segment in a lane => the case continues to its next segment, or integrates this one alone.
+  void end_segment(const lanes::LaneStructure& structure, const lanes::LaneCase& lane,
+                   const lanes::LaneOutcome& outcome, ActiveCase& active) {
+    std::unique_ptr<PhaseDynamics> dynamics = std::move(active.dynamics);
+    if (active.error) std::rethrow_exception(active.error);
+    PhaseOutcome result = outcome_of(structure, outcome);
+    const bool broken_off = outcome.status == lanes::LaneStatus::broken_off;
+    if (broken_off) result.failure = message_of(outcome.error);
+    const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
+                          structure.integration.max_steps < active.task->integration.max_steps;
+    // Integration alone resolves the remainder, and modes change at a wheel's largest rate.
+    const bool continues_alone =
+        outcome.status == lanes::LaneStatus::step_refused || outcome.status == lanes::LaneStatus::at_largest_rate;
+    // Integration alone, from the start, reports the diverging quantity, or why loops cannot be closed.
+    const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
+                           (continues_alone && (dynamics || outcome.time == active.task->begin)) ||
+                           (!continues_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
+    if (too_long || for_alone) {
+      if (!dynamics) return advance(active);
+      dynamics.reset();  // with its controller
+      return start_anew(active);
+    }
+    const std::shared_ptr<ControlClock>& clock = active.task->setup->clock;
+    if (dynamics) {
+      dynamics->end_control(outcome.time);
+    } else if (clock && (continues_alone || outcome.finished())) {
+      lanes::end_control(*lane.motion, outcome, *clock);
+    }
+    if (continues_alone) {
+      active.steps->integrated_in_part(std::move(result), measures_of(outcome), outcome.next_step);
+    } else {
+      active.steps->integrated(std::move(result), measures_of(outcome));
+    }
+    advance(active);
+  }
+
   // Integrates one segment of each case, and with `refill` of further cases of the block that reach such a segment.
   // `structure` by value: the cases continue to other segments during the loop.
   void integrate(const lanes::LaneStructure structure, std::vector<ActiveCase*> together, bool refill) {
@@ -439,39 +475,7 @@ class LaneBlock {
     };
     const auto sink = [&](const lanes::LaneCase& lane, const lanes::LaneOutcome& outcome) {
       ActiveCase& active = *together[outcome.id];
-      std::unique_ptr<PhaseDynamics> dynamics = std::move(active.dynamics);
-      attempt(active, [&] {
-        if (active.error) std::rethrow_exception(active.error);
-        PhaseOutcome result = outcome_of(structure, outcome);
-        const bool broken_off = outcome.status == lanes::LaneStatus::broken_off;
-        if (broken_off) result.failure = message_of(outcome.error);
-        const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
-                              structure.integration.max_steps < active.task->integration.max_steps;
-        // Integration alone resolves the remainder, and modes change at a wheel's largest rate.
-        const bool continues_alone =
-            outcome.status == lanes::LaneStatus::step_refused || outcome.status == lanes::LaneStatus::at_largest_rate;
-        // Integration alone, from the start, reports the diverging quantity, or why loops cannot be closed.
-        const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
-                               (continues_alone && (dynamics || outcome.time == active.task->begin)) ||
-                               (!continues_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
-        if (too_long || for_alone) {
-          if (!dynamics) return advance(active);
-          dynamics.reset();  // with its controller
-          return start_anew(active);
-        }
-        const std::shared_ptr<ControlClock>& clock = active.task->setup->clock;
-        if (dynamics) {
-          dynamics->end_control(outcome.time);
-        } else if (clock && (continues_alone || outcome.finished())) {
-          lanes::end_control(*lane.motion, outcome, *clock);
-        }
-        if (continues_alone) {
-          active.steps->integrated_in_part(std::move(result), measures_of(outcome), outcome.next_step);
-        } else {
-          active.steps->integrated(std::move(result), measures_of(outcome));
-        }
-        advance(active);
-      });
+      attempt(active, [&] { end_segment(structure, lane, outcome, active); });
     };
     const auto control = [&](const lanes::LaneTurn& turn, std::span<double> command) {
       ActiveCase& active = *together[turn.id];

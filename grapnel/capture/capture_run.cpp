@@ -12,7 +12,7 @@
 namespace grapnel {
 
 const Body& joint_body(const CaptureSystem& system, std::size_t joint) {
-  return system.model.bodies()[system.model.joints()[system.robot_joints[joint]]];
+  return system.model.joint_body(system.robot_joints[joint]);
 }
 
 // --- Motion of the joints ---

@@ -121,7 +121,7 @@ CoordinatedControl::Margin CoordinatedControl::min_margin(double time, const Sta
   };
   now_->part->consider(state, consider);
   for (int j : law_->joints()) {
-    const Body& body = system_->model.bodies()[system_->model.joints()[j]];
+    const Body& body = system_->model.joint_body(j);
     consider(room(body.description.joint.limits, state.q[body.q]), LawEnd::joint_limit, body.description.joint.name);
   }
   return least;

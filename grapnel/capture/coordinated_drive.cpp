@@ -41,8 +41,7 @@ void CoordinatedDrive::begin_segment(double t, const State& state, std::span<con
   ControlClock::Command command{std::vector<double>(clock_->channels()), Vector3d::zero()};
   for (std::size_t j = 0; j < law_->joints().size(); ++j) {
     const auto at = std::find(system_.robot_joints.begin(), system_.robot_joints.end(), law_->joints()[j]);
-    command.effort[static_cast<std::size_t>(at - system_.robot_joints.begin())] =
-        law_command.effort[static_cast<Eigen::Index>(j)];
+    command.effort[at - system_.robot_joints.begin()] = law_command.effort[j];
   }
   clock_->command(std::move(command), now, same);
 }
@@ -52,7 +51,7 @@ void CoordinatedDrive::begin_segment(double t, const State& state, std::span<con
 void CoordinatedDrive::efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                                std::span<double> effort) {
   const Model& model = system_.model;
-  const auto velocity_of = [&](int joint) { return static_cast<std::size_t>(model.bodies()[model.joints()[joint]].v); };
+  const auto velocity_of = [&](int joint) { return static_cast<std::size_t>(model.joint_body(joint).v); };
   if (clock_) {
     for (std::size_t c = 0; c < system_.robot_joints.size(); ++c)
       effort[velocity_of(system_.robot_joints[c])] = clock_->held().effort[c];
@@ -60,8 +59,7 @@ void CoordinatedDrive::efforts(double t, const State& state, std::span<const Ext
   }
   law_->sense(wrenches);
   const Eigen::VectorXd law_efforts = law_->efforts(begin_ + t, state);
-  for (std::size_t j = 0; j < law_->joints().size(); ++j)
-    effort[velocity_of(law_->joints()[j])] = law_efforts[static_cast<Eigen::Index>(j)];
+  for (std::size_t j = 0; j < law_->joints().size(); ++j) effort[velocity_of(law_->joints()[j])] = law_efforts[j];
 }
 
 }  // namespace grapnel

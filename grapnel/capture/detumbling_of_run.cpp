@@ -41,8 +41,7 @@ class DetumblingOfRun : public CoordinatedLaw {
     for (const std::size_t j : joints_that_carry(problem_, system, target_)) {
       scope.joints.push_back(system.robot_joints[j]);
       law_.damping.push_back(post.kd[j]);
-      const JointDescription& joint =
-          system.model.bodies()[system.model.joints()[scope.joints.back()]].description.joint;
+      const JointDescription& joint = system.model.joint_body(scope.joints.back()).description.joint;
       limited_.push_back(fmt::format("the effort limit of joint '{}' ({:.6g} {})", joint.name, joint.limits.effort,
                                      slides_along_axis(joint.type) ? "N" : "N m"));
     }
@@ -70,7 +69,7 @@ class DetumblingOfRun : public CoordinatedLaw {
     r.within_limits = r.within_limits && command.within_limits;
     if (command.limiting < 0 || !(command.demand > r.largest_demand)) return;
     r.largest_demand = command.demand, r.largest_demand_time = sample.time;
-    r.limiting = limited_[static_cast<std::size_t>(command.limiting)];
+    r.limiting = limited_[command.limiting];
   }
 
   void describe(const State& state, double time) override {

@@ -115,13 +115,13 @@ class GraspForceOfRun : public CoordinatedLaw {
     const Eigen::VectorXd inside = map.internal_part(f);
     Eigen::VectorXd reference = Eigen::VectorXd::Zero(inside.size());
     for (std::size_t p = 0; p < law.pairs.size(); ++p)
-      reference += squeeze_at(law.pairs[p], sample.time) * map.pairs.col(static_cast<Eigen::Index>(p));
+      reference += squeeze_at(law.pairs[p], sample.time) * map.pairs.col(p);
     report_->other_internal_force = std::max(report_->other_internal_force, (inside - reference).norm());
     if (law.pairs.empty()) return;
     const Eigen::VectorXd squeeze = least_norm_solution(map.pairs, inside);
     for (std::size_t p = 0; p < law.pairs.size(); ++p) {
       GraspForceReport::Pair& pair = report_->pairs[pairs_[p]];
-      pair.reference = squeeze_at(law.pairs[p], sample.time), pair.force = squeeze[static_cast<Eigen::Index>(p)];
+      pair.reference = squeeze_at(law.pairs[p], sample.time), pair.force = squeeze[p];
       raise_to(pair.largest_error, pair.largest_error_time, std::abs(pair.force - pair.reference), sample.time);
     }
   }

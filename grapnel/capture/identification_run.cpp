@@ -170,7 +170,7 @@ void IdentificationRun::conclude(const CaptureSystem& system, double time) {
   samples_.shrink_to_fit();
   report(found);
   if (!found.all_determined() || !found.impossible.empty()) return;
-  const auto at = [&](int i) { return *found.value[static_cast<std::size_t>(i)]; };
+  const auto at = [&](int i) { return *found.value[i]; };
   estimated_ = TargetInertia{at(0), {at(1), at(2), at(3)}, {at(4), at(5), at(6), at(7), at(8), at(9)}};
   if (model_ == LawModel::estimated) report_->used_from = time;
 }

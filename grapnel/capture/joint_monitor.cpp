@@ -27,7 +27,7 @@ void JointMonitor::begin_phase(const std::string& name, const PhaseDynamics& dyn
 void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   const Model& model = dynamics_->model();
   const auto description = [&](std::size_t joint) -> const JointDescription& {
-    return model.bodies()[model.joints()[joint]].description.joint;
+    return model.joint_body(joint).description.joint;
   };
   for (const JointIntegrals& integrals : outcome.integrals.joints) {
     const JointDescription& joint = description(integrals.joint);

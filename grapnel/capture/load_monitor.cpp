@@ -128,8 +128,7 @@ void PeakSearch::step(double begin, double end, bool fresh, const Quantities& at
     evaluate(begin, at);
   }
   if (!(end > begin)) return;
-  for (int i = 1; i < kNodes; ++i)
-    evaluate(i == kNodes - 1 ? end : begin + kLobatto[static_cast<std::size_t>(i)] * (end - begin), at);
+  for (int i = 1; i < kNodes; ++i) evaluate(i == kNodes - 1 ? end : begin + kLobatto[i] * (end - begin), at);
   for (std::size_t q = 0; q < peaks_.size(); ++q) {
     std::array<double, kNodes> values;
     for (std::size_t i = 0; i < kNodes; ++i) values[i] = points_[i].values[q];
@@ -166,7 +165,7 @@ void EffortWatch::note(Monitor& monitor, double time, double value) {
     monitor.open = static_cast<int>(events_.size());
     events_.push_back({monitor.kind, monitor.joint, name_, time, time, value, time, monitor.sign * monitor.limit});
   }
-  LimitEvent& event = events_[static_cast<std::size_t>(monitor.open)];
+  LimitEvent& event = events_[monitor.open];
   event.end_time = time;
   if (monitor.sign * (value - event.worst_value) > 0) event.worst_value = value, event.worst_time = time;
 }
@@ -247,7 +246,7 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
     const auto at = std::find(model.joints().begin(), model.joints().end(), body);
     drives_.push_back(at == model.joints().end() ? -1 : static_cast<int>(at - model.joints().begin()));
     if (drives_.back() < 0) continue;
-    const JointControl control = dynamics.setup().drives[static_cast<std::size_t>(drives_.back())].control;
+    const JointControl control = dynamics.setup().drives[drives_.back()].control;
     const ControlOutput output = output_of(control);
     if (output != ControlOutput::none)
       efforts_.watch(joint.name, channels_.size(), joint.limits.effort, works_by_effort(output));
@@ -285,10 +284,10 @@ void LoadMonitor::evaluate(const PhaseSample& sample, std::span<double> values) 
   const std::vector<Wrenchd> through = joint_wrenches(*system_, kinematics_, sample, on_robot);
   std::size_t next = 0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Wrenchd& F = through[static_cast<std::size_t>(bodies_[i])];
+    const Wrenchd& F = through[bodies_[i]];
     values[next++] = norm(F.linear);
     values[next++] = norm(F.angular);
-    if (drives_[i] >= 0) values[next++] = motor_[static_cast<std::size_t>(drives_[i])];
+    if (drives_[i] >= 0) values[next++] = motor_[drives_[i]];
   }
   for (const Wrenchd& F : on_robot) {
     values[next++] = norm(F.linear);

@@ -16,7 +16,7 @@ double margin_above(double value, double limit) { return value / limit - 1; }
 double largest_joint_rate(const CaptureSystem& system, const State& state) {
   double most = 0;
   for (const int joint : system.robot_joints)
-    most = std::max(most, std::abs(state.v[system.model.bodies()[system.model.joints()[joint]].v]));
+    most = std::max(most, std::abs(state.v[system.model.joint_body(joint).v]));
   return most;
 }
 
@@ -24,7 +24,7 @@ double largest_joint_rate(const CaptureSystem& system, const State& state) {
 double largest_wheel_share(const CaptureProblem& problem, const CaptureSystem& system, const State& state) {
   double most = 0;
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
-    const double rate = state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v];
+    const double rate = state.v[system.model.joint_body(system.wheels[w]).v];
     most = std::max(most, std::abs(rate) / problem.robot.wheels[w].rate);
   }
   return most;

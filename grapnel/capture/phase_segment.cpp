@@ -54,8 +54,7 @@ double slowest_speed(const PhaseDynamics& dynamics, const State& start, double d
     double speed = std::sqrt(2 * size.energy / size.mass);
     speed = std::max(speed, norm(dynamics.setup().gravity) * duration);
     for (const ExternalLoad& load : dynamics.setup().loads) {
-      if (tree_of[static_cast<std::size_t>(load.body)] == static_cast<int>(t))
-        speed = std::max(speed, speed_by(load, size, duration));
+      if (tree_of[load.body] == static_cast<int>(t)) speed = std::max(speed, speed_by(load, size, duration));
     }
     if (speed > 0) slowest = std::min(slowest, speed);
     fastest = std::max(fastest, speed);

@@ -79,13 +79,13 @@ Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, b
   const Eigen::MatrixXd M = mass_matrix(system.model, state);
   std::vector<bool> left_out(static_cast<std::size_t>(M.rows()), false);
   for (int j : system.robot_joints) {
-    if (locked) left_out[static_cast<std::size_t>(system.model.bodies()[system.model.joints()[j]].v)] = true;
+    if (locked) left_out[system.model.joint_body(j).v] = true;
   }
   std::vector<int> retained;
   Eigen::Index base = 0;  // index of its rotation among them
   for (int v = 0; v < static_cast<int>(M.rows()); ++v) {
     if (v == system.model.bodies()[system.base].v) base = static_cast<Eigen::Index>(retained.size());
-    if (!left_out[static_cast<std::size_t>(v)]) retained.push_back(v);
+    if (!left_out[v]) retained.push_back(v);
   }
   Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(retained.size()), 3);
   torques.middleRows(base, 3) = Eigen::Matrix3d::Identity();
@@ -120,8 +120,7 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
   if (!gains.kp.empty() && gains.kp.size() == system.robot_joints.size()) {
     std::vector<std::string> names;
     for (int j : system.robot_joints)
-      names.push_back(
-          fmt::format("joint '{}'", system.model.bodies()[system.model.joints()[j]].description.joint.name));
+      names.push_back(fmt::format("joint '{}'", system.model.joint_body(j).description.joint.name));
     report_if_unstable(gains, joint_response(system, run.bodies.state), names);
   }
   const auto& base = approach ? problem.approach->base_control : problem.post_impact->base_control;

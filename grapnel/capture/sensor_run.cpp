@@ -19,11 +19,9 @@ std::size_t end_effector_index(const CaptureProblem& problem, const std::string&
 }
 
 const JointDescription& joint_of(const CaptureSystem& system, std::size_t joint) {
-  return system.model.bodies()[system.model.joints()[system.robot_joints[joint]]].description.joint;
+  return system.model.joint_body(system.robot_joints[joint]).description.joint;
 }
-const Body& body_of(const CaptureSystem& system, int joint) {
-  return system.model.bodies()[system.model.joints()[joint]];
-}
+const Body& body_of(const CaptureSystem& system, int joint) { return system.model.joint_body(joint); }
 
 }  // namespace
 

@@ -213,21 +213,21 @@ void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem&
   for (int k = 0; root >= 0 && k < 3; ++k) {
     Signal signal;
     signal.of = std::string("base ") + "xyz"[k];
-    signal.velocity = model.bodies()[static_cast<std::size_t>(root)].v + k, signal.axis = k;
+    signal.velocity = model.bodies()[root].v + k, signal.axis = k;
     signal.limit = setup.attitude ? setup.attitude->limit[k] : std::numeric_limits<double>::infinity();
     if (sensors.gyro) signal.noise = sensors.gyro->deviation(period) + sensors.gyro->quantum;
     signals_.push_back(signal);
   }
   stores_energy_ = false;
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const JointDescription& joint = model.bodies()[static_cast<std::size_t>(model.joints()[j])].description.joint;
+    const JointDescription& joint = model.joint_body(j).description.joint;
     const bool is_robots = std::count(system.robot_joints.begin(), system.robot_joints.end(), static_cast<int>(j)) > 0;
     const ControlOutput output = setup.drives.empty() ? ControlOutput::none : output_of(setup.drives[j].control);
     stores_energy_ = stores_energy_ || yields(joint) || (is_robots && output == ControlOutput::none);
     if (!is_robots || !works_by_effort(output) || (output == ControlOutput::command && moved_by_law)) continue;
     Signal signal;
     signal.of = joint.name, signal.joint = static_cast<int>(j);
-    signal.velocity = model.bodies()[static_cast<std::size_t>(model.joints()[j])].v;
+    signal.velocity = model.joint_body(j).v;
     signal.limit = joint.limits.effort;
     if (sensors.joints && period > 0)
       signal.noise = sensors.joints->rate_noise + sensors.joints->rate_quantum +
@@ -245,9 +245,7 @@ void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem&
 double StabilityMonitor::energy(const State& state) const {
   State still = state;
   const Model& model = system_->model;
-  const auto stop = [&](int joint) {
-    still.v[static_cast<std::size_t>(model.bodies()[static_cast<std::size_t>(model.joints()[joint])].v)] = 0;
-  };
+  const auto stop = [&](int joint) { still.v[model.joint_body(joint).v] = 0; };
   for (const int wheel : system_->wheels) stop(wheel);
   for (const CaptureSystem::Gyro& gyro : system_->gyros) stop(gyro.rotor);
   const ConservedQuantities q = conserved_quantities(model, forward_kinematics(model, still), still);
@@ -260,7 +258,7 @@ bool StabilityMonitor::is_forced(double begin, double end) const {
   const PhaseSetup& setup = dynamics_->setup();
   for (const int joint : system_->robot_joints) {
     if (setup.drives.empty()) return false;
-    const JointDrive& drive = setup.drives[static_cast<std::size_t>(joint)];
+    const JointDrive& drive = setup.drives[joint];
     if (drive.control == JointControl::free) continue;
     if (drive.noise.amplitude() != 0) return true;
     const JointPoint at = evaluate(drive.trajectory, end, 0.5 * (begin + end));
@@ -277,7 +275,7 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
   const double now = stores_energy_ ? energy(reached.state) : 0;
   const bool forced = moved_by_law_ || is_forced(begin, reached.time);
   for (Signal& signal : signals_) {
-    double value = reached.state.v[static_cast<std::size_t>(signal.velocity)];
+    double value = reached.state.v[signal.velocity];
     bool saturated = false;
     if (signal.joint < 0) {
       const double commanded = reached.dynamics->base().commanded_torque()[signal.axis];
@@ -296,7 +294,7 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
 // their limits, and the time since which they are; NaN if they are not.
 void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
   const Model& model = system_->model;
-  const Body& base = model.bodies()[static_cast<std::size_t>(system_->base)];
+  const Body& base = model.bodies()[system_->base];
   RestReport& rest = *rest_;
   rest.angular_velocity = 0;
   if (base.description.joint.type == JointType::free) {
@@ -306,8 +304,8 @@ void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
   rest.joint_rate = 0, rest.joint.clear();
   for (const int joint : system_->robot_joints) {
     if (!std::isfinite(rest.joint_rate_limit)) break;
-    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[joint])];
-    const double rate = std::abs(reached.state.v[static_cast<std::size_t>(body.v)]);
+    const Body& body = model.joint_body(joint);
+    const double rate = std::abs(reached.state.v[body.v]);
     if (rest.joint.empty() || rate > rest.joint_rate) rest.joint = body.description.joint.name, rest.joint_rate = rate;
   }
   const bool within = rest.angular_velocity <= rest.angular_velocity_limit && rest.joint_rate <= rest.joint_rate_limit;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "grapnel/constraint/loop_columns.hpp"
 #include "grapnel/constraint/loop_limits.hpp"
@@ -88,6 +89,11 @@ struct LoopSolver::Implementation {
   void locate_all(const std::vector<LinkScratch<double>>& links, std::span<const double> q) {
     for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links, q);
   }
+
+  void close_positions(std::span<const std::uint8_t> prescribed, Workspace& workspace, std::span<double> q,
+                       std::span<const double> v);
+  std::pair<double, double> close_velocities(std::span<const std::uint8_t> prescribed, Workspace& workspace,
+                                             std::span<const double> q, std::span<double> v);
 
   // Factors the scaled W for the articulated inertias in `workspace`.
   void prepare(const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
@@ -420,6 +426,59 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
   s.contradiction = contradiction;
 }
 
+// Newton's method for coordinates, with the same factor while defects are small (8.9).
+void LoopSolver::Implementation::close_positions(std::span<const std::uint8_t> prescribed, Workspace& workspace,
+                                                 std::span<double> q, std::span<const double> v) {
+  std::vector<LinkScratch<double>>& links = workspace.kernel.links;
+  place_rows(u);
+  double defect = scaled_size(u);
+  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
+    if (i > 0 && defect > kRefactorBeyond) refresh(q, v, prescribed, workspace);
+    solve(1);
+    respond(q, prescribed, workspace);
+    std::copy(q.begin(), q.end(), last_q.begin());
+    step_coordinates(step, q);
+    move_all(q, v, links);
+    place_rows(u);
+    const double next = scaled_size(u);
+    if (!(next < 0.5 * defect)) {  // converged or stalled
+      if (!(next < defect)) {
+        std::copy(last_q.begin(), last_q.end(), q.begin());
+        move_all(q, v, links);
+      }
+      break;
+    }
+    defect = next;
+  }
+}
+
+// The plastic impact that closes the loops (8.10) => size of the velocity rows before it, and their defect after it.
+std::pair<double, double> LoopSolver::Implementation::close_velocities(std::span<const std::uint8_t> prescribed,
+                                                                       Workspace& workspace, std::span<const double> q,
+                                                                       std::span<double> v) {
+  std::vector<LinkScratch<double>>& links = workspace.kernel.links;
+  const double size = velocity_rows(links, u);
+  double defect = scaled_size(u);
+  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
+    solve(1);
+    std::copy(v.begin(), v.end(), last_v.begin());
+    respond(q, prescribed, workspace);
+    add_step(v);
+    move_all({}, v, links);
+    velocity_rows(links, u);
+    const double next = scaled_size(u);
+    if (!(next < 0.5 * defect)) {
+      if (!(next < defect)) {
+        std::copy(last_v.begin(), last_v.end(), v.begin());
+        move_all({}, v, links);
+      }
+      break;
+    }
+    defect = next;
+  }
+  return {size, defect};
+}
+
 // State => state on the closures: Newton's method for coordinates (8.9), then the plastic impact for velocities (8.10),
 // both in the mass metric.
 ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, Workspace& workspace,
@@ -435,48 +494,8 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   if (std::max({d.position, d.angle, d.velocity, d.angular_velocity}) <= negligible) return result;
   result.changed = true;
 
-  // Positions: Newton's method, with the same factor while defects are small.                                   (8.9)
-  s.place_rows(s.u);
-  double defect = s.scaled_size(s.u);
-  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
-    if (i > 0 && defect > kRefactorBeyond) s.refresh(q, v, prescribed, workspace);
-    s.solve(1);
-    s.respond(q, prescribed, workspace);
-    std::copy(q.begin(), q.end(), s.last_q.begin());
-    s.step_coordinates(s.step, q);
-    s.move_all(q, v, links);
-    s.place_rows(s.u);
-    const double next = s.scaled_size(s.u);
-    if (!(next < 0.5 * defect)) {  // converged or stalled
-      if (!(next < defect)) {
-        std::copy(s.last_q.begin(), s.last_q.end(), q.begin());
-        s.move_all(q, v, links);
-      }
-      break;
-    }
-    defect = next;
-  }
-
-  // Velocities: the plastic impact that closes the loops.                                                      (8.10)
-  const double size = s.velocity_rows(links, s.u);
-  defect = s.scaled_size(s.u);
-  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
-    s.solve(1);
-    std::copy(v.begin(), v.end(), s.last_v.begin());
-    s.respond(q, prescribed, workspace);
-    s.add_step(v);
-    s.move_all({}, v, links);
-    s.velocity_rows(links, s.u);
-    const double next = s.scaled_size(s.u);
-    if (!(next < 0.5 * defect)) {
-      if (!(next < defect)) {
-        std::copy(s.last_v.begin(), s.last_v.end(), v.begin());
-        s.move_all({}, v, links);
-      }
-      break;
-    }
-    defect = next;
-  }
+  s.close_positions(prescribed, workspace, q, v);
+  const auto [size, defect] = s.close_velocities(prescribed, workspace, q, v);
   result.after = s.defects(links);
   result.converged = result.after.position <= kClosed && result.after.angle <= kClosed;
   s.contradiction = 0;

@@ -345,7 +345,7 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
   const auto put = [&](const LinkSequence& k, const LinkSequence& l, const Pack(&block)[6]) {
     for (int r = 0; r < k.rows; ++r) {
       for (int c = 0; c < l.rows; ++c) {
-        W[static_cast<std::size_t>((k.first_row + r) * size + l.first_row + c)] = block[r][c];
+        W[(k.first_row + r) * size + l.first_row + c] = block[r][c];
       }
     }
   };
@@ -361,7 +361,7 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
     put(k, l, block);
     for (int r = 0; r < k.rows; ++r) {
       for (int c = 0; c < l.rows; ++c) {
-        W[static_cast<std::size_t>((l.first_row + c) * size + k.first_row + r)] = block[r][c];
+        W[(l.first_row + c) * size + k.first_row + r] = block[r][c];
       }
     }
   }

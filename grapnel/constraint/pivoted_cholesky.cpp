@@ -23,7 +23,7 @@ void PivotedCholesky::factor(double tolerance) {
   min_pivot_ = 0;
   double largest = 1;
   for (int i = 0; i < size_; ++i) {
-    diagonal_[i] = matrix_[static_cast<std::size_t>(i * size_ + i)];
+    diagonal_[i] = matrix_[i * size_ + i];
     largest = std::max(largest, diagonal_[i]);
   }
   for (int step = 0; step < size_; ++step) {
@@ -39,7 +39,7 @@ void PivotedCholesky::factor(double tolerance) {
     for (int j = 0; j < step; ++j) pivot_row_[j] = lower(p, j) * diagonal_[order_[j]];
     for (int k = step + 1; k < size_; ++k) {
       const int i = order_[k];
-      double sum = matrix_[static_cast<std::size_t>(i * size_ + p)];  // L_ip times the pivot
+      double sum = matrix_[i * size_ + p];  // L_ip times the pivot
       for (int j = 0; j < step; ++j) sum -= lower(i, j) * pivot_row_[j];
       lower(i, step) = sum * inverse;
       diagonal_[i] -= sum * lower(i, step);

@@ -188,7 +188,7 @@ Clearance ClearanceModel::minimum(const Kinematics& kinematics, const std::vecto
   Clearance best;
   std::vector<int> counted;
   for (int i = 0; i < static_cast<int>(pairs_.size()); ++i) {
-    if (left_out.empty() || !left_out[static_cast<std::size_t>(i)]) counted.push_back(i);
+    if (left_out.empty() || !left_out[i]) counted.push_back(i);
   }
   if (counted.empty()) return best;
   std::vector<PlacedBounds> at(shapes_.size());

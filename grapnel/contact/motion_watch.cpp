@@ -112,7 +112,7 @@ void ClearanceWatch::follow_parting() {
     const auto [known, is_first] = reached_.try_emplace(shapes_of(pair), distance);
     if (is_first) require(pair, distance);
     const bool has_parted = std::max(known->second, distance) >= required_ + kOfTouch;
-    phase_->left_out[static_cast<std::size_t>(pair)] = !has_parted && !(distance < phase_->required[pair]);
+    phase_->left_out[pair] = !has_parted && !(distance < phase_->required[pair]);
   }
 }
 
@@ -310,7 +310,7 @@ std::vector<LimitWatch::Monitor> LimitWatch::monitors_of(const Model& model) con
     if (std::isfinite(limit)) monitors.push_back({kind, joint, sign, limit, limit + sign * tolerance});
   };
   for (int j = 0; j < static_cast<int>(model.joints().size()); ++j) {
-    const JointLimits& l = model.bodies()[model.joints()[j]].description.joint.limits;
+    const JointLimits& l = model.joint_body(j).description.joint.limits;
     const double position = kTolerance * std::max(finite_size(l.lower), finite_size(l.upper));
     add(LimitKind::position, j, 1, l.upper, position);
     add(LimitKind::position, j, -1, l.lower, position);
@@ -387,7 +387,7 @@ void LimitWatch::step(double begin, double end, bool fresh, const StateAt& at) {
 }
 
 LimitWatch::Instant LimitWatch::instant_of(const Monitor& monitor, double time, const State& state) const {
-  const Body& body = phase_->model->bodies()[phase_->model->joints()[monitor.joint]];
+  const Body& body = phase_->model->joint_body(monitor.joint);
   return {time, state.q[body.q], state.v[body.v]};
 }
 
@@ -457,7 +457,7 @@ std::vector<LimitEvent> LimitWatch::events() const {
 
 // Position and rate: the motion from the last sample to this one.
 void LimitWatch::watch_motion(Monitor& monitor, double time, const State& state) {
-  const Body& body = phase_->model->bodies()[phase_->model->joints()[monitor.joint]];
+  const Body& body = phase_->model->joint_body(monitor.joint);
   const bool position = monitor.kind == LimitKind::position;
   const double q1 = state.q[body.q], v1 = state.v[body.v];
   const Point end{time, position ? q1 : v1};
@@ -513,9 +513,8 @@ void LimitWatch::watch_sample(Monitor& monitor, const Point& point) {
 void LimitWatch::note_event(Monitor& monitor, const Point& point) {
   if (monitor.open_event < 0) {
     monitor.open_event = static_cast<int>(events_.size());
-    events_.push_back({monitor.kind,
-                       phase_->model->bodies()[phase_->model->joints()[monitor.joint]].description.joint.name,
-                       phase_->name, point.time, point.time, point.value, point.time, monitor.limit});
+    events_.push_back({monitor.kind, phase_->model->joint_body(monitor.joint).description.joint.name, phase_->name,
+                       point.time, point.time, point.value, point.time, monitor.limit});
   }
   LimitEvent& event = events_[monitor.open_event];
   event.end_time = point.time;

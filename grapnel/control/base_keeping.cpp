@@ -64,7 +64,7 @@ BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& 
   command.share = share.value_or(0);
   command.effort = fixed + command.share * varied;
   for (Eigen::Index j = 0; j < n; ++j) {
-    const double limit = response.limits()[static_cast<std::size_t>(j)];
+    const double limit = response.limits()[j];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);
   }
   return command;

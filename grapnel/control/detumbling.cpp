@@ -70,7 +70,7 @@ class Loads {
   }
 
   const std::vector<double>& limits() const { return limits_; }
-  int source(int load) const { return load < 0 ? -1 : sources_[static_cast<std::size_t>(load)]; }
+  int source(int load) const { return load < 0 ? -1 : sources_[load]; }
 
   // The loads for these efforts; without the free part: their change.
   std::vector<Eigen::Vector3d> at(const Eigen::VectorXd& effort, bool with_free) const {
@@ -101,7 +101,7 @@ class Loads {
       const DetumblingLaw::Hold& hold = law_.holds[i];
       if (hold.closure < 0) continue;
       const Posed X_WC = response_.kinematics().X_WB[hold.frames.body_a] * hold.frames.X_AC;
-      const std::span<const double> own(rows.data() + first[static_cast<std::size_t>(hold.closure)],
+      const std::span<const double> own(rows.data() + first[hold.closure],
                                         static_cast<std::size_t>(row_count(hold.frames.model)));
       const Wrenchd F = closure_wrench(hold.frames, own);
       all[i] = {X_WC.R * F.angular, X_WC.R * F.linear};
@@ -245,7 +245,7 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   }
   command.effort += part * still;
   for (Eigen::Index j = 0; j < root.size(); ++j) {  // rounding error
-    const double limit = response.limits()[static_cast<std::size_t>(j)];
+    const double limit = response.limits()[j];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);
   }
   return command;

@@ -37,13 +37,13 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
   for (int j : joints_) {
     if (j < 0 || j >= static_cast<int>(model.joints().size()))
       throw std::invalid_argument("EffortResponse: a joint that the model does not have");
-    velocities_.push_back(model.bodies()[model.joints()[j]].v);
-    coordinates_.push_back(model.bodies()[model.joints()[j]].q);
-    limits_.push_back(model.bodies()[model.joints()[j]].description.joint.limits.effort);
+    velocities_.push_back(model.joint_body(j).v);
+    coordinates_.push_back(model.joint_body(j).q);
+    limits_.push_back(model.joint_body(j).description.joint.limits.effort);
   }
   unit_ = Eigen::MatrixXd::Zero(model.velocities(), static_cast<Eigen::Index>(joints_.size()));
   for (std::size_t j = 0; j < joints_.size(); ++j) unit_(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
-  for (int j : steady) steady_[model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v] = 1;
+  for (int j : steady) steady_[model.bodies()[model.joints().at(j)].v] = 1;
 }
 
 // State and forces => vdot = free + response tau (15.1) from the factored mass matrix; closed loops by (2.10).
@@ -120,7 +120,7 @@ std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::V
                                     std::span<const double> limits, double most) {
   double least = 0;
   for (std::size_t j = 0; j < limits.size(); ++j) {
-    const double f = fixed[static_cast<Eigen::Index>(j)], v = varied[static_cast<Eigen::Index>(j)], limit = limits[j];
+    const double f = fixed[j], v = varied[j], limit = limits[j];
     if (!std::isfinite(limit)) continue;
     if (v == 0) {
       if (std::abs(f) > limit) return {};

@@ -16,8 +16,7 @@ namespace {
 
 const char* name_of_status(int status) {
   constexpr std::array<const char*, 6> kNames = {"ok", "warning", "discard", "error", "fatal", "pending"};
-  return status >= 0 && status < static_cast<int>(kNames.size()) ? kNames.at(static_cast<std::size_t>(status))
-                                                                 : "an unknown status";
+  return status >= 0 && status < static_cast<int>(kNames.size()) ? kNames.at(status) : "an unknown status";
 }
 
 // A path as a URI, with percent-encoded special characters.

@@ -85,7 +85,7 @@ GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematic
   std::vector<Eigen::VectorXd> columns;
   Eigen::MatrixXd G(6, 6 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const GraspForceLaw::Hold& hold = law.holds[static_cast<std::size_t>(i)];
+    const GraspForceLaw::Hold& hold = law.holds[i];
     const Posed X_WC = X_WT * hold.X_TC;
     G.middleCols(6 * i, 6) = moved(X_WC.p - com);
     G.middleCols(6 * i, 3) *= law.moment_length;
@@ -102,12 +102,12 @@ GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematic
       columns.push_back(std::move(column));
     }
   }
-  map.passes.resize(6 * count, static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) map.passes.col(static_cast<Eigen::Index>(c)) = columns[c];
+  map.passes.resize(6 * count, columns.size());
+  for (std::size_t c = 0; c < columns.size(); ++c) map.passes.col(c) = columns[c];
   const Eigen::MatrixXd passed = G * map.passes;
   map.internal = Eigen::MatrixXd::Identity(passed.cols(), passed.cols()) -
                  passed.transpose() * pseudo_inverse(passed * passed.transpose(), 1e-12) * passed;
-  map.pairs.resize(passed.cols(), static_cast<Eigen::Index>(law.pairs.size()));
+  map.pairs.resize(passed.cols(), law.pairs.size());
   for (std::size_t p = 0; p < law.pairs.size(); ++p) {
     const auto a = static_cast<Eigen::Index>(law.pairs[p].a), b = static_cast<Eigen::Index>(law.pairs[p].b);
     const Vector3d offset = X_WT * law.holds[law.pairs[p].b].X_TC.p - X_WT * law.holds[law.pairs[p].a].X_TC.p;
@@ -115,7 +115,7 @@ GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematic
     Eigen::VectorXd f = Eigen::VectorXd::Zero(6 * count);
     f.segment<3>(6 * a + 3) = Eigen::Vector3d(u[0], u[1], u[2]);
     f.segment<3>(6 * b + 3) = -Eigen::Vector3d(u[0], u[1], u[2]);
-    map.pairs.col(static_cast<Eigen::Index>(p)) = map.passes.transpose() * f;
+    map.pairs.col(p) = map.passes.transpose() * f;
   }
   return map;
 }
@@ -211,12 +211,12 @@ GraspForce::Wrenches GraspForce::wrenches() const {
   for (const LoopClosure& closure : response_.closures()) first_row.push_back(row), row += row_count(closure.model);
   Eigen::Index in_tree = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
-    const GraspForceLaw::Hold& hold = law_.holds[static_cast<std::size_t>(i)];
+    const GraspForceLaw::Hold& hold = law_.holds[i];
     if (hold.closure < 0) {
       in_tree = i;
       continue;
     }
-    const LoopClosure& closure = response_.closures()[static_cast<std::size_t>(hold.closure)];
+    const LoopClosure& closure = response_.closures()[hold.closure];
     const Posed X_WC = k.X_WB[closure.body_a] * closure.X_AC;
     Vector3d axes[3];
     const int turns = forbidden_turns(closure, axes);
@@ -225,14 +225,14 @@ GraspForce::Wrenches GraspForce::wrenches() const {
       const Vector3d d = r < turns ? X_WC.R * axes[r] : X_WC.R.column(r - turns);
       of_rows.block<3, 1>(r < turns ? 0 : 3, r) = Eigen::Vector3d(d[0], d[1], d[2]);
     }
-    const Eigen::Index at = first_row[static_cast<std::size_t>(hold.closure)];
+    const Eigen::Index at = first_row[hold.closure];
     f.free.segment<6>(6 * i) = of_rows * response_.free_multipliers().segment(at, turns + 3);
     f.A.middleRows(6 * i, 6) = of_rows * response_.multiplier_response().middleRows(at, turns + 3);
     const Eigen::Matrix<double, 6, 6> to_com = moved(X_WC.p - com);
     all -= to_com * f.free.segment<6>(6 * i), all_A -= to_com * f.A.middleRows(6 * i, 6);
   }
   // The remainder is the wrench of the first grasp.
-  const Posed X_WC = X_WT * law_.holds[static_cast<std::size_t>(in_tree)].X_TC;
+  const Posed X_WC = X_WT * law_.holds[in_tree].X_TC;
   const Eigen::Matrix<double, 6, 6> from_com = moved(com - X_WC.p);
   f.free.segment<6>(6 * in_tree) = from_com * all, f.A.middleRows(6 * in_tree, 6) = from_com * all_A;
   for (Eigen::Index i = 0; i < count; ++i)
@@ -254,8 +254,7 @@ JointLawCommand GraspForce::at(double time, const State& state, std::span<const 
   const GraspMap map = grasp_map(law_, response_.model(), response_.kinematics());
   const Wrenches f = wrenches();
   Eigen::VectorXd reference = Eigen::VectorXd::Zero(map.internal.rows());
-  for (std::size_t p = 0; p < law_.pairs.size(); ++p)
-    reference += squeeze_at(law_.pairs[p], time) * map.pairs.col(static_cast<Eigen::Index>(p));
+  for (std::size_t p = 0; p < law_.pairs.size(); ++p) reference += squeeze_at(law_.pairs[p], time) * map.pairs.col(p);
   const Eigen::MatrixXd inside = map.internal * (map.passes.transpose() * f.A) * root.asDiagonal();
   const Eigen::VectorXd missing = map.internal * reference - map.internal_part(f.free) - inside * moving.x;
   Eigen::MatrixXd beside = inside;
@@ -265,8 +264,7 @@ JointLawCommand GraspForce::at(double time, const State& state, std::span<const 
 
   // The remaining motion is damped.
   Eigen::VectorXd still(n);
-  for (Eigen::Index j = 0; j < n; ++j)
-    still[j] = -root[j] * state.v[static_cast<std::size_t>(response_.velocity(static_cast<std::size_t>(j)))];
+  for (Eigen::Index j = 0; j < n; ++j) still[j] = -root[j] * state.v[response_.velocity(static_cast<std::size_t>(j))];
   still -= moving.directions * (moving.directions.transpose() * still);
   still -= squeezing.directions * (squeezing.directions.transpose() * still);
 
@@ -281,7 +279,7 @@ JointLawCommand GraspForce::at(double time, const State& state, std::span<const 
   const Eigen::VectorXd damping = root.cwiseProduct(still);
   if (share) command.effort += largest_share(command.effort, damping, limits, 1).value_or(0) * damping;
   for (Eigen::Index j = 0; j < n; ++j) {
-    const double limit = limits[static_cast<std::size_t>(j)];
+    const double limit = limits[j];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);
   }
   return command;

@@ -170,7 +170,7 @@ Impedance::Rows Impedance::rows_of(double time) {
   const std::vector<BodyAcceleration> free = body_accelerations(model, k, vdot);
   Eigen::MatrixXd J(6, model.velocities());
   for (Eigen::Index h = 0; h < count; ++h) {
-    const ImpedanceEndEffector& end_effector = law_.end_effectors[static_cast<std::size_t>(h)];
+    const ImpedanceEndEffector& end_effector = law_.end_effectors[h];
     const Posed X_WE = k.X_WB[end_effector.body] * end_effector.X_BE;
     const Vector3d arm = X_WE.p - k.X_WB[end_effector.body].p, w = k.V_WB[end_effector.body].angular;
     const Twistd V = shift(k.V_WB[end_effector.body], arm);
@@ -202,7 +202,7 @@ Impedance::Rows Impedance::rows_of(double time) {
     const Vector6 wanted = stacked6(D.A.angular + angular, D.A.linear + linear);
     const Vector6 force = stacked6(twist, pull);
     for (Eigen::Index i = 0; i < m; ++i) {
-      const int row = rows_[static_cast<std::size_t>(i)];
+      const int row = rows_[i];
       // Small matrices: avoids the blocking and buffers of large products.
       rows.A.row(m * h + i) = J.row(row).lazyProduct(response_.response());
       rows.free[m * h + i] = a[row], rows.wanted[m * h + i] = wanted[row], rows.force[m * h + i] = force[row];
@@ -291,13 +291,13 @@ JointLawCommand Impedance::compute_command(double time, const State& state, std:
 
   const std::vector<double>& limits = response_.limits();
   for (Eigen::Index j = 0; j < n; ++j) {
-    const double limit = limits[static_cast<std::size_t>(j)];
+    const double limit = limits[j];
     if (std::abs(moving[j]) > limit) command.scale = std::min(command.scale, limit / std::abs(moving[j]));
   }
   command.within_limits = command.scale == 1;
   command.effort = moving + largest_share(moving, still, limits, 1).value_or(0) * still;
   for (Eigen::Index j = 0; j < n; ++j) {
-    const double limit = limits[static_cast<std::size_t>(j)];
+    const double limit = limits[j];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);
   }
   return command;

@@ -51,7 +51,7 @@ LoadShare least_largest_share(const std::vector<LimitedLoad>& loads, double most
     if (s.c > 0) consider(-s.b / s.c);
     for (std::size_t j = i + 1; j < squares.size(); ++j) {
       const int n = zeros({s.a - squares[j].a, s.b - squares[j].b, s.c - squares[j].c}, at);
-      for (int z = 0; z < n; ++z) consider(at[static_cast<std::size_t>(z)]);
+      for (int z = 0; z < n; ++z) consider(at[z]);
     }
   }
   return best;

@@ -49,8 +49,7 @@ Json body_json(const BodyDescription& body) {
 Json robot_json(const ControlledRobot& robot, const Model& model) {
   const int base = model.body_index(robot.base);
   Json joints = Json::array(), bodies = Json::array();
-  for (const std::string& name : robot.joints)
-    joints.push_back(joint_json(model.bodies()[model.joints()[joint_named(model, name)]]));
+  for (const std::string& name : robot.joints) joints.push_back(joint_json(model.joint_body(joint_named(model, name))));
   for (const Body& body : model.bodies()) {
     if (body.root == base) bodies.push_back(body_json(body.description));
   }
@@ -263,7 +262,7 @@ void PluginController::begin_segment(const Model& model, double time) {
   if (model.has_free_root(sample_.base())) {
     for (int k = 0; k < 6; ++k) velocities_.push_back(first + k);
   }
-  for (const std::size_t joint : sample_.joints()) velocities_.push_back(model.bodies()[model.joints()[joint]].v);
+  for (const std::size_t joint : sample_.joints()) velocities_.push_back(model.joint_body(joint).v);
   for (const int v : joint_velocities(model, sample_.base())) {
     if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
   }

@@ -27,7 +27,7 @@ Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
   const auto is_locked = [&](int v) { return std::find(locked.begin(), locked.end(), v) != locked.end(); };
   const auto n = static_cast<Index>(model.velocities());
   Sprung sprung;
-  sprung.is.resize(static_cast<std::size_t>(n));
+  sprung.is.resize(n);
   VectorXd k = VectorXd::Zero(n), c = VectorXd::Zero(n);
   std::vector<VectorXd> columns;
   for (const int body : model.springs()) {

@@ -31,8 +31,24 @@ std::optional<int> size_of(std::string_view word, long long most, const Lines& l
 
 bool is_matrix_market(std::string_view text) { return text.starts_with("%"); }
 
-std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::string_view text, FaultList& faults) {
-  Lines lines(path, text);
+namespace {
+
+// The head of a Matrix Market file.
+struct MarketHead {
+  bool is_list = false, is_symmetric = false;
+  int size = 0;
+  long long expected = 0;  // number of entries
+};
+
+// The next line with numbers; empty at the end.
+std::optional<std::string_view> next_numbers(Lines& lines) {
+  std::optional<std::string_view> line;
+  do line = lines.next();
+  while (line && (trimmed(*line).empty() || line->starts_with('%')));
+  return line;
+}
+
+std::optional<MarketHead> read_market_head(Lines& lines, FaultList& faults) {
   const auto head = lines.next();
   std::vector<std::string> words;
   for (const std::string_view word : words_of(head.value_or(""), " \t")) {
@@ -43,24 +59,17 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
     faults.add(lines.mark({}), "a Matrix Market file begins with '%%MatrixMarket matrix coordinate real symmetric'");
     return std::nullopt;
   }
-  const bool is_list = words[2] == "coordinate";
+  const bool is_list = words[2] == "coordinate", is_symmetric = words[4] == "symmetric";
   if ((!is_list && words[2] != "array") || (words[3] != "real" && words[3] != "integer" && words[3] != "double") ||
-      (words[4] != "symmetric" && words[4] != "general")) {
+      (!is_symmetric && words[4] != "general")) {
     faults.add(lines.mark({}),
                fmt::format("a mass or stiffness matrix must be 'coordinate' or 'array', 'real', and 'symmetric' or "
                            "'general', not '{} {} {}'",
                            shortened(words[2]), shortened(words[3]), shortened(words[4])));
     return std::nullopt;
   }
-  const bool is_symmetric = words[4] == "symmetric";
-  std::optional<std::string_view> line;
-  const auto next = [&] {
-    do line = lines.next();
-    while (line && (trimmed(*line).empty() || line->starts_with('%')));
-    return line.has_value();
-  };
-  const std::size_t numbers = is_list ? 3 : 2;
-  if (!next() || words_of(*line, " \t").size() != numbers) {
+  const auto line = next_numbers(lines);
+  if (!line || words_of(*line, " \t").size() != (is_list ? 3u : 2u)) {
     faults.add(lines.mark({}), is_list ? "the line of sizes must be 'rows columns entries'"
                                        : "the line of sizes must be 'rows columns'");
     return std::nullopt;
@@ -73,13 +82,25 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
                fmt::format("the matrix must be square, not {} by {}", *size, shortened(sizes[1])));
     return std::nullopt;
   }
-  Entries entries(*size);
-  const Mark first = lines.mark({});
-  long long count = 0;
   const long long n = *size;
   const long long expected = is_list ? integer_of(sizes[2]).value_or(-1) : (is_symmetric ? n * (n + 1) / 2 : n * n);
+  return MarketHead{is_list, is_symmetric, *size, expected};
+}
+
+}  // namespace
+
+std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::string_view text, FaultList& faults) {
+  Lines lines(path, text);
+  const auto head = read_market_head(lines, faults);
+  if (!head) return std::nullopt;
+  const auto [is_list, is_symmetric, size, expected] = *head;
+  Entries entries(size);
+  const Mark first = lines.mark({});
+  long long count = 0;
   int row = 0, column = 0;  // of an array, which is stored by columns
-  while (count < expected && next()) {
+  while (count < expected) {
+    const auto line = next_numbers(lines);
+    if (!line) break;
     const auto parts = words_of(*line, " \t");
     for (std::size_t i = 0; i < parts.size(); i += is_list ? 3 : 1) {
       if (is_list) {
@@ -87,7 +108,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
           faults.add(lines.mark({}), "an entry must be 'row column value'");
           return std::nullopt;
         }
-        const auto r = index_of(parts[0], *size, lines, faults), c = index_of(parts[1], *size, lines, faults);
+        const auto r = index_of(parts[0], size, lines, faults), c = index_of(parts[1], size, lines, faults);
         if (!r || !c) return std::nullopt;
         row = *r, column = *c;
       }
@@ -95,11 +116,11 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
       if (!value) return std::nullopt;
       entries.add(row, column, *value);
       ++count;
-      if (!is_list && ++row == *size) ++column, row = is_symmetric ? column : 0;
+      if (!is_list && ++row == size) ++column, row = is_symmetric ? column : 0;
       if (!is_list && count == expected) break;
     }
   }
-  if (count != expected || next()) {
+  if (count != expected || next_numbers(lines)) {
     faults.add(first, fmt::format("{} entries follow, but the head states {}",
                                   count == expected ? "more" : std::to_string(count), expected));
     return std::nullopt;

@@ -148,6 +148,37 @@ BulkContents contents_of(const std::string& path, std::string_view text) {
   return contents;
 }
 
+// An entry of the matrix.
+struct DmigValue {
+  int row, column;
+  double value;
+};
+
+struct DmigHead {
+  bool is_symmetric, is_single;
+};
+
+// The first entry of a matrix.
+std::optional<DmigHead> read_dmig_head(const BulkEntry& e, const std::string& name, FaultList& faults) {
+  const auto form = integer_of(e.fields[2]), type = integer_of(e.fields[3]);
+  if (e.fields[1] != "0" || !form || !type) {
+    faults.add(e.marks[0],
+               fmt::format("the first entry of matrix {} must be its head, DMIG {} 0 FORM TYPE", name, name));
+    return std::nullopt;
+  }
+  if (*form != 1 && *form != 6) {
+    faults.add(e.marks[2], fmt::format("the form of matrix {} must be 6 (symmetric) or 1 (square), not {}", name,
+                                       in_quotes(e.fields[2])));
+    return std::nullopt;
+  }
+  if (*type != 1 && *type != 2) {
+    faults.add(e.marks[3], fmt::format("matrix {} must be real (type 1 or 2), not {}; type 3 or 4 is complex", name,
+                                       in_quotes(e.fields[3])));
+    return std::nullopt;
+  }
+  return DmigHead{*form == 6, *type == 1};
+}
+
 }  // namespace
 
 std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view text, const Wanted& wanted,
@@ -157,12 +188,8 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
   if (name.empty()) return std::nullopt;
   std::map<ElementDof, int> row_of;
   std::vector<ElementDof> dofs;
-  struct Value {
-    int row, column;
-    double value;
-  };
-  std::vector<Value> values;
-  bool is_symmetric = false, is_single = false, has_head = false;
+  std::vector<DmigValue> values;
+  std::optional<DmigHead> head;
   const auto row = [&](const ElementDof& dof) {
     const auto [at, is_new] = row_of.emplace(dof, static_cast<int>(dofs.size()));
     if (is_new) dofs.push_back(dof);
@@ -179,25 +206,9 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
   };
   const bool is_read = for_bulk_entries(path, text, [&](const std::string& kind, const BulkEntry& e) {
     if (kind != "DMIG" || upper(e.fields[0]) != name) return true;
-    if (!has_head) {
-      const auto form = integer_of(e.fields[2]), type = integer_of(e.fields[3]);
-      if (e.fields[1] != "0" || !form || !type) {
-        faults.add(e.marks[0],
-                   fmt::format("the first entry of matrix {} must be its head, DMIG {} 0 FORM TYPE", name, name));
-        return false;
-      }
-      if (*form != 1 && *form != 6) {
-        faults.add(e.marks[2], fmt::format("the form of matrix {} must be 6 (symmetric) or 1 (square), not {}", name,
-                                           in_quotes(e.fields[2])));
-        return false;
-      }
-      if (*type != 1 && *type != 2) {
-        faults.add(e.marks[3], fmt::format("matrix {} must be real (type 1 or 2), not {}; type 3 or 4 is complex", name,
-                                           in_quotes(e.fields[3])));
-        return false;
-      }
-      is_symmetric = *form == 6, is_single = *type == 1, has_head = true;
-      return true;
+    if (!head) {
+      head = read_dmig_head(e, name, faults);
+      return head.has_value();
     }
     const auto column = dof_at(e, 1);
     if (!column) return false;
@@ -219,10 +230,10 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
     faults.add(file_mark(path), fmt::format("matrix {} has no entries", name));
     return std::nullopt;
   }
-  Entries entries(static_cast<int>(dofs.size()), is_single ? Entries::kSingleRounding : Entries::kRounding);
-  for (const Value& v : values) entries.add(v.row, v.column, v.value);
+  Entries entries(static_cast<int>(dofs.size()), head->is_single ? Entries::kSingleRounding : Entries::kRounding);
+  for (const DmigValue& v : values) entries.add(v.row, v.column, v.value);
   auto A = entries.symmetric(
-      is_symmetric ? Entries::Triangles::one : Entries::Triangles::both, file_mark(path),
+      head->is_symmetric ? Entries::Triangles::one : Entries::Triangles::both, file_mark(path),
       [&](int r) { return dofs[static_cast<std::size_t>(r)].text(); }, faults);
   if (!A) return std::nullopt;
   return ElementMatrix{fmt::format("{}, matrix {}", path, name), std::move(*A), dofs, contents.rotated_nodes};

@@ -35,12 +35,12 @@ std::optional<Plane> plane_of(const Tree<double>& tree, const LoopPath& path) {
   };
   Rotationd R_CL = transpose(path.X_aC.R);
   for (int l : path.from_a) {
-    const TreeLink<double>& link = tree.links[static_cast<std::size_t>(l)];
+    const TreeLink<double>& link = tree.links[l];
     add(link, R_CL);
     R_CL = R_CL * transpose(link.X_PF.R);
   }
   for (std::size_t n = path.from_b.size(); n-- > 0;) {
-    const TreeLink<double>& link = tree.links[static_cast<std::size_t>(path.from_b[n])];
+    const TreeLink<double>& link = tree.links[path.from_b[n]];
     R_CL = R_CL * link.X_PF.R;
     add(link, R_CL);
   }
@@ -112,7 +112,7 @@ std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   for (const LoopClosure& closure : setup.closures) {
     const LoopPath path = make_loop_path(model, closure);
     if (!path.one_tree()) return "closures connect two trees";
-    const int root = model.bodies()[static_cast<std::size_t>(closure.body_a)].root;
+    const int root = model.bodies()[closure.body_a].root;
     if (root == setup.held_root) return "closed loops on a fixed or held base";
   }
   return {};

@@ -20,9 +20,7 @@ LoadTable::Kind kind_of(const LoadProfile& profile) {
   return LoadTable::Kind::constant;
 }
 
-const BodyPlacement& placement_of(const Model& model, int body) {
-  return model.bodies().at(static_cast<std::size_t>(body)).placement;
-}
+const BodyPlacement& placement_of(const Model& model, int body) { return model.bodies().at(body).placement; }
 
 // Rotation from a load's axes to the link's axes, which are fixed in the body.
 Rotationd to_link(const Model& model, const ExternalLoad& load) {

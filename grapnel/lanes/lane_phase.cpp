@@ -20,8 +20,8 @@ class Exchange {
  public:
   Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneCaller& caller)
       : structure_(structure), tables_(tables), caller_(caller) {
-    outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
-    outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
+    outcome_.q.resize(structure.coordinates);
+    outcome_.v.resize(structure.velocities);
   }
 
   // Lane => record with pointers to the numbers of the next case, which stay valid until its end; false if the source
@@ -170,7 +170,7 @@ class Exchange {
 struct Trees {
   explicit Trees(const std::vector<LinkTable>& links) {
     for (const LinkTable& link : links) {
-      of_link.push_back(link.parent < 0 ? count++ : of_link[static_cast<std::size_t>(link.parent)]);
+      of_link.push_back(link.parent < 0 ? count++ : of_link[link.parent]);
       if (has_one_axis(link.joint) && driven < 0) driven = of_link.back();
     }
   }

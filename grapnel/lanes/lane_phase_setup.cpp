@@ -56,8 +56,8 @@ bool is_computed_by_case(const PhaseSetup& setup) {
 }
 
 LinkTable& table_of_joint(const Model& model, std::size_t joint, std::vector<LinkTable>& tables) {
-  const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[joint])];
-  return tables[static_cast<std::size_t>(body.placement.link)];
+  const Body& body = model.joint_body(joint);
+  return tables[body.placement.link];
 }
 
 // Assigns joints to the efforts of a command.
@@ -94,14 +94,14 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     tables.push_back(t);
   }
   if (setup.held_root >= 0) {
-    const Body& held = model.bodies().at(static_cast<std::size_t>(setup.held_root));
-    tables[static_cast<std::size_t>(held.placement.link)].is_grounded = true;
+    const Body& held = model.bodies().at(setup.held_root);
+    tables[held.placement.link].is_grounded = true;
   }
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const Body& body = model.joint_body(j);
     const JointDrive& drive = drive_of(setup, j);
     const JointFriction& friction = body.description.joint.friction;
-    LinkTable& t = tables[static_cast<std::size_t>(body.placement.link)];
+    LinkTable& t = tables[body.placement.link];
     const JointControlLaw& law = law_of(drive.control);
     t.control = drive.control, t.output = law.output, t.reads_acceleration = law.reads_acceleration;
     t.is_viscous = friction.viscous != 0;
@@ -114,9 +114,9 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     if (!drive.noise.tones().empty()) t.tones = 0;
   }
   for (std::size_t w = 0; w < setup.wheels.size(); ++w) {
-    const int joint = model.joints()[static_cast<std::size_t>(setup.wheels[w].joint)];
-    const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
-    tables[static_cast<std::size_t>(body.placement.link)].wheel = static_cast<int>(w);
+    const int joint = model.joints()[setup.wheels[w].joint];
+    const Body& body = model.bodies()[joint];
+    tables[body.placement.link].wheel = static_cast<int>(w);
   }
   assign_channels(model, setup, tables);
   return tables;
@@ -156,7 +156,7 @@ std::vector<double> command_numbers(const ControlClock::Command& command, const 
   std::vector<double> numbers = command.effort;
   numbers.insert(numbers.end(), command.base_torque.e, command.base_torque.e + 3);
   numbers.insert(numbers.end(), command.wheel_rates.begin(), command.wheel_rates.end());
-  numbers.resize(static_cast<std::size_t>(table.command_numbers()), NAN);
+  numbers.resize(table.command_numbers(), NAN);
   return numbers;
 }
 
@@ -270,12 +270,11 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   }
   if (!model.rotors().empty()) return "rotors store momentum";
   // Works are integrated for one tree.
-  const int driven_root =
-      model.joints().empty() ? -1 : model.bodies()[static_cast<std::size_t>(model.joints().front())].root;
+  const int driven_root = model.joints().empty() ? -1 : model.bodies()[model.joints().front()].root;
   for (const int body : model.joints()) {
     // Likewise for the members of a joint.
     const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
-                 elasticity, modal] = model.bodies()[static_cast<std::size_t>(body)].description.joint;
+                 elasticity, modal] = model.bodies()[body].description.joint;
     const auto& [viscous, coulomb, transition_rate, friction_model, static_effort] = joint_friction;
     const auto& [lower, upper, rate, effort, stop] = limits;
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
@@ -283,11 +282,10 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (motor) return "joints have motors";
     if (modal) return "links have mode shapes";
     if (spring && spring->backlash > 0) return "gears have backlash";
-    if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
-      return "dampers outside the robot";
+    if (spring && spring->damping > 0 && model.bodies()[body].root != driven_root) return "dampers outside the robot";
   }
   if (held_root >= 0) {
-    const Body& held = model.bodies().at(static_cast<std::size_t>(held_root));
+    const Body& held = model.bodies().at(held_root);
     if (held.parent >= 0 || held.description.joint.type != JointType::free || (attitude && attitude->root == held_root))
       return "the held root is not free, or is under attitude control";
   }
@@ -349,8 +347,8 @@ void write_block(const LaneStructure& structure, const Model& model, const Phase
   write_loads(structure, model, setup, inside, out);
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const JointDrive& drive = drive_of(setup, j);
-    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
-    const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
+    const Body& body = model.joint_body(j);
+    const LinkTable& table = structure.links.at(body.placement.link);
     if (table.output == ControlOutput::none && table.control == drive.control) continue;
     if (table.block_offset < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
       throw std::invalid_argument("lane_motion: a joint's drive does not match the structure");
@@ -419,16 +417,16 @@ double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const 
     y = dynamics.initial({turn.q, turn.v}, turn.time);
     dynamics.begin_control(turn.time, turn.phase_end);
   } else {
-    y.assign(static_cast<std::size_t>(dynamics.size()), 0.0);
+    y.assign(dynamics.size(), 0.0);
     const auto integrals = std::copy(turn.v.begin(), turn.v.end(), std::copy(turn.q.begin(), turn.q.end(), y.begin()));
     std::copy(turn.integrals.begin(), turn.integrals.end(), integrals);
   }
   const double until = dynamics.begin_smooth_interval(turn.time, turn.end, y);
   const PhaseDynamics::HeldDrive held = dynamics.held_drive(turn.time);
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
-    const int channel = structure.links[static_cast<std::size_t>(body.placement.link)].channel;
-    if (channel >= 0) command[static_cast<std::size_t>(channel)] = held.motor[j];
+    const Body& body = model.joint_body(j);
+    const int channel = structure.links[body.placement.link].channel;
+    if (channel >= 0) command[channel] = held.motor[j];
   }
   double* rest = command.data() + structure.control.channels;
   std::copy(held.outer_torque.e, held.outer_torque.e + 3, rest);
@@ -474,9 +472,9 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
   result.links.assign(own.size() * kLinkNumbers, 0.0);
   for (std::size_t n = 0; n < own.size(); ++n) write_link(model.tree().links[n], numbers_of(static_cast<int>(n)));
-  result.noise.assign(static_cast<std::size_t>(structure.noise_numbers), 0.0);
+  result.noise.assign(structure.noise_numbers, 0.0);
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const Body& body = model.joint_body(j);
     const JointDrive& drive = drive_of(setup, j);
     const JointDescription& joint = body.description.joint;
     double* out = numbers_of(body.placement.link);
@@ -489,13 +487,13 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
       out[kLinkRest] = joint.spring->rest;
     }
     const std::vector<NoiseSignal::Tone>& tones = drive.noise.tones();
-    const LinkTable& table = structure.links[static_cast<std::size_t>(body.placement.link)];
+    const LinkTable& table = structure.links[body.placement.link];
     if (table.output == ControlOutput::none || tones.empty()) continue;
     double* noise = result.noise.data() + table.tones;
     noise[0] = drive.noise.amplitude();
     for (int k = 0; k < kTones; ++k) {
-      noise[1 + 2 * k] = tones[static_cast<std::size_t>(k)].angular_frequency;
-      noise[2 + 2 * k] = tones[static_cast<std::size_t>(k)].phase;
+      noise[1 + 2 * k] = tones[k].angular_frequency;
+      noise[2 + 2 * k] = tones[k].phase;
     }
   }
   if (loop_tables(model, setup) != structure.loops)

@@ -51,10 +51,10 @@ Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
   if (setup.substeps < 1) throw std::invalid_argument("rollout: there must be at least one substep");
   for (const int body : model.joints()) joints_.push_back(driven(model.bodies()[body], setup.friction));
   for (const int root : setup.held) {
-    const Body& body = model.bodies().at(static_cast<std::size_t>(root));
+    const Body& body = model.bodies().at(root);
     if (body.parent >= 0 || !model.has_free_root(root))
       throw std::invalid_argument("rollout: only a free root can be held, and " + body.description.name + " is not");
-    held_.resize(static_cast<std::size_t>(model.velocities()));
+    held_.resize(model.velocities());
     std::fill_n(held_.begin() + body.v, 6, std::uint8_t{1});
   }
   tables_.links = model.tree().links.data();

@@ -126,6 +126,74 @@ void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   check_joint(body, faults);
 }
 
+// Indices of bodies by their names.
+using BodyNames = std::unordered_map<std::string_view, std::size_t>;
+
+// Checks each body and frame, and that names are unique and exist.
+BodyNames check_names(const std::vector<BodyDescription>& bodies, const std::vector<FrameDescription>& frames,
+                      std::vector<std::string>& faults) {
+  BodyNames given;
+  given.reserve(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const BodyDescription& b = bodies[i];
+    check_body(b, faults);
+    if (!given.emplace(b.name, i).second) faults.push_back(fmt::format("body '{}' occurs twice", b.name));
+  }
+  if (bodies.empty()) faults.push_back("a model needs at least one body");
+  for (const BodyDescription& b : bodies) {
+    const bool root = b.parent.empty();
+    if (!root && !given.contains(b.parent))
+      faults.push_back(fmt::format("body '{}': unknown parent '{}'", b.name, b.parent));
+    if (root && b.joint.type != JointType::free && b.joint.type != JointType::fixed) {
+      faults.push_back(fmt::format("body '{}': a root must be free or fixed to the world", b.name));
+    }
+    if (!root && b.joint.type == JointType::free) {
+      faults.push_back(fmt::format("body '{}': only a root can be free", b.name));
+    }
+  }
+  std::unordered_set<std::string_view> frame_names;
+  for (const FrameDescription& f : frames) {
+    if (!given.contains(f.body)) faults.push_back(fmt::format("frame '{}': unknown body '{}'", f.name, f.body));
+    if (const std::string text = placement_fault(f.X_BE); !text.empty()) {
+      faults.push_back(fmt::format("frame '{}': {}", f.name, text));
+    }
+    if (!frame_names.insert(f.name).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
+  }
+  return given;
+}
+
+// Bodies sorted parents first.
+struct BodyOrder {
+  std::vector<int> place;          // of a given body in the sorted list
+  std::vector<std::size_t> given;  // the reverse
+  std::vector<int> parent;         // of a sorted body, in the sorted list; -1: the world
+};
+
+// Topological order; otherwise the given order. Each pass places the bodies whose parent is placed; the remaining
+// bodies form cycles.
+BodyOrder parents_first(const std::vector<BodyDescription>& bodies, const BodyNames& given,
+                        std::vector<std::string>& faults) {
+  constexpr int kNotPlaced = -1;
+  BodyOrder order{std::vector<int>(bodies.size(), kNotPlaced), {}, {}};
+  for (bool progress = true; progress;) {
+    progress = false;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (order.place[i] != kNotPlaced) continue;
+      const bool is_root = bodies[i].parent.empty();
+      const int carrier = is_root ? -1 : order.place[given.find(bodies[i].parent)->second];
+      if (!is_root && carrier == kNotPlaced) continue;
+      order.place[i] = static_cast<int>(order.given.size());
+      order.given.push_back(i), order.parent.push_back(carrier);
+      progress = true;
+    }
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (order.place[i] == kNotPlaced)
+      faults.push_back(fmt::format("body '{}': its parents form a cycle", bodies[i].name));
+  }
+  return order;
+}
+
 }  // namespace
 
 // Inertia about the centre of mass => reason why no body has it; empty if it is positive definite and its principal
@@ -213,70 +281,23 @@ Model ModelBuilder::build() const& { return ModelBuilder(*this).build(); }
 // normalized, links by make_tree(). Throws ModelError with all errors of the first stage that fails.
 Model ModelBuilder::build() && {
   std::vector<std::string> faults;
-  std::unordered_map<std::string_view, std::size_t> given;
-  given.reserve(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const BodyDescription& b = bodies_[i];
-    check_body(b, faults);
-    if (!given.emplace(b.name, i).second) faults.push_back(fmt::format("body '{}' occurs twice", b.name));
-  }
-  if (bodies_.empty()) faults.push_back("a model needs at least one body");
-  for (const BodyDescription& b : bodies_) {
-    const bool root = b.parent.empty();
-    if (!root && !given.contains(b.parent))
-      faults.push_back(fmt::format("body '{}': unknown parent '{}'", b.name, b.parent));
-    if (root && b.joint.type != JointType::free && b.joint.type != JointType::fixed) {
-      faults.push_back(fmt::format("body '{}': a root must be free or fixed to the world", b.name));
-    }
-    if (!root && b.joint.type == JointType::free) {
-      faults.push_back(fmt::format("body '{}': only a root can be free", b.name));
-    }
-  }
-  std::unordered_set<std::string_view> frame_names;
-  for (const FrameDescription& f : frames_) {
-    if (!given.contains(f.body)) faults.push_back(fmt::format("frame '{}': unknown body '{}'", f.name, f.body));
-    if (const std::string text = placement_fault(f.X_BE); !text.empty()) {
-      faults.push_back(fmt::format("frame '{}': {}", f.name, text));
-    }
-    if (!frame_names.insert(f.name).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
-  }
+  const BodyNames given = check_names(bodies_, frames_, faults);
   if (!faults.empty()) throw ModelError(std::move(faults));
-
-  // Topological order; otherwise the given order. Each pass places the bodies whose parent is placed; the remaining
-  // bodies form cycles.
-  constexpr int kNotPlaced = -1;
-  std::vector<int> place(bodies_.size(), kNotPlaced);  // position of a given body in the sorted list
-  std::vector<std::size_t> order;                      // the reverse
-  std::vector<int> parent;                             // of a sorted body
-  for (bool progress = true; progress;) {
-    progress = false;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (place[i] != kNotPlaced) continue;
-      const bool is_root = bodies_[i].parent.empty();
-      const int carrier = is_root ? -1 : place[given.find(bodies_[i].parent)->second];
-      if (!is_root && carrier == kNotPlaced) continue;
-      place[i] = static_cast<int>(order.size());
-      order.push_back(i), parent.push_back(carrier);
-      progress = true;
-    }
-  }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (place[i] == kNotPlaced) faults.push_back(fmt::format("body '{}': its parents form a cycle", bodies_[i].name));
-  }
+  const BodyOrder order = parents_first(bodies_, given, faults);
   if (!faults.empty()) throw ModelError(std::move(faults));
 
   Model model;
   model.frames_.reserve(frames_.size());
   for (FrameDescription& f : frames_) {
-    const int body = place[given.find(f.body)->second];
+    const int body = order.place[given.find(f.body)->second];
     model.frames_.push_back({std::move(f.name), body, f.X_BE});
   }
   std::vector<BodyDescription> sorted;  // `given` is invalid from here on
-  if (std::is_sorted(order.begin(), order.end())) {
+  if (std::is_sorted(order.given.begin(), order.given.end())) {
     sorted = std::move(bodies_);
   } else {
     sorted.reserve(bodies_.size());
-    for (const std::size_t i : order) sorted.push_back(std::move(bodies_[i]));
+    for (const std::size_t i : order.given) sorted.push_back(std::move(bodies_[i]));
   }
   for (BodyDescription& body : sorted) {
     // Normalized, since kernels and Jacobians must use the same direction.
@@ -284,30 +305,35 @@ Model ModelBuilder::build() && {
     if (has_one_axis(body.joint.type)) axis *= 1 / norm(axis);
     if (auto& rotor_axis = body.joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
   }
+  faults = chain_faults(sorted, order.parent);
+  if (!faults.empty()) throw ModelError(std::move(faults));
+  model.number(std::move(sorted), order.parent);
+  return model;
+}
+
+// Sorted bodies and their parents => the model's bodies, its lists of joints, and its tree.
+void Model::number(std::vector<BodyDescription> sorted, const std::vector<int>& parent) {
   std::vector<int> q, v;
   int next_q = 0, next_v = 0;
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     const BodyDescription& b = sorted[i];
     const JointType type = b.joint.type;
     q.push_back(next_q), v.push_back(next_v);
-    if (const int at = traits_of(type).quaternion; at >= 0) model.quaternions_.push_back(next_q + at);
-    if (has_one_axis(type)) model.joints_.push_back(static_cast<int>(i));
+    if (const int at = traits_of(type).quaternion; at >= 0) quaternions_.push_back(next_q + at);
+    if (has_one_axis(type)) joints_.push_back(static_cast<int>(i));
     if (const Vector3d h = b.joint.rotor_momentum(); has_one_axis(type) && dot(h, h) > 0)
-      model.rotors_.push_back(static_cast<int>(i));
-    if (b.joint.spring) model.springs_.push_back(static_cast<int>(i));
+      rotors_.push_back(static_cast<int>(i));
+    if (b.joint.spring) springs_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
-  faults = chain_faults(sorted, parent);
-  if (!faults.empty()) throw ModelError(std::move(faults));
   std::vector<BodyPlacement> placements;
-  model.tree_ = std::make_shared<const Tree<double>>(make_tree(sorted, parent, q, v, placements));
-  model.coordinates_ = model.tree_->coordinates, model.velocities_ = model.tree_->velocities;
-  model.bodies_.reserve(sorted.size());
+  tree_ = std::make_shared<const Tree<double>>(make_tree(sorted, parent, q, v, placements));
+  coordinates_ = tree_->coordinates, velocities_ = tree_->velocities;
+  bodies_.reserve(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
-    const int root = parent[i] < 0 ? static_cast<int>(i) : model.bodies_[parent[i]].root;
-    model.bodies_.push_back({std::move(sorted[i]), parent[i], q[i], v[i], root, placements[i]});
+    const int root = parent[i] < 0 ? static_cast<int>(i) : bodies_[parent[i]].root;
+    bodies_.push_back({std::move(sorted[i]), parent[i], q[i], v[i], root, placements[i]});
   }
-  return model;
 }
 
 }  // namespace grapnel

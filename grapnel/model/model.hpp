@@ -65,6 +65,8 @@ class Model {
   const Tree<double>& tree() const { return *tree_; }
   /// Bodies with a one-degree-of-freedom joint, in the order of their velocities.
   const std::vector<int>& joints() const { return joints_; }
+  /// The body that joint number `joint` of joints() moves.
+  const Body& joint_body(std::size_t joint) const { return bodies_[joints_[joint]]; }
   /// Bodies with a joint whose rotor has a stated axis (JointDescription::rotor_axis); the parent carries the rotor.
   const std::vector<int>& rotors() const { return rotors_; }
   /// Bodies on joints with a spring (JointDescription::spring).
@@ -82,6 +84,8 @@ class Model {
 
  private:
   friend class ModelBuilder;
+  void number(std::vector<BodyDescription> sorted, const std::vector<int>& parent);
+
   std::vector<Body> bodies_;
   std::vector<Frame> frames_;
   std::vector<int> joints_;

@@ -115,8 +115,7 @@ std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies
       shapes.insert(shapes.end(), joint.modal->rates.begin(), joint.modal->rates.end());
       if (k == 0) continue;
       int carrier = parent[members[k]];  // fixed bodies may be in between
-      while (carrier >= 0 && bodies[static_cast<std::size_t>(carrier)].joint.type == JointType::fixed)
-        carrier = parent[static_cast<std::size_t>(carrier)];
+      while (carrier >= 0 && bodies[carrier].joint.type == JointType::fixed) carrier = parent[carrier];
       if (carrier != static_cast<int>(members[k - 1])) fault("each must be on the body of the one before it");
     }
     if (!plain) {
@@ -173,7 +172,7 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
   for (const auto& [name, members] : bodies_of_chains(bodies)) {
     ModalChain chain;
     for (const std::size_t i : members) {
-      TreeLink<double>& link = tree.links[static_cast<std::size_t>(placements[i].link)];
+      TreeLink<double>& link = tree.links[placements[i].link];
       link.chain = static_cast<int>(tree.chains.size()), link.member = static_cast<int>(chain.links.size());
       chain.links.push_back(placements[i].link), chain.velocities.push_back(v[i]);
       const std::vector<double>& rates = bodies[i].joint.modal->rates;

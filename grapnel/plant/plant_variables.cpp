@@ -112,7 +112,7 @@ PlantVariables plant_variables(const CaptureProblem& plant, const std::vector<Pl
   robot = controlled_parts(plant);
   std::vector<bool> prismatic;
   for (const int j : system.robot_joints) {
-    const JointDescription& joint = system.model.bodies()[system.model.joints()[j]].description.joint;
+    const JointDescription& joint = system.model.joint_body(j).description.joint;
     robot.joints.push_back(joint.name), prismatic.push_back(joint.type == JointType::prismatic);
   }
   Lister list(variables);

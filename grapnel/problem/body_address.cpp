@@ -62,16 +62,16 @@ std::vector<int> bodies_of_target(const CaptureSystem& system, std::size_t targe
 }
 
 bool belongs_to_target(const CaptureSystem& system, int body, std::size_t target) {
-  const BodyAddress& address = system.addresses[static_cast<std::size_t>(body)];
+  const BodyAddress& address = system.addresses[body];
   return address.owner == BodyAddress::Owner::target && address.target == target;
 }
 
 bool belongs_to_targets(const CaptureSystem& system, int body) {
-  return system.addresses[static_cast<std::size_t>(body)].owner == BodyAddress::Owner::target;
+  return system.addresses[body].owner == BodyAddress::Owner::target;
 }
 
 bool is_inside_base(const CaptureSystem& system, int body) {
-  return system.addresses[static_cast<std::size_t>(body)].owner == BodyAddress::Owner::inside_base;
+  return system.addresses[body].owner == BodyAddress::Owner::inside_base;
 }
 
 std::vector<PlacedShape> shapes_in_model(const CaptureProblem& problem, const CaptureSystem& system) {

@@ -343,7 +343,7 @@ CaptureSystem index(const CaptureProblem& problem, const RobotSetup& robot, Mode
     }
   }
   for (std::size_t j = 0; j < system.model.joints().size(); ++j) {
-    const BodyDescription& body = system.model.bodies()[system.model.joints()[j]].description;
+    const BodyDescription& body = system.model.joint_body(j).description;
     if (yields(body.joint)) {
       system.elastic_joints.push_back(static_cast<int>(j));
     } else if (find_named(robot.bodies, body.name) != robot.bodies.end()) {
@@ -398,7 +398,7 @@ std::string shown_name(const CaptureSystem& system, int body) {
 }
 
 Posed own_frame(const CaptureSystem& system, int body) {
-  const BodyAddress& address = system.addresses[static_cast<std::size_t>(body)];
+  const BodyAddress& address = system.addresses[body];
   return address.is_target_itself() ? system.model.frames()[system.target_frames[address.target]].X_BE
                                     : Posed::identity();
 }
@@ -444,8 +444,8 @@ CaptureSystem make_moving_servicer(const CaptureProblem& problem) {
 State without_inner_motion(const CaptureSystem& with, const State& state, const CaptureSystem& without) {
   State result = zero_state(without.model);
   for (std::size_t j = 0; j < without.robot_joints.size(); ++j) {
-    const Body& to = without.model.bodies()[without.model.joints()[without.robot_joints[j]]];
-    const Body& from = with.model.bodies()[with.model.joints()[with.robot_joints[j]]];
+    const Body& to = without.model.joint_body(without.robot_joints[j]);
+    const Body& from = with.model.joint_body(with.robot_joints[j]);
     result.q[to.q] = state.q[from.q], result.v[to.v] = state.v[from.v];
   }
   if (!without.model.has_free_root(without.base)) return result;
@@ -496,7 +496,7 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
 State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system) {
   State state = zero_state(system.model);
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
-    const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
+    const Body& body = system.model.joint_body(system.robot_joints[j]);
     state.q[body.q] = problem.joint_position[j];
     if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
     // Joints that follow a stated motion exactly start at its beginning.
@@ -517,12 +517,12 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
     state.q[b.q] = b.description.joint.spring->rest;
   }
   for (std::size_t w = 0; w < system.wheels.size() && !problem.wheel_rate.empty(); ++w)
-    state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v] = problem.wheel_rate[w];
+    state.v[system.model.joint_body(system.wheels[w]).v] = problem.wheel_rate[w];
   for (std::size_t g = 0; g < system.gyros.size(); ++g) {
-    const Body& gimbal = system.model.bodies()[system.model.joints()[system.gyros[g].gimbal]];
+    const Body& gimbal = system.model.joint_body(system.gyros[g].gimbal);
     if (!problem.gimbal_angle.empty()) state.q[gimbal.q] = problem.gimbal_angle[g];
     if (!problem.gimbal_rate.empty()) state.v[gimbal.v] = problem.gimbal_rate[g];
-    state.v[system.model.bodies()[system.model.joints()[system.gyros[g].rotor]].v] = problem.robot.gyros[g].spin_rate;
+    state.v[system.model.joint_body(system.gyros[g].rotor).v] = problem.robot.gyros[g].spin_rate;
   }
   if (!system.model.has_free_root(system.base)) return state;
   set_root_pose(system.model, system.base, problem.X_WB, state);

@@ -84,7 +84,7 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   for (const CaptureSystem::Gyro& gyro : from.gyros) to.gyros.push_back({joint(gyro.gimbal), joint(gyro.rotor)});
   to.addresses.resize(from.addresses.size());
   for (std::size_t i = 0; i < from.addresses.size(); ++i)
-    to.addresses[static_cast<std::size_t>(to.model.body_index(body_name(static_cast<int>(i))))] = from.addresses[i];
+    to.addresses[to.model.body_index(body_name(static_cast<int>(i)))] = from.addresses[i];
   return to;
 }
 

@@ -145,7 +145,7 @@ std::vector<LinkMode> modes_of_link(const RobotSetup& robot, const BodyDescripti
     }
     std::vector<ElasticMode> of_kind = elastic_modes(model, at_rest, others);
     for (int n = 0; n < std::min(count, static_cast<int>(of_kind.size())); ++n)
-      modes.push_back({&kind, n + 1, std::move(of_kind[static_cast<std::size_t>(n)])});
+      modes.push_back({&kind, n + 1, std::move(of_kind[n])});
   }
   return modes;
 }
@@ -263,7 +263,7 @@ class Expansion {
       const std::vector<LinkMode> modes = modes_of_link(robot_, link, pieces, *link.beam->modes);
       for (std::size_t joint = 0; joint + 1 < pieces.size() && !modes.empty(); ++joint) {
         ModalJoint& own = pieces[joint + 1].joint.modal.emplace(ModalJoint{link.name, {}});
-        for (const LinkMode& mode : modes) own.rates.push_back(mode.vibration.shape[static_cast<Eigen::Index>(joint)]);
+        for (const LinkMode& mode : modes) own.rates.push_back(mode.vibration.shape[joint]);
       }
     }
     for (BodyDescription& piece : pieces) flexible.bodies.push_back(std::move(piece));

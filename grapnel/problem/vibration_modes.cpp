@@ -84,7 +84,7 @@ std::string direction_in_words(const Eigen::Matrix<double, 6, 1>& u, double reac
   for (int k = 1; k < 6; ++k) {
     if (size(k) > size(largest)) largest = k;
   }
-  return kNames[static_cast<std::size_t>(largest)];
+  return kNames[largest];
 }
 
 }  // namespace

@@ -84,6 +84,7 @@ constexpr Field rpy_of() {
 }
 
 const Type& robot_description();  ///< of a RobotSetup
+const Type& joint_description();  ///< of the keys of a joint
 const Type& joint_friction_description();
 const Type& wheel_array_description();   ///< of a WheelArraySetup (actuator_arrays.hpp), which files hold
 const Type& gyro_array_description();    ///< of a GyroArraySetup
@@ -94,6 +95,12 @@ const Type& spring_description();        ///< of a std::optional<JointSpring>
 const Type& vibrations_description();    ///< of a std::vector<VibrationMode>
 const Type& import_description();        ///< of the options of an imported robot
 const Type& robot_on_bus_description();  ///< of a robot assembled from files
+template <>
+const Type& type_of<JointType>();
+template <>
+const Type& type_of<BeamDescription>();
+template <>
+const Type& type_of<VibrationMode>();
 // Descriptions of members of CaptureProblem, by the names of their keys.
 const Type& targets_description();
 const Type& grasps_description();

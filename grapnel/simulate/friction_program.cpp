@@ -28,7 +28,7 @@ class BoxMinimizer {
  public:
   explicit BoxMinimizer(const BoxProgram& program) : p_(program), n_(program.b.size()) {
     s_.x = VectorXd::Zero(n_);
-    s_.bound.assign(static_cast<std::size_t>(n_), 0);
+    s_.bound.assign(n_, 0);
     for (Index i = 0; i < n_; ++i) {
       if (p_.lower[i] >= 0) s_.bound[i] = -1;
       if (p_.upper[i] <= 0) s_.bound[i] = 1;
@@ -72,13 +72,13 @@ class BoxMinimizer {
     double length = falls ? kInfinity : 1;
     Index hit = -1;
     for (Index k = 0; k < step.size(); ++k) {
-      const Index i = free[static_cast<std::size_t>(k)];
+      const Index i = free[k];
       if (step[k] == 0) continue;
       const double room = ((step[k] > 0 ? p_.upper[i] : p_.lower[i]) - s_.x[i]) / step[k];
       if (room < length) length = std::max(room, 0.0), hit = i, sense_ = step[k] > 0 ? 1 : -1;
     }
     if (!std::isfinite(length)) return s_.bounded = false;
-    for (Index k = 0; k < step.size(); ++k) s_.x[free[static_cast<std::size_t>(k)]] += length * step[k];
+    for (Index k = 0; k < step.size(); ++k) s_.x[free[k]] += length * step[k];
     if (hit >= 0) s_.x[hit] = sense_ > 0 ? p_.upper[hit] : p_.lower[hit], s_.bound[hit] = sense_;
     s_.gradient = p_.A * s_.x + p_.b;
     return hit < 0;
@@ -90,7 +90,7 @@ class BoxMinimizer {
     Index worst = -1;
     double most = 0.1;
     for (Index i = 0; i < n_; ++i) {
-      if (s_.bound[i] == 0 || fixed_[static_cast<std::size_t>(i)]) continue;
+      if (s_.bound[i] == 0 || fixed_[i]) continue;
       const double pull = s_.bound[i] * s_.gradient[i] / std::max(p_.tolerance[i], 1e-300);
       if (pull > most) most = pull, worst = i;
       if (first && worst >= 0) break;
@@ -127,7 +127,7 @@ ExcessRows excess_rows(const EffortFamily& f) {
   ExcessRows r{MatrixXd::Zero(count, f.N.cols()), VectorXd(count), VectorXd::Ones(count)};
   r.g[0] = -1;
   for (Index row = 1; row < count; ++row) {
-    const auto [i, side] = sides[static_cast<std::size_t>(row - 1)];
+    const auto [i, side] = sides[row - 1];
     r.G.row(row) = side * f.N.row(i);
     r.g[row] = side > 0 ? f.x0[i] - f.upper[i] : f.lower[i] - f.x0[i];
     r.w[row] = f.weight[i];
@@ -170,8 +170,8 @@ class MinimaxSimplex {
   MatrixXd basis() const {
     MatrixXd B(k_ + 1, k_ + 1);
     for (Index i = 0; i <= k_; ++i) {
-      B.col(i).head(k_) = r_.G.row(basis_[static_cast<std::size_t>(i)]).transpose();
-      B(k_, i) = r_.w[basis_[static_cast<std::size_t>(i)]];
+      B.col(i).head(k_) = r_.G.row(basis_[i]).transpose();
+      B(k_, i) = r_.w[basis_[i]];
     }
     return B;
   }
@@ -189,12 +189,11 @@ class MinimaxSimplex {
       if (!(d[i] > kPivot * d.cwiseAbs().maxCoeff())) continue;
       const double ratio = std::max(y[i], 0.0) / d[i];
       const bool tie = leaving >= 0 && std::abs(ratio - least) <= 1e-14 * (1 + least);
-      const bool sooner =
-          tie ? basis_[static_cast<std::size_t>(i)] < basis_[static_cast<std::size_t>(leaving)] : ratio < least;
+      const bool sooner = tie ? basis_[i] < basis_[leaving] : ratio < least;
       if (sooner) leaving = i, least = ratio;
     }
     if (leaving < 0) return false;
-    basis_[static_cast<std::size_t>(leaving)] = entering;
+    basis_[leaving] = entering;
     return true;
   }
 
@@ -214,25 +213,25 @@ VectorXd nonnegative_least_squares(const MatrixXd& E, const VectorXd& f) {
     const VectorXd pull = E.transpose() * (f - E * u);
     Index best = -1;
     for (Index i = 0; i < n; ++i) {
-      if (!is_in[static_cast<std::size_t>(i)] && pull[i] > zero && (best < 0 || pull[i] > pull[best])) best = i;
+      if (!is_in[i] && pull[i] > zero && (best < 0 || pull[i] > pull[best])) best = i;
     }
     if (best < 0) break;
-    in.push_back(best), is_in[static_cast<std::size_t>(best)] = true;
+    in.push_back(best), is_in[best] = true;
     while (!in.empty()) {
       const VectorXd s = least_norm_solution(E(Eigen::all, in), f);
       double length = 1;
       for (Index k = 0; k < s.size(); ++k) {
-        const double at = u[in[static_cast<std::size_t>(k)]];
+        const double at = u[in[k]];
         if (s[k] <= 0) length = std::min(length, at / std::max(at - s[k], 1e-300));
       }
       for (Index k = 0; k < s.size(); ++k) {
-        double& at = u[in[static_cast<std::size_t>(k)]];
+        double& at = u[in[k]];
         at += length * (s[k] - at);
       }
       if (length >= 1) break;
       std::erase_if(in, [&](Index i) {
         if (u[i] > 1e-15) return false;
-        u[i] = 0, is_in[static_cast<std::size_t>(i)] = false;
+        u[i] = 0, is_in[i] = false;
         return true;
       });
     }

@@ -49,7 +49,7 @@ JointModes::Response PhaseDynamics::held_response() {
   constexpr double kRounding = 1e-13;
   rounding_.assign(friction_.size(), 0.0);
   for (const JointModes::Joint& joint : modes_.joints()) {
-    const Body& body = model_.bodies()[model_.joints()[joint.joint]];
+    const Body& body = model_.joint_body(joint.joint);
     const LinkScratch<double>& link = workspace_.kernel.links[body.placement.link];
     const Wrenchd F = link.I * link.A + link.p;
     rounding_[joint.joint] =
@@ -73,12 +73,12 @@ JointModes::Mobility PhaseDynamics::mobility_of(std::span<const int> velocities)
   JointModes::Mobility mobility{Eigen::MatrixXd(count, count), Eigen::VectorXd(count)};
   std::vector<double> vdot(none);
   for (Eigen::Index j = 0; j < count; ++j) {
-    const int v = velocities[static_cast<std::size_t>(j)];
+    const int v = velocities[j];
     unit[v] = 1;
     articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot, force);
     mobility.without_loops[j] = vdot[v];
     if (solver_) solver_->accelerations(in, 0, workspace_, vdot, force);
-    for (Eigen::Index i = 0; i < count; ++i) mobility.with_loops(i, j) = vdot[velocities[static_cast<std::size_t>(i)]];
+    for (Eigen::Index i = 0; i < count; ++i) mobility.with_loops(i, j) = vdot[velocities[i]];
     unit[v] = 0;
   }
   mobility.with_loops = (0.5 * (mobility.with_loops + mobility.with_loops.transpose())).eval();
@@ -89,7 +89,7 @@ JointModes::Mobility PhaseDynamics::mobility_of(std::span<const int> velocities)
 // of the last evaluation, and these joints are not prescribed.
 Eigen::VectorXd PhaseDynamics::accelerations_released(std::span<const int> velocities) {
   for (std::size_t j = 0; j < motor_.size(); ++j)
-    force_[model_.bodies()[model_.joints()[j]].v] = motor_[j] + friction_[j] + spring_[j];
+    force_[model_.joint_body(j).v] = motor_[j] + friction_[j] + spring_[j];
   for (const JointModes::Joint& joint : modes_.joints()) {
     if (std::find(velocities.begin(), velocities.end(), joint.v) != velocities.end())
       force_[joint.v] = motor_[joint.joint] + spring_[joint.joint];
@@ -98,8 +98,7 @@ Eigen::VectorXd PhaseDynamics::accelerations_released(std::span<const int> veloc
   for (const int v : velocities) prescribed[v] = 0;
   solve(prescribed);
   Eigen::VectorXd accelerations(static_cast<Eigen::Index>(velocities.size()));
-  for (std::size_t i = 0; i < velocities.size(); ++i)
-    accelerations[static_cast<Eigen::Index>(i)] = vdot_[velocities[i]];
+  for (std::size_t i = 0; i < velocities.size(); ++i) accelerations[i] = vdot_[velocities[i]];
   return accelerations;
 }
 
@@ -120,8 +119,7 @@ void PhaseDynamics::settle_friction() {
     for (const int v : released) vdot_[v] = 0;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
       if (output_of(setup_.drives[j].control) == ControlOutput::motion)
-        motor_[j] = smooth_effort_[j] =
-            workspace_.force[model_.bodies()[model_.joints()[j]].v] - friction_[j] - spring_[j];
+        motor_[j] = smooth_effort_[j] = workspace_.force[model_.joint_body(j).v] - friction_[j] - spring_[j];
     }
   }
   modes_.note_holding(friction_);

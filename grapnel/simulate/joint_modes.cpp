@@ -56,7 +56,7 @@ double into_stop(const JointModes::Joint& joint, double rate) { return rate * st
 JointModes::JointModes(const Model& model, std::span<const std::uint8_t> prescribed) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const Body& body = model.bodies()[model.joints()[j]];
+    const Body& body = model.joint_body(j);
     const JointDescription& d = body.description.joint;
     at_.push_back(-1);
     // Friction without breakaway effort has no modes.
@@ -172,7 +172,7 @@ EffortFamily JointModes::held_family(std::span<const double> holding, const Open
   family.x0 = family.lower = family.upper = family.weight = Eigen::VectorXd(count);
   Eigen::MatrixXd directions(count, open.effort.cols()), terms(directions);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Joint& j = *held[static_cast<std::size_t>(i)];
+    const Joint& j = *held[i];
     const HoldingRange range = holding_range(j, j.breakaway);
     family.x0[i] = holding[j.joint] / j.unit;
     family.lower[i] = range.lower / j.unit, family.upper[i] = range.upper / j.unit;
@@ -219,30 +219,30 @@ void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobili
   program.b = released.cwiseQuotient(root);
   program.lower = program.upper = program.tolerance = Eigen::VectorXd(count);
   Eigen::VectorXd slack(count);
-  for (Eigen::Index i = 0; i < count; ++i) slack[i] = resting[static_cast<std::size_t>(i)]->slack * root[i];
+  for (Eigen::Index i = 0; i < count; ++i) slack[i] = resting[i]->slack * root[i];
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double rounding = response.rounding[resting[static_cast<std::size_t>(i)]->joint];
+    const double rounding = response.rounding[resting[i]->joint];
     program.tolerance[i] =
         (std::isfinite(rounding) ? rounding : 0) * root[i] + kAccelerationRounding * program.b.cwiseAbs().maxCoeff();
-    resting[static_cast<std::size_t>(i)]->rate_noise = program.tolerance[i] * root[i];
+    resting[i]->rate_noise = program.tolerance[i] * root[i];
     program.tolerance[i] += slack_share * program.A.row(i).cwiseAbs().dot(slack);
   }
   std::vector<bool> broken(resting.size(), false);
   for (bool again = true; again;) {
     for (Eigen::Index i = 0; i < count; ++i) {
-      const Joint& j = *resting[static_cast<std::size_t>(i)];
-      const HoldingRange range = holding_range(j, broken[static_cast<std::size_t>(i)] ? j.coulomb : j.breakaway);
+      const Joint& j = *resting[i];
+      const HoldingRange range = holding_range(j, broken[i] ? j.coulomb : j.breakaway);
       program.lower[i] = range.lower * root[i], program.upper[i] = range.upper * root[i];
     }
     const BoxSolution solution = minimize_in_box(program);
     again = false;
     for (Eigen::Index i = 0; i < count; ++i) {
-      Joint& j = *resting[static_cast<std::size_t>(i)];
-      const bool slips = -solution.bound[static_cast<std::size_t>(i)] * solution.gradient[i] > program.tolerance[i];
+      Joint& j = *resting[i];
+      const bool slips = -solution.bound[i] * solution.gradient[i] > program.tolerance[i];
       j.mode = slips ? Mode::moving : Mode::held;
       j.sense = sense_of(solution.gradient[i]);
-      if (!slips || broken[static_cast<std::size_t>(i)]) continue;
-      broken[static_cast<std::size_t>(i)] = true;
+      if (!slips || broken[i]) continue;
+      broken[i] = true;
       again = again || j.coulomb < j.breakaway;
     }
   }

@@ -9,7 +9,7 @@ namespace grapnel {
 
 std::size_t joint_named(const Model& model, const std::string& name) {
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    if (model.bodies()[model.joints()[j]].description.joint.name == name) return j;
+    if (model.joint_body(j).description.joint.name == name) return j;
   }
   throw ControllerError(fmt::format("the model has no joint '{}' to drive", name));
 }
