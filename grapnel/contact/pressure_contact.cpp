@@ -6,7 +6,8 @@
 
 namespace grapnel {
 
-// The pressure of a polyhedron is the minimum of the fields of its faces (23.8). The surface of equal pressure consists of one polygon for each pair of faces i of A and j of B,
+// The pressure of a polyhedron is the minimum of the fields of its faces (23.8). The surface of equal pressure consists
+// of one polygon for each pair of faces i of A and j of B,
 //
 //   P_ij = {x : f_i(x) = f_j(x), 0 <= f_i(x) <= f_k(x) for all faces k of A and B}.
 //
@@ -287,7 +288,6 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
 
 void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements) {
   if (!collect(shapes, X_AB)) return;
-  elements.beyond_model = too_many_ || overlap_ > std::min(shapes.a.thickness(), shapes.b.thickness());
   for (std::size_t i = 0; i < count_a_; ++i) {
     for (std::size_t j = count_a_; j < fields_.size(); ++j) {
       const Field &a = fields_[i], &b = fields_[j];
@@ -298,6 +298,10 @@ void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, Contac
       if (cut(n, (a.constant - b.constant) / length, a, i, j)) add_polygon(shapes, a, n, elements);
     }
   }
+  // Without a surface of equal pressure one shape may be inside of the other.
+  double deepest = elements.list.empty() ? overlap_ : 0;
+  for (const ContactElement& e : elements.list) deepest = std::max(deepest, e.depth);
+  elements.beyond_model = too_many_ || deepest > std::min(shapes.a.thickness(), shapes.b.thickness());
 }
 
 // The overlap with height min f over it is a polytope in four dimensions whose volume is the energy. Its faces' faces

@@ -91,11 +91,12 @@ inline Posed touching_pose(const PairContact& pair, const ContactShape& a, const
     return X_WB;
   }
   X_WB.p = start + 5.0 * direction;
-  // The distance is a convex function along the line: Newton's iteration.
+  // The distance is a convex function along the line: Newton's iteration. It ends before the shapes overlap, where the
+  // depth takes longer.
   for (int i = 0; i < 100; ++i) {
     const ShapeSeparation s = pair.separation(X_WA, X_WB);
-    if (s.distance < 1e-12) break;
-    X_WB.p -= (s.distance / dot(direction, s.normal)) * direction;
+    if (s.distance < 1e-9) break;
+    X_WB.p -= ((1 - 1e-5) * s.distance / dot(direction, s.normal)) * direction;
   }
   return X_WB;
 }
