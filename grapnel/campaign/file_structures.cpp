@@ -18,12 +18,13 @@ struct Described<VariableFile::Posture> : Enumeration<VariableFile::Posture, "Po
 namespace {
 
 constexpr std::string_view kName = "Name in results.";
-constexpr std::string_view kDescription = "Free description.";
+constexpr std::string_view kDescription = "A comment for readers of the file.";
 constexpr std::string_view kScenario = "The scenario file, its path relative to this file.";
 constexpr std::string_view kSimulate =
-    "impact: planning and the impact at the planned final configuration, no motion in time; run: the whole capture.";
+    "impact: planning and the impact at the planned final configuration, without motion afterwards. run: the complete "
+    "scenario.";
 constexpr std::string_view kColumn =
-    "A column of the study table, or the first parts of several up to a '/'; '*' matches any part.";
+    "A column of the study table, or the first parts of several up to a `/`; `*` matches any part.";
 constexpr std::string_view kCombine =
     "Combination of several columns. Absent: norm of the components x, y, z of a vector, else the worst of them.";
 
@@ -42,7 +43,9 @@ struct Described<LabelledFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::label>("label", "Label in tables.").required(),
       changes_key("Values of the scenario, by path."),
-      field<&T::scenario>("scenario", "Another scenario file in place of the study's, relative to this file.")
+      field<&T::scenario>(
+          "scenario",
+          "Another scenario file in place of the study's, relative to this file. Only one axis may name scenarios.")
           .optional(),
   });
   static constexpr Type type = structure<T>("labelled", "", fields);
@@ -52,27 +55,32 @@ template <>
 struct Described<AxisFile> {
   using T = AxisFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::path>("path", "A value of the scenario, as for --set: targets.target-1.mass.").optional(),
-      field<&QuantityFile::quantity>("quantity", "Quantity without a single value in a scenario file."),
+      field<&T::path>(
+          "path", "A value of the scenario, as for `--set`: `targets.target-1.mass`; any value that is valid there.")
+          .optional(),
+      field<&QuantityFile::quantity>("quantity", "A quantity without a single value in a scenario file."),
       field<&T::name>("name", "Name of an axis whose values are labelled sets of changes.").optional(),
       field<&QuantityFile::grasp>(
           "grasp", "End-effector of the grasp for relative_speed, relative_direction or approach_angle; absent: all.")
           .optional(),
       field<&QuantityFile::target>("target", "Target for target_spin or mass_ratio; absent: all.").optional(),
-      field<&QuantityFile::axis>(
-          "axis",
-          "Unit vector. target_spin: the spin axis in W; absent: the present one. relative_direction, approach_angle: "
-          "rotation axis in the target's frame at the capture; absent: its z axis."),
+      field<&QuantityFile::axis>("axis",
+                                 "Unit vector. target_spin: the spin axis in W, by default the present one. "
+                                 "relative_direction, approach_angle: rotation axis in the target's frame at the "
+                                 "capture, by default its z axis. Absent: the default of the quantity."),
       field<&QuantityFile::direction>(
           "direction",
           "Unit vector in W: direction of the relative velocity (relative_speed); absent: into the target."),
       field<&QuantityFile::unit>("unit", "Unit of the values of an angle (target_spin: per second); absent: rad.")
           .optional(),
-      key<std::string>("values", "", "The values, one by one.").as("anything").items(1, 1000000).optional(),
+      key<std::string>("values", "", "The values, one by one, with their unit or without.")
+          .as("anything")
+          .items(1, 1000000)
+          .optional(),
       field<&T::from>("from", "First of equally spaced values.").in_any_unit(),
       field<&T::to>("to", "Last value.").in_any_unit(),
       field<&T::count>("count", "Number of values, including both ends.").at_least(2).at_most(1000000).optional(),
-      field<&T::spacing>("spacing", "Equal differences or equal ratios; absent: linear.").optional(),
+      field<&T::spacing>("spacing", "Equal differences or equal ratios. Absent: linear.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("path, quantity, name"),
@@ -112,11 +120,13 @@ struct Described<StudyFile> {
           .optional(),
       changes_key("Values that replace those of the scenario file, by path, for all points."),
       field<&T::simulate>("simulate", kSimulate),
-      field<&T::axes>("axes", "Varied values. The points are all combinations; the first axis varies slowest.")
+      field<&T::axes>(
+          "axes", "Varied values. The points are all combinations, at most 10 million; the first axis varies slowest.")
           .items(1, 32)
           .required(),
-      field<&T::columns>(
-          "columns", "Stored columns, by name or by its first parts up to a '/'; '*' matches any part. Absent: all.")
+      field<&T::columns>("columns",
+                         "Columns to keep: a name, or a prefix up to a `/`; `*` matches any part, as in "
+                         "`grasps/*/impulse_magnitude`. Absent: all except those that must be requested.")
           .called("a list")
           .items(1, 0)
           .optional(),
@@ -131,7 +141,7 @@ template <>
 struct Described<NormalFile> {
   using T = NormalFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mean>("mean", "Absent: 0 for an offset, 1 for a factor.").in_any_unit().items(1, 0),
+      field<&T::mean>("mean", "Mean. Absent: 0 for an offset, 1 for a factor.").in_any_unit().items(1, 0),
       field<&T::deviation>("deviation", "Standard deviation; 0: not uncertain.").in_any_unit().at_least(0).items(1, 0),
       field<&T::covariance>(
           "covariance", "Covariance of all numbers at the path or paths: symmetric, positive semidefinite, by rows.")
@@ -142,15 +152,17 @@ struct Described<NormalFile> {
       field<&T::to>("to", "Maximum value.").in_any_unit().items(1, 0),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("deviation, covariance")});
-  static constexpr Type type =
-      structure<T>("normal", "Normal distribution; with 'from' or 'to' truncated to this interval.", fields, rules);
+  static constexpr Type type = structure<T>("normal",
+                                            "Normal distribution of numbers, truncated to the interval between `from` "
+                                            "and `to`, which must not be too unlikely (some 37 deviations away).",
+                                            fields, rules);
 };
 
 template <>
 struct Described<LogNormalFile> {
   using T = LogNormalFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::median>("median", "Absent: 1 for a factor.").in_any_unit().items(1, 0),
+      field<&T::median>("median", "Median. Absent: 1 for a factor.").in_any_unit().items(1, 0),
       field<&T::deviation>("deviation", "Standard deviation of the natural logarithm.")
           .at_least(0)
           .items(1, 0)
@@ -175,17 +187,17 @@ template <>
 struct Described<IntegersFile> {
   using T = IntegersFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "Least.").at_least(0).at_most(kLargestWhole),
-      field<&T::to>("to", "Greatest.").at_least(0).at_most(kLargestWhole),
+      field<&T::from>("from", "Minimum value.").at_least(0).at_most(kLargestWhole),
+      field<&T::to>("to", "Maximum value.").at_least(0).at_most(kLargestWhole),
   });
-  static constexpr Type type = structure<T>("integers", "Uniformly distributed whole numbers; for seeds.", fields);
+  static constexpr Type type = structure<T>("integers", "Uniformly distributed whole numbers: seeds.", fields);
 };
 
 template <>
 struct Described<DiscreteFile> {
   using T = DiscreteFile;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("values", "", "Any values that are valid at the path.")
+      key<std::string>("values", "", "Values that are valid at the path; of any kind.")
           .as("anything")
           .items(1, 100000)
           .required(),
@@ -198,32 +210,32 @@ template <>
 struct Described<NormalLengthFile> {
   using T = NormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mean>("mean", "").in_any_unit().required(),
-      field<&T::deviation>("deviation", "").in_any_unit().at_least(0).required(),
-      field<&T::from>("from", "").in_any_unit(),
-      field<&T::to>("to", "").in_any_unit(),
+      field<&T::mean>("mean", "Mean.").in_any_unit().required(),
+      field<&T::deviation>("deviation", "Standard deviation.").in_any_unit().at_least(0).required(),
+      field<&T::from>("from", "Minimum value.").in_any_unit(),
+      field<&T::to>("to", "Maximum value.").in_any_unit(),
   });
-  static constexpr Type type = structure<T>("normal_length", "", fields);
+  static constexpr Type type = structure<T>("normal_length", "Normal distribution; near 0 it needs `from: 0`.", fields);
 };
 template <>
 struct Described<LogNormalLengthFile> {
   using T = LogNormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::median>("median", "").in_any_unit().required(),
-      field<&T::deviation>("deviation", "").at_least(0).required(),
-      field<&T::from>("from", "").in_any_unit(),
-      field<&T::to>("to", "").in_any_unit(),
+      field<&T::median>("median", "Median.").in_any_unit().required(),
+      field<&T::deviation>("deviation", "Standard deviation of the natural logarithm.").at_least(0).required(),
+      field<&T::from>("from", "Minimum value.").in_any_unit(),
+      field<&T::to>("to", "Maximum value.").in_any_unit(),
   });
-  static constexpr Type type = structure<T>("log_normal_length", "", fields);
+  static constexpr Type type = structure<T>("log_normal_length", "Log-normal distribution.", fields);
 };
 template <>
 struct Described<UniformLengthFile> {
   using T = UniformLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "").in_any_unit().required(),
-      field<&T::to>("to", "").in_any_unit().required(),
+      field<&T::from>("from", "Minimum value.").in_any_unit().required(),
+      field<&T::to>("to", "Maximum value.").in_any_unit().required(),
   });
-  static constexpr Type type = structure<T>("uniform_length", "", fields);
+  static constexpr Type type = structure<T>("uniform_length", "Uniform distribution.", fields);
 };
 template <>
 struct Described<LengthFile> {
@@ -241,9 +253,12 @@ template <>
 struct Described<SphereFile> {
   using T = SphereFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::length>("length", "Its length.").in_any_unit().called("a number; a distribution").required(),
+      field<&T::length>("length", "Its length: a number, or a distribution; not below 0.")
+          .in_any_unit()
+          .called("a number; a distribution")
+          .required(),
   });
-  static constexpr Type type = structure<T>("sphere", "A vector of random direction.", fields);
+  static constexpr Type type = structure<T>("sphere", "A vector in a direction uniform on the sphere.", fields);
 };
 
 template <>
@@ -255,8 +270,10 @@ struct Described<TiltFile> {
           .at_least(0),
       field<&T::factor>("factor", "Factor on its length.").called("a number; a distribution"),
   });
-  static constexpr Type type = structure<T>(
-      "tilt", "The vector of the scenario, tilted by a random angle, with its length multiplied by a factor.", fields);
+  static constexpr Type type = structure<T>("tilt",
+                                            "The scenario's own vector, tilted about each of two axes perpendicular to "
+                                            "it, its length multiplied by `factor`.",
+                                            fields);
 };
 
 template <>
@@ -276,16 +293,19 @@ struct Described<UncertainFile> {
   using T = UncertainFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::path>("path",
-                      "A value of the scenario, as for --set: a number, a list or mapping of numbers; for 'rotation' "
-                      "the mapping with the orientation; for 'discrete' any value.")
+                      "A value of the scenario, as for `--set`: a number, a list or mapping of numbers; for `rotation` "
+                      "the mapping with the orientation; for `discrete` any value.")
           .optional(),
       field<&T::paths>("paths", "Several paths, for a normal distribution with a covariance.")
           .called("a list")
           .items(1, 0)
           .optional(),
-      field<&T::as>(
-          "as", "Meaning of the drawn number: the value, a factor on the value of the scenario, or an offset to it."),
-      field<&T::together>("together", "true: one number is drawn for all numbers at the path; false: one per number."),
+      field<&T::as>("as",
+                    "Meaning of the drawn number. value: replaces the scenario's value. factor: multiplies it. offset: "
+                    "is added to it."),
+      field<&T::together>(
+          "together",
+          "For a list or mapping of numbers: whether one number is drawn for all of them; else each has its own."),
       field<&T::normal>("normal", ""),
       field<&T::log_normal>("log_normal", ""),
       field<&T::uniform>("uniform", ""),
@@ -334,15 +354,16 @@ struct Described<SeriesSelection> {
       group<T, WorstKeys>("worst", "").optional(),
   });
   static constexpr Type type =
-      structure<T>("series", "Cases whose complete results are stored, as by 'grapnel run'.", fields);
+      structure<T>("series", "Cases whose complete results of `grapnel run` are kept in `series/case-K/`.", fields);
 };
 template <>
 struct Described<KeepFile> {
   using T = KeepFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::columns>("columns",
-                         "Stored columns of each case, by name or by its first parts up to a '/'; '*' matches any "
-                         "part. Absent: all. Columns read by 'success' and 'worst' are always stored.")
+                         "Columns to keep, as in studies. The columns of `success` and series.worst.by are always "
+                         "kept; with `captured` also the causes of a missed grasp: `grasps/*/captured`, "
+                         "`grasps/*/tolerance_used` and `captured/judged`. Absent: all.")
           .called("a list")
           .items(1, 0)
           .optional(),
@@ -361,21 +382,24 @@ struct Described<CampaignFile> {
       field<&T::scenario>("scenario", kScenario).required(),
       changes_key("Values that replace those of the scenario file, by path, for all cases."),
       field<&T::simulate>("simulate", kSimulate),
-      field<&T::cases>("cases", "Number of cases; with design axes: at each of their points.")
+      field<&T::cases>("cases", "Number of cases; with a `design` at each of its points, 1e9 in total.")
           .at_least(1)
           .at_most(kMostCases)
           .required(),
-      field<&T::seed>("seed", "Seed of the random numbers.").at_least(0).at_most(kLargestWhole),
+      field<&T::seed>("seed", "Seed of the random numbers. Another seed gives other cases.")
+          .at_least(0)
+          .at_most(kLargestWhole),
       field<&T::sampling>("sampling",
                           "random: independent. latin_hypercube: every input alone is spread evenly over its "
                           "distribution. sobol: all inputs together are spread evenly, by a scrambled Sobol sequence."),
-      field<&T::plan>("plan",
-                      "nominal: the approach is planned once, for the nominal scenario, and all cases follow that "
-                      "plan. per_case: it is planned for the true values of each case."),
+      field<&T::plan>(
+          "plan",
+          "nominal: the approach is planned once, for the nominal scenario, because the planner does not know the true "
+          "values; all cases follow that plan. per_case: the planner knows each case's values."),
       field<&T::uncertain>("uncertain", "Uncertain values and their distributions.").items(1, 300).required(),
       field<&T::success>("success",
-                         "Conditions on a case's columns and inputs that must all hold for a success; absent: "
-                         "captured, if the scenario has grasps.")
+                         "Conditions on a case's columns and inputs. A case is a success if it is ok and all hold. "
+                         "Absent: `captured`, if the scenario has grasps.")
           .called("an expression; {name, holds}")
           .items(1, 0),
       field<&T::keep>("keep", ""),
@@ -389,11 +413,12 @@ struct Described<CampaignFile> {
           .at_most(1)
           .items(1, 100),
       field<&T::time_limit>("time_limit", "s",
-                            "Limit on the wall time of one case; a case that exceeds it fails. 0: none.")
+                            "Elapsed time of one case; beyond it the case fails. It depends on the machine: omit it "
+                            "where results must not. 0: none.")
           .at_least(0),
       field<&T::design>("design",
                         "Axes as in studies; their values apply to the scenario before the uncertain ones are drawn. "
-                        "For 'grapnel map'.")
+                        "For `grapnel map`.")
           .items(1, 2)
           .optional(),
   });
@@ -407,7 +432,7 @@ struct Described<TermFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&MeasuredFile::column>("column", kColumn).required(),
       field<&MeasuredFile::combine>("combine", kCombine),
-      field<&TermFile::weight>("weight", "Factor in the sum."),
+      field<&TermFile::weight>("weight", "Factor of the term in the sum."),
   });
   static constexpr Type type = structure<TermFile>("term", "", fields);
 };
@@ -427,12 +452,17 @@ template <>
 struct Described<VariableFile> {
   using T = VariableFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::path>("path", "A number of the scenario, as for --set: approach.duration.").optional(),
+      field<&T::path>("path", "A number of the scenario, as for `--set`: `approach.duration`.").optional(),
       field<&QuantityFile::quantity>("quantity", "Quantity without a single value in a scenario file; as in studies."),
-      field<&T::patch>("patch", "TARGET.POINT: the grasp point moves on a patch around it.").optional(),
+      field<&T::patch>("patch",
+                       "TARGET.POINT: the grasp point moves in a plane through it: two numbers, along the unit vectors "
+                       "`u` and `v`. If the target has a sphere among its shapes, the point is projected onto it, and "
+                       "its approach direction, normal and frame rotate with it.")
+          .optional(),
       field<&T::posture>("posture",
-                         "The arms' final posture: the planner finds the solution nearest to the present one, moved "
-                         "along each direction of the null space."),
+                         "Of redundant arms with approach.plan: one number per dimension of the null space of the "
+                         "generalized Jacobian at the scenario's own planned configuration [rad]. The configuration "
+                         "moved by them becomes plan.guess with `objective: nearest`."),
       field<&QuantityFile::grasp>("grasp", "End-effector of the grasp for a quantity; absent: all.").optional(),
       field<&QuantityFile::target>("target", "Target for a quantity; absent: all.").optional(),
       field<&QuantityFile::axis>("axis", "Unit vector: rotation axis of a quantity; as in studies."),
@@ -442,9 +472,9 @@ struct Described<VariableFile> {
       field<&T::from>("from", "Minimum value.").in_any_unit(),
       field<&T::to>("to", "Maximum value.").in_any_unit(),
       field<&T::u>("u", "Unit vector in the target's frame: first direction of the patch."),
-      field<&T::v>("v", "Unit vector perpendicular to u: second direction of the patch."),
-      field<&T::radius>("radius", "m", "Radius of a disc-shaped patch.").above(0),
-      field<&T::half_widths>("half_widths", "m", "Half widths of a rectangular patch: along u and along v.").above(0),
+      field<&T::v>("v", "Unit vector in the target's frame, perpendicular to `u`: second direction of the patch."),
+      field<&T::radius>("radius", "m", "Radius of a disc, onto which the square around it is mapped.").above(0),
+      field<&T::half_widths>("half_widths", "m", "Half widths of a rectangle: along `u` and along `v`.").above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("path, quantity, patch, posture"),
@@ -473,16 +503,11 @@ template <>
 struct Described<SearchSetup> {
   using T = SearchSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::evaluations>("evaluations",
-                             "Maximum number of simulated captures: half of them for a sample that fills the ranges, "
-                             "half for local searches.")
-          .at_least(1)
-          .at_most(1000000),
+      field<&T::evaluations>("evaluations", "Maximum number of simulated captures.").at_least(1).at_most(1000000),
       field<&T::seed>("seed", "Seed of the sample; the same seed gives the same results.")
           .at_least(0)
           .at_most(kLargestWhole),
-      field<&T::refine>("refine",
-                        "Number of best points of the sample from which local searches begin; 0: no local searches.")
+      field<&T::refine>("refine", "Number of best points from which local searches start; 0: none.")
           .at_least(0)
           .at_most(100),
   });
@@ -500,19 +525,19 @@ struct Described<OptimizationFile> {
       changes_key("Values that replace those of the scenario file, by path."),
       field<&T::simulate>(
           "simulate",
-          "impact: planning and the impact at the planned final configuration, without motion in time, so that "
-          "clearances and limits during the approach are not evaluated; run: the whole capture."),
-      field<&T::minimize>("minimize", "Minimized column or sum.")
+          "impact: planning and the impact, with joints that follow their plan exactly; clearances, limits during the "
+          "approach and tracking errors are not evaluated. run: the complete scenario."),
+      field<&T::minimize>("minimize", "A column of the study's table, or terms that are added.")
           .called("the name of a column; a list of weighted terms")
           .items(1, 0),
-      field<&T::maximize>("maximize", "Maximized column or sum.")
+      field<&T::maximize>("maximize", "The same, maximized.")
           .called("the name of a column; a list of weighted terms")
           .items(1, 0),
       field<&T::variables>("variables", "Variables of the search.").items(1, 32).required(),
       field<&T::limits>("limits", "Limits on columns."),
       field<&T::feasible>("feasible",
-                          "Whether joints must stay within their limits and bodies must keep their clearance, if this "
-                          "is monitored (simulate: run)."),
+                          "Whether joints must stay within their limits and bodies clear of each other, as far as "
+                          "these are monitored (`run`)."),
       field<&T::search>("search", ""),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("minimize, maximize")});

@@ -124,15 +124,16 @@ template <>
 const Type& type_of<ContactComplianceSetup>() {
   using T = ContactComplianceSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::model>("model", "",
-                       "kelvin_voigt: k d + c d'. hertz: k d^1.5. hunt_crossley: k d^n (1 + a d'). Never negative."),
+      field<&T::model>("model", "", "kelvin_voigt: k d + c d'. hertz: k d^1.5. hunt_crossley: k d^n (1 + a d')."),
       field<&T::stiffness>("stiffness", "N/m, N/m^1.5 or N/m^n", "k.").above(0).required(),
-      field<&T::damping>("damping", "N s/m, or s/m", "c, or a for hunt_crossley.").at_least(0),
+      field<&T::damping>("damping", "N s/m, or s/m", "c; for hunt_crossley a.").at_least(0),
       field<&T::exponent>("exponent", "", "n of hunt_crossley.").at_least(1).at_most(5),
-      field<&T::slip_speed>("slip_speed", "m/s", "Slip speed below which friction is regularized.").above(0),
+      field<&T::slip_speed>("slip_speed", "m/s", "Slip speed below which Coulomb's friction is regularized.").above(0),
   });
-  static constexpr Type type =
-      structure<T>("contact_compliance", "Law compliant: normal force of contacts over the deformation d.", fields);
+  static constexpr Type type = structure<T>("contact_compliance",
+                                            "Law compliant: normal force of contacts over the deformation d and its "
+                                            "rate d'; never negative. Required with contacts.",
+                                            fields);
   return type;
 }
 
@@ -140,13 +141,18 @@ template <>
 struct Described<GraspComplianceSetup> {
   using T = GraspComplianceSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::linear_stiffness>("linear_stiffness", "N/m", "").above(0).required(),
-      field<&T::linear_damping>("linear_damping", "N s/m", "").at_least(0),
-      field<&T::angular_stiffness>("angular_stiffness", "N m/rad", "").above(0).optional(),
-      field<&T::angular_damping>("angular_damping", "N m s/rad", "").at_least(0),
+      field<&T::linear_stiffness>("linear_stiffness", "N/m", "Stiffness against displacement.").above(0).required(),
+      field<&T::linear_damping>("linear_damping", "N s/m", "Damping of displacement.").at_least(0),
+      field<&T::angular_stiffness>("angular_stiffness", "N m/rad",
+                                   "Stiffness against rotation; required for grasps with model rigid and hinge.")
+          .above(0)
+          .optional(),
+      field<&T::angular_damping>("angular_damping", "N m s/rad", "Damping of rotation.").at_least(0),
   });
-  static constexpr Type type = structure<T>(
-      "grasp_compliance", "Law compliant: spring and damper of grasps, in every constrained direction.", fields);
+  static constexpr Type type = structure<T>("grasp_compliance",
+                                            "Law compliant: a spring and a damper of grasps in every held direction, "
+                                            "unstressed at closing. Required with grasps.",
+                                            fields);
 };
 
 template <>
@@ -160,31 +166,32 @@ const Type& type_of<ImpactSetup>() {
           "contacts, with Coulomb friction. compliant: grasps and contacts as a compliant impact. as_published: the "
           "thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
       field<&T::duration>("duration", "s",
-                          "Time over which mean forces are taken. It does not affect the motion, except that modes: "
-                          "slow depends on it.")
+                          "Duration for mean forces; without effect on the motion, except with `modes: slow`.")
           .above(0),
-      field<&T::joints>("joints", "",
-                        "The robot's joints during the impact. Absent or free: not driven (their rotors count). "
-                        "braked: at rest from the first instant. driven: they keep their rates, as with infinitely "
-                        "heavy rotors, if the grasps admit it; else the drives are overpowered by the minimum amount. "
-                        "impedance: under the impedance law; law compliant only.")
+      field<&T::joints>(
+          "joints", "",
+          "The robot's joints during the impact. free: not driven (rotors count by their inertia). braked: at rest "
+          "from its first instant on. driven: they keep their rates, as with infinitely heavy rotors, as far as the "
+          "grasps allow; else the drives are overpowered by the minimum amount. impedance: by the law of `impedance`; "
+          "law compliant only. Not with law as_published. Absent: free.")
           .optional(),
       field<&T::modes>("modes", "",
-                       "Flexible modes that respond to the impact. all: every mode. none: no deformation during the "
-                       "impact; flexible coordinates keep their rates. slow: modes with a period longer than duration; "
-                       "the others keep their rates. Not with law compliant. With law plastic, impact.by_modes of the "
-                       "summary shows how the impulse depends on it."),
+                       "Flexible modes of links, gears and hinges that respond to the impact. all: every one. none: no "
+                       "mode; deflections keep their rates. slow: the modes whose period is longer than `duration` "
+                       "respond, the others keep their rates. Not with law compliant. With law plastic the impulse "
+                       "depends on it, and impact.by_modes of the summary shows the dependence."),
       field<&T::restitution>("restitution", "",
-                             "e for laws restitution and friction; for bilateral_restitution a number for all rows, or "
-                             "one for linear and one for angular rows.")
+                             "e. For contacts one number; for bilateral_restitution one for all rows, or one for the "
+                             "linear and one for the angular rows. Absent: 0.")
           .at_least(0)
           .at_most(1)
           .as("restitution")
           .optional(),
       field<&T::hypothesis>(
           "hypothesis", "",
-          "Meaning of e (absent: stronge): the ratio of works (e^2), of normal impulses, or of normal velocities. "
-          "Newton's hypothesis can create energy with friction; such a result is flagged.")
+          "Meaning of e for a contact. stronge: e^2 is the ratio of the works of the normal force in restitution and "
+          "compression. poisson: e is the ratio of its impulses. newton: e is the ratio of the normal velocities; with "
+          "friction this can create energy, which the result reports. Absent: stronge.")
           .optional(),
       field<&T::friction>("friction", "", "Coulomb's coefficient; laws friction and compliant. Absent: 0.")
           .at_least(0)
@@ -193,14 +200,14 @@ const Type& type_of<ImpactSetup>() {
       field<&T::grasp>("grasp", "", "").optional(),
       found<[](T& t) -> double& { return t.compliant.longest; }>(
           "longest", "s",
-          "Law compliant: largest duration of the impact (absent: 1 s); an instantaneous impulse then stops the "
-          "remaining relative motion of a grasp.")
+          "Law compliant: maximum duration of the impact. An unfinished impact is cut off with a warning, and an "
+          "instantaneous impulse stops the remaining relative motion of a grasp. Absent: 1.")
           .above(0)
           .optional(),
       found<[](T& t) -> double& { return t.compliant.settled; }>(
           "settled", "",
-          "Law compliant: a grasp is at rest when the energy of its relative motion has fallen to this fraction. "
-          "Absent: 1e-8.")
+          "Law compliant: grasps are at rest when this fraction of the energy of their relative motion remains. They "
+          "are rigid from then on; the remainder is removed instantaneously. Absent: 1e-8.")
           .above(0)
           .at_most(0.1)
           .optional(),

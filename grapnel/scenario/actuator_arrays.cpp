@@ -17,10 +17,11 @@ namespace {
 
 template <class T>
 constexpr Field configuration_key() {
-  return found<[](T& t) -> ArrayConfiguration& { return t.layout.configuration; }>(
-             "configuration", "",
-             "orthogonal: three, along the base's x, y and z. pyramid: four, with equal inclination to one of these "
-             "axes.")
+  return found<[](T& t) -> ArrayConfiguration& {
+           return t.layout.configuration;
+         }>("configuration", "",
+            "orthogonal: three, along the base's x, y and z. pyramid: four, whose axes (of gyros: their gimbals') have "
+            "equal angles from one of these.")
       .required();
 }
 template <class T>
@@ -32,17 +33,19 @@ template <class T>
 constexpr Field skew_key() {
   return found<[](T& t) -> double& { return t.layout.skew; }>(
              "skew", "rad",
-             "Angle between every axis and the pyramid's axis, at most 1.5 rad; absent: 54.74 deg, for which the "
-             "capacity is equal along all three axes.")
+             "Angle of every axis from the pyramid's. At the default of 54.74 deg, acos(1/sqrt(3)), the array has the "
+             "same capacity along x, y and z.")
       .above(0)
       .at_most(1.5)
       .by_default("0.9553166181245093");
 }
 template <class T>
 constexpr Field azimuth_key() {
-  return found<[](T& t) -> double& { return t.layout.azimuth; }>(
-      "azimuth", "rad",
-      "Angle of the first axis about the pyramid's axis, from the next axis of the base (from z: x).");
+  return found<[](T& t) -> double& {
+    return t.layout.azimuth;
+  }>("azimuth", "rad",
+     "The first axis leans towards the base's next one (from z towards x, from x towards y), rotated by this about the "
+     "pyramid's axis; each is a quarter of a turn from the one before.");
 }
 // Described elsewhere.
 constexpr Field friction_key() {

@@ -30,15 +30,16 @@ struct Described<ThrusterModulation> {
   using T = ThrusterModulation;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::kind>("modulation", "",
-                      "pulse_width: each thruster fires in every period of the control clock for the time that gives "
-                      "the commanded mean force. schmitt: each thruster is on or off, with hysteresis; without a "
-                      "control clock it may switch at any time."),
+                      "pulse_width: each thruster fires in every period of `control` for the time that gives the "
+                      "command on average, all reduced in proportion where that exceeds the period. schmitt: each is "
+                      "on or off by the commanded share of its force, with hysteresis: at the sample instants of "
+                      "`control`, or without it at any time."),
       field<&T::level_on>("level_on", "1",
-                          "Share of the minimum on-time (pulse_width, for smaller commands) or of the force (schmitt) "
-                          "from which a thruster switches on.")
+                          "Share above which a thruster is on: with schmitt of its force; with pulse_width of "
+                          "min_on_time, for smaller commands.")
           .above(0)
           .at_most(1),
-      field<&T::level_off>("level_off", "1", "Share at which it switches off; less than level_on.")
+      field<&T::level_off>("level_off", "1", "Share down to which it stays on; less than level_on.")
           .at_least(0)
           .at_most(1),
   });
@@ -50,11 +51,17 @@ template <>
 struct Described<MomentumDumping> {
   using T = MomentumDumping;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::above>("above", "N m s", "Magnitude of the wheels' momentum at which unloading begins.")
+      field<&T::above>("above", "N m s",
+                       "Size of the wheels' momentum, relative to the base, at which dumping begins, as read at the "
+                       "sample whose pulses begin.")
           .above(0)
           .required(),
-      field<&T::below>("below", "N m s", "Magnitude at which it ends; less than above.").at_least(0).required(),
-      field<&T::torque>("torque", "N m", "Mean torque of the thrusters over a period.").above(0).required(),
+      field<&T::below>("below", "N m s", "Size at which it ends; less than `above`.").at_least(0).required(),
+      field<&T::torque>("torque", "N m",
+                        "Torque of the thrusters, averaged over a period, without the ramps of the forces. The wheels' "
+                        "motors must have it in reserve; otherwise the base is disturbed.")
+          .above(0)
+          .required(),
   });
   static constexpr Type type = structure<T>(
       "momentum_dumping",
@@ -66,11 +73,16 @@ struct Described<GyroSteering> {
   using T = GyroSteering;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::near>("near", "1",
-                      "Singularity measure below which the array is near a singularity and its rates are damped.")
+                      "Singularity measure below which the array is near a singularity: gimbal rates are damped and "
+                      "the torque is incomplete; both are reported. A pyramid with gimbals at their zeros has 1.09.")
           .above(0)
           .up_to(1000),
-      field<&T::damping>("damping", "1", "Damping of the rates at a singularity.").above(0).up_to(1000),
-      field<&T::dither>("dither", "1", "Fraction of the damping that turns the gimbals out of a singularity; 0: none.")
+      field<&T::damping>("damping", "1", "Damping of the rates at a singularity, lambda0 of (17.9).")
+          .above(0)
+          .up_to(1000),
+      field<&T::dither>("dither", "1",
+                        "Share epsilon0 of (17.10): it rotates the gimbals out of a singularity in which damping alone "
+                        "would leave them; 0: none.")
           .at_least(0)
           .up_to(0.49),
   });
@@ -84,35 +96,53 @@ struct Described<BaseControlSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::actuators>("actuators", "",
                            "Source of the torque. wheels: the robot's reaction wheels; gyros: its control moment "
-                           "gyros; thrusters: its thrusters; outside: an external torque; or another kind of its "
-                           "actuators. Absent: the wheels, if the "
-                           "robot has any, else its gyros, else outside.")
+                           "gyros; thrusters: its thrusters; outside: an external torque; or another kind of the "
+                           "robot's `actuators`. Absent: `wheels` if the robot has any, else `gyros` if it has any, "
+                           "else `outside`.")
           .optional(),
-      field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
-      field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
-      field<&T::limit>("limit", "N m", "Largest torque about each axis; absent: none.")
+      field<&T::kp>("kp", "N m/rad", "Proportional gain, for all axes, or each.")
+          .at_least(0)
+          .as("axis gains")
+          .required(),
+      field<&T::kd>("kd", "N m s/rad", "Derivative gain, for all axes, or each.")
+          .at_least(0)
+          .as("axis gains")
+          .required(),
+      field<&T::limit>("limit", "N m", "Maximum torque about each axis. Absent: none.")
           .above(0)
           .as("axis gains")
           .optional(),
-      field<&T::R_WD>("quaternion_wxyz", "",
-                      "Desired attitude in W; absent, as rpy: the attitude at the phase's start.")
+      field<&T::R_WD>("quaternion_wxyz", "", "Desired attitude in W. Absent: the attitude at the phase's start.")
           .as("quaternion")
           .optional(),
-      field<&T::R_WD>("rpy", "rad", "Desired attitude in W, in place of quaternion_wxyz.").as("rpy").optional(),
+      field<&T::R_WD>("rpy", "rad", "Desired attitude in W. Absent: the attitude at the phase's start.")
+          .as("rpy")
+          .optional(),
       field<&T::feedforward>(
           "feedforward", "",
-          "Whether the torque that the joints' motion requires is added, as the model predicts it, within limit."),
+          "Whether the torque of the joints' motion is added, as the model predicts it (18.6), so that arms do not "
+          "rotate the base; within `limit`. Joints without a reference count with their rates alone."),
       field<&T::wheel_speed_rate>(
           "wheel_speed_rate", "1/s",
-          "Rate at which the wheels' rates converge to wheel_speeds, without a torque on the base; 0: no convergence.")
+          "Rate at which the wheels' rates approach wheel_speeds, as far as that exerts no torque on the base (18.7). "
+          "With `control` it uses the rates read at the sample instants and should be well below 1/period.")
           .at_least(0),
       field<&T::wheel_speeds>("wheel_speeds", "rad/s",
-                              "Rate per wheel; absent: zero, which minimizes the wheels' momenta.")
+                              "Rate per wheel, within their maximum rates. With zeros the wheels' momenta become the "
+                              "minimum-norm momenta with their present sum. Needs wheel_speed_rate. Absent: zero.")
           .plausible_to(kFastestRotor)
           .optional(),
-      field<&T::modulation>("thrusters", "", "How thrusters produce the commanded force and torque.").optional(),
-      field<&T::dumping>("dumping", "", "Unloading of the wheels' momentum by thrusters; absent: none.").optional(),
-      field<&T::steering>("steering", "", "How control moment gyros produce the commanded torque.").optional(),
+      field<&T::modulation>("thrusters", "",
+                            "Modulation of the thrusters; with `actuators: thrusters` or `dumping`. Absent: defaults.")
+          .optional(),
+      field<&T::dumping>("dumping", "",
+                         "Thrusters remove the wheels' momentum by pulse_width, while the wheels provide the torque of "
+                         "attitude control and compensate the average torque of the pulses.")
+          .optional(),
+      field<&T::steering>("steering", "",
+                          "Behaviour of control moment gyros near singular configurations, in which they cannot "
+                          "provide torque about every axis. Only where gyros provide it. Absent: defaults.")
+          .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
@@ -127,7 +157,7 @@ struct Described<TrackingNoise> {
   using T = TrackingNoise;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::position>("position", "rad or m", "Standard deviation.").at_least(0).required(),
-      field<&T::bandwidth>("bandwidth", "Hz", "Highest frequency.").above(0),
+      field<&T::bandwidth>("bandwidth", "Hz", "Highest frequency of the noise.").above(0),
       field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
   });
   static constexpr Type type =
@@ -142,18 +172,18 @@ struct Described<TrackingSetup> {
   using T = TrackingSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::mode>("mode", "",
-                      "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
-                      "computed_torque: torques of the inverse model, with error decay by the gains. controller: "
-                      "torques of control.plugin. impedance: the end-effectors move to their grasp points under the "
-                      "impedance law, on straight lines in the targets' frames along the profile."),
-      field<&T::kp>(
-          "kp", "N m/rad or N/m; for computed_torque 1/s^2",
-          "Proportional gain, for modes pd and computed_torque, and for pd after impedance ends; ignored otherwise.")
+                      "ideal: the joints follow exactly. pd: torques by (4.1). computed_torque: the torques of the "
+                      "model; errors decay with the gains. controller: torques of `control`. impedance: the "
+                      "end-effectors move to their grasp points by the law of `impedance`, straight in the targets' "
+                      "frames along the profile, until the first grasp closes."),
+      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
+                    "Proportional gains, for modes pd and computed_torque, and for pd after impedance ends. `ideal` "
+                    "ignores them.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s", "Derivative gain, likewise.")
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s", "Derivative gains, likewise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
@@ -161,140 +191,165 @@ struct Described<TrackingSetup> {
       field<&T::noise>("noise", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque, impedance").require("kp, kd")});
-  static constexpr Type type = structure<T>("tracking", "", fields, rules);
+  static constexpr Type type = structure<T>("tracking", "Control of the joints.", fields, rules);
 };
 
 template <>
 struct Described<PlanWeights> {
   using T = PlanWeights;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::excursion>("excursion", "1/rad^2", "Of the joints' travel.").at_least(0),
-      field<&T::nearest>("nearest", "1/rad^2", "Of the distance from guess.").at_least(0),
-      field<&T::limits>("limits", "1", "Of the distance from the middle of the joints' ranges.").at_least(0),
-      field<&T::manipulability>("manipulability", "1", "Of minus the manipulability of the arms.").at_least(0),
-      field<&T::effort>("effort", "1/(N m)^2", "Of half the mean square of the joints' efforts.").at_least(0),
-      field<&T::base_attitude>("base_attitude", "1/rad^2", "Of half the square of the base's rotation at the capture.")
+      field<&T::excursion>(
+          "excursion", "1/rad^2",
+          "Half the sum of squares of the joints' displacements, more where final rates make them swing (6.8a).")
           .at_least(0),
-      field<&T::base_motion>("base_motion", "1/rad^2",
-                             "Of half the mean square of the base's angular velocity, times "
-                             "the square of the segment's duration.")
+      field<&T::nearest>("nearest", "1/rad^2",
+                         "Half the sum of squares of the distances of the final joint values from `guess`.")
           .at_least(0),
-      field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance along the trajectory.").at_least(0),
+      field<&T::limits>("limits", "1",
+                        "Half the sum of squares of the distances of the final joint values from the middles of the "
+                        "joints' ranges, over the ranges.")
+          .at_least(0),
+      field<&T::manipulability>("manipulability", "1", "-log sqrt(det(J_g J_g^T)), summed over the end-effectors.")
+          .at_least(0),
+      field<&T::effort>(
+          "effort", "1/(N m)^2",
+          "Half the mean over the segment of the sum of squares of the joints' efforts, without friction.")
+          .at_least(0),
+      field<&T::base_attitude>("base_attitude", "1/rad^2",
+                               "Half the square of the base's rotation angle at the capture.")
+          .at_least(0),
+      field<&T::base_motion>(
+          "base_motion", "1/rad^2",
+          "Half the mean square of the base's angular velocity, times the square of the segment's duration.")
+          .at_least(0),
+      field<&T::clearance>("clearance", "1/m", "Minus the minimum distance of the bodies, as under plan.clearance.")
+          .at_least(0),
       field<&T::impulse>("impulse", "1/J",
-                         "Of the capture's impulses: the energy that each of them alone would give the free target.")
+                         "P^T D P / 2 of the impulses P with which rigid grasps (of their `model`) stop the relative "
+                         "motion at the capture: the energy of the free targets from each impulse alone; joints as in "
+                         "impact.joints. Zero for matched motion. Not with straight_in.")
           .at_least(0),
-      field<&T::impulse_index>("impulse_index", "1",
-                               "Of the impulse of relative motions at the grasps, over that of an immovable robot, "
-                               "averaged over the directions.")
+      field<&T::impulse_index>(
+          "impulse_index", "1",
+          "Impulse per relative motion at the grasps, against an immovable robot with one grasp per target: mean over "
+          "its directions, of (13.5). For unknown mismatches. Not with straight_in.")
           .at_least(0),
       field<&T::wheel_momentum>("wheel_momentum", "1",
-                                "Of half the mean of the sum of squares of the wheels' momenta over their capacities, "
-                                "while they keep the base's attitude.")
+                                "Half the mean over the segment of the sum of squares of the wheels' momenta over "
+                                "their capacities, as under plan.wheel_momentum.")
           .at_least(0),
   });
   static constexpr Type type =
-      structure<T>("weights", "Weights of objectives, the sum of which is minimized; absent weights are zero.", fields);
+      structure<T>("weights",
+                   "In place of `objective`: the sum of these terms with these weights is minimized; omitted terms "
+                   "have weight zero. A term with a negligible weight (1e-9) is reported with the result.",
+                   fields);
 };
 
 template <>
 struct Described<CaptureWindow> {
   using T = CaptureWindow;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::earliest>("earliest", "s", "First evaluated time of capture.").above(0).required(),
-      field<&T::latest>("latest", "s", "Last evaluated time of capture; after earliest.").above(0).required(),
-      field<&T::step>("step", "s", "Interval between the evaluated times; 0: a fiftieth of the window.").at_least(0),
-      field<&T::choose>(
-          "choose", "",
-          "objective: the time whose plan has the minimum objective. soonest: the first reachable time. slowest: the "
-          "time at which the grasp points move slowest relative to the servicer's centre of mass."),
+      field<&T::earliest>("earliest", "s", "First evaluated time.").above(0).required(),
+      field<&T::latest>("latest", "s", "Last evaluated time; after `earliest`.").above(0).required(),
+      field<&T::step>("step", "s",
+                      "Interval between evaluated times, at most 10,000 of them; 0: a fiftieth of the window.")
+          .at_least(0),
+      field<&T::choose>("choose", "",
+                        "objective: the time whose plan has the lowest objective (not with as_found, which has none). "
+                        "soonest: the first reachable time. slowest: the reachable time at which the fastest grasp "
+                        "point moves slowest relative to the servicer's centre of mass."),
   });
   static constexpr Type type = structure<T>(
-      "window", "The planner selects the time of capture, which is the approach's duration, between two times.",
-      fields);
+      "window", "In place of `duration`: the planner searches the time of capture T between two times.", fields);
 };
 
 template <>
 struct Described<PlanSetup> {
   using T = PlanSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::objective>(
-          "objective", "",
-          "The minimized objective. excursion: the joints' travel. nearest: the distance from guess. limits: the "
-          "distance from the middle of the joints' ranges. manipulability: minus the manipulability of the arms. "
-          "as_found: none; the planner takes the first solution from the guess. effort: squares of the joints' efforts "
-          "along the trajectory. base_attitude: the base's rotation at the capture. base_motion: squares of the base's "
-          "angular velocity along the trajectory. clearance: minus the minimum clearance along the trajectory. "
-          "impulse: the impulses of the capture, as of rigid grasps. impulse_index: the impulse of any relative motion "
-          "at the grasps."),
+      field<&T::objective>("objective", "",
+                           "Minimized among the solutions: one of the terms that `weights` names. as_found: none; the "
+                           "first solution from the guess is used without minimization."),
       field<&T::weights>("weights", "", "").optional(),
       field<&T::guess>("guess", "rad or m",
-                       "Initial value of the search for every moving joint; absent: the initial values.")
+                       "Start of the search: all moving joints, within their limits. Absent: the initial values.")
           .as("joint values")
           .optional(),
-      field<&T::starts>(
-          "starts", "",
-          "Largest number of initial guesses of the search; the first is the guess, the others are random.")
+      field<&T::starts>("starts", "", "Maximum number of initial guesses; all except the guess are random.")
           .at_least(1)
           .at_most(1000),
       field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
-      field<&T::max_evaluations>(
-          "max_evaluations", "",
-          "Limit of the search: evaluations of the servicer's kinematics and momentum, over the whole approach.")
+      field<&T::max_evaluations>("max_evaluations", "",
+                                 "Limit of planning: evaluations of the servicer's kinematics and momentum, over the "
+                                 "whole approach. Beyond it planning fails with a message that suggests remedies.")
           .at_least(1)
           .at_most(1000000000000),
-      field<&T::limits>("limits", "",
-                        "Where the joints' limits hold on the last planned segment. at_end: positions and rates at its "
-                        "end. on_the_way: positions, rates and efforts along the whole segment."),
+      field<&T::limits>(
+          "limits", "",
+          "Where the joints' limits are enforced. at_end: positions, and rates where such a solution exists, at the "
+          "end. on_the_way: positions, rates and efforts during the complete segment; otherwise planning fails."),
       field<&T::clearance>("clearance", "m",
-                           "Minimum distance along the trajectory of the bodies that clearance monitors, including an "
-                           "end-effector and its target until it is near the grasp point; absent: not evaluated.")
+                           "Minimum distance during the complete segment between the bodies that the scenario's "
+                           "`clearance` monitors. Also between an end-effector (with all bodies fixed to it) and its "
+                           "own target while it is farther from its grasp point than near_grasp. Absent: not checked.")
           .at_least(0)
           .optional(),
       field<&T::near_grasp>("near_grasp", "m",
-                            "Distance of the end-effector from the grasp point within which it may touch its target; "
-                            "absent: the extent of the end-effector plus clearance.")
+                            "Distance from its grasp point within which an end-effector may touch its target. Absent: "
+                            "the extent of the end-effector's shapes from its origin, plus `clearance`.")
           .at_least(0)
           .optional(),
       field<&T::base_turn>(
           "base_turn", "rad",
-          "Largest rotation of the base from its initial attitude along the trajectory; absent: no limit.")
+          "Maximum rotation of the base from its initial attitude, during the complete segment. Absent: any.")
           .above(0)
           .optional(),
-      field<&T::wheel_momentum>("wheel_momentum", "1",
-                                "Largest share of its capacity (moment of inertia times largest rate) of each wheel "
-                                "that keeps the base's attitude, along the trajectory; absent: no limit.")
+      field<&T::wheel_momentum>(
+          "wheel_momentum", "1",
+          "Maximum share of its capacity (moment of inertia times maximum rate), during the complete segment, of each "
+          "wheel that keeps the base's attitude. Needs base_control with wheels, which all have a `rate`, that is "
+          "strong enough to keep the attitude and has no `dumping`. Absent: any.")
           .above(0)
           .at_most(1)
           .optional(),
       field<&T::knots>("knots", "",
-                       "Inner knots of the joint splines, which have more freedom than one polynomial; absent: none, "
-                       "and 4 if limits, clearance, base_turn or wheel_momentum are violated without knots.")
+                       "Inner knots of splines that are added to each joint's polynomial. They give the trajectory "
+                       "more freedom to satisfy constraints and to reduce an objective. Absent: 0; 4 where the "
+                       "constraints cannot be satisfied without.")
           .at_least(0)
           .at_most(30)
           .optional(),
-      field<&T::idle_joints>("idle_joints", "",
-                             "Joints that move no grasping end-effector. used: they move if that reduces the "
-                             "objective. held: they end at their initial values, at rest."),
+      field<&T::idle_joints>(
+          "idle_joints", "",
+          "Joints that move no grasping end-effector. used: they move where that reduces the objective. held: they end "
+          "at their initial values, at rest; from rest they do not move at all."),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("objective", "nearest").require("guess"),
       not_both("objective, weights"),
       needs("near_grasp", "clearance"),
   });
-  static constexpr Type type = structure<T>("plan",
-                                            "The planner searches for final joint values for which the "
-                                            "momentum-conserving motion brings every end-effector to its grasp point.",
-                                            fields, rules);
+  static constexpr Type type =
+      structure<T>("plan",
+                   "The planner searches for final joint values for which the momentum-conserving motion brings every "
+                   "end-effector to its grasp point. Needs `grasps`.",
+                   fields, rules);
 };
 
 template <>
 struct Described<MotionPiece> {
   using T = MotionPiece;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::until>("until", "s", "End of the piece, from the start of the approach.").above(0).required(),
-      field<&T::series>("series", "rad or m",
-                        "Coefficients of every moving joint in Chebyshev polynomials of the first kind of x, which "
-                        "goes from -1 to 1 over the piece.")
+      field<&T::until>("until", "s",
+                       "End of the segment, from the start of the approach. A segment begins at the end of the "
+                       "previous one, the first at 0.")
+          .above(0)
+          .required(),
+      field<&T::series>(
+          "series", "rad or m",
+          "For every moving joint the coefficients c0, c1, ... of Chebyshev polynomials of the first kind: position = "
+          "sum of ck Tk(x), with x from -1 to 1 over the segment (T0 = 1, T1 = x, T2 = 2 x^2 - 1, ...).")
           .as("series by joint")
           .required(),
   });
@@ -306,12 +361,11 @@ template <>
 struct Described<Waypoint::Place> {
   using T = Waypoint::Place;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::position>("position", "m", "Position of the end-effector's origin, in the target's frame or in W.")
-          .up_to(1e+09)
-          .required(),
-      field<&T::target>("target", "", "Target whose frame position and velocity refer to; absent: W.").optional(),
+      field<&T::position>("position", "m", "Position of the end-effector's origin.").up_to(1e+09).required(),
+      field<&T::target>("target", "", "The target whose frame applies to position and velocity. Absent: the world.")
+          .optional(),
       field<&T::velocity>("velocity", "m/s",
-                          "Velocity of the end-effector's origin, relative to that frame; absent: zero.")
+                          "Velocity of the end-effector's origin, relative to that frame. Absent: zero.")
           .optional(),
   });
   static constexpr Type type = structure<T>("place", "", fields);
@@ -321,13 +375,20 @@ template <>
 struct Described<Waypoint> {
   using T = Waypoint;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::time>("time", "s", "Time from the start of the approach; before its end.").above(0).required(),
-      field<&T::joints>("joints", "rad or m", "Every moving joint's value.").as("joint values").optional(),
-      field<&T::rates>("rates", "rad/s or m/s",
-                       "Joint rates; joints absent from a mapping are at rest. Absent: all at rest.")
+      field<&T::time>("time", "s",
+                      "From the start of the approach: between 0 and T, or with straight_in the beginning of that "
+                      "segment; both excluded.")
+          .above(0)
+          .required(),
+      field<&T::joints>("joints", "rad or m", "Values of all moving joints, within their limits.")
           .as("joint values")
           .optional(),
-      field<&T::places>("end_effectors", "", "Positions of end-effectors; the others are free.")
+      field<&T::rates>("rates", "rad/s or m/s",
+                       "Rates with `joints`; joints left out of a mapping are at rest. Absent: zero.")
+          .as("joint values")
+          .optional(),
+      field<&T::places>("end_effectors", "",
+                        "Positions of some end-effectors, for which joint values are then searched.")
           .as("places by end-effector")
           .items(1, 0)
           .optional(),
@@ -346,35 +407,39 @@ template <>
 struct Described<StraightIn> {
   using T = StraightIn;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::stand_off>(
-          "stand_off", "m",
-          "Distance from the grasp point at the start of this segment, at rest relative to the target.")
+      field<&T::stand_off>("stand_off", "m",
+                           "Distance from the grasp point at which the segment begins, at rest relative to the target.")
           .above(0)
           .required(),
-      field<&T::duration>("duration", "s", "Duration of this segment, at the end of the approach.").above(0).required(),
+      field<&T::duration>("duration", "s", "Duration of this segment; less than the approach's.").above(0).required(),
       field<&T::final_speed>("final_speed", "m/s", "Speed towards the grasp point, relative to it, at the end.")
           .at_least(0),
-      field<&T::roll>("roll", "",
-                      "Rotation of an end-effector about its approach direction, relative to its target. free: the "
-                      "minimum joint motion. matched: it rotates with the target."),
+      field<&T::roll>(
+          "roll", "",
+          "Rotation of an end-effector about its approach direction. free: as minimum joint motion gives it, so it may "
+          "rotate relative to its target when it closes. matched: it rotates about that direction with the target."),
   });
-  static constexpr Type type = structure<T>(
-      "straight_in",
-      "The last segment is straight in the target's frame, along the approach direction of each grasp point.", fields);
+  static constexpr Type type =
+      structure<T>("straight_in",
+                   "The last segment is a final straight approach in the target's frame, along each grasp point's "
+                   "approach_direction, which every grasped point must then have.",
+                   fields);
 };
 
 template <>
 struct Described<ApproachSetup> {
   using T = ApproachSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::duration>(
-          "duration", "s",
-          "T. It may be absent with a trajectory or pieces: then it is their end. With window the planner selects it.")
+      field<&T::duration>("duration", "s",
+                          "T. Required, unless a trajectory or pieces define it, or `window` replaces it.")
           .above(0)
           .optional(),
       field<&T::window>("window", "", "").optional(),
-      field<&T::profile>("profile", "", "Joint motion over time; quartic is the thesis's (3.1)."),
-      field<&T::final_position>("final_joints", "rad or m", "Final value of every moving joint.")
+      field<&T::profile>(
+          "profile", "",
+          "Motion of every segment between two postures. quartic: the thesis's (3.1), which starts from rest; with "
+          "initial.joint_rates and ideal tracking, or after a waypoint with rates, use another."),
+      field<&T::final_position>("final_joints", "rad or m", "Final values of all moving joints, within their limits.")
           .as("joint values")
           .optional(),
       field<&T::plan>("plan", "", "").optional(),
@@ -389,18 +454,18 @@ struct Described<ApproachSetup> {
           .items(1, 10000)
           .optional(),
       field<&T::final_rates>("final_rates", "rad/s or m/s",
-                             "Joint rates at the end: given (joints absent from a mapping end at rest), or matched to "
-                             "the motion of the grasp points. Absent: all at rest; with plan: {match: twist}.")
+                             "Joint rates at the end; joints left out of a mapping end at rest. With {match: ...} they "
+                             "match the motion of the grasp points. Absent: zero; with `plan` {match: twist}.")
           .as("final rates")
           .optional(),
       field<&T::tracking>("tracking", "", ""),
-      field<&T::waypoints>("waypoints", "", "Intermediate points, in the order of time.").items(0, 1000),
+      field<&T::waypoints>("waypoints", "", "Intermediate postures, in the order of time.").items(0, 1000),
       field<&T::straight_in>("straight_in", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
-      field<&T::capture_at>(
-          "capture_at", "",
-          "Closing time of grasps without an individual time. end: at the end of the approach. envelope: as soon as "
-          "each of their end-effectors is within its envelope, at the end at the latest."),
+      field<&T::capture_at>("capture_at", "",
+                            "Closing time of the grasps without closes_at and closes_on_arrival. end: at T. envelope: "
+                            "as soon as each of their end-effectors is within its envelope, at T at the latest; each "
+                            "needs one, and there must be at least one such grasp."),
       field<&T::replan>(&replan_description, "replan", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({

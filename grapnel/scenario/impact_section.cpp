@@ -15,16 +15,18 @@ template <>
 struct Described<ContactSetup> {
   using T = ContactSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::gap>("gap", "",
-                     "weld_as_found: the grasp keeps the relative pose. translate_target: the target is moved until "
-                     "its grasp point is at the tip; with several grasps by the mean of their gaps, and the grasps "
-                     "keep the remaining gaps. refuse: the simulation fails beyond the limit."),
-      field<&T::refuse_beyond>("limit", "m", "Largest accepted distance, for gap refuse; ignored otherwise.")
-          .above(0)
-          .optional(),
-      field<&T::largest_gap>("largest_gap", "m",
-                             "Largest distance, after gap, at which an end-effector without an envelope is assumed to "
-                             "hold; beyond it the run fails. Absent: a tenth of its arm's reach. any: no limit.")
+      field<&T::gap>(
+          "gap", "",
+          "Treatment of a miss of the grasp point. weld_as_found: the grasp keeps the relative pose. translate_target: "
+          "the target is moved until its grasp point is at the tip, the thesis's implicit choice; with several grasps "
+          "by the mean of their gaps, and each grasp then holds as found. refuse: the run fails beyond `limit`."),
+      field<&T::refuse_beyond>("limit", "m", "Maximum distance for `refuse`; others ignore it.").above(0).optional(),
+      field<&T::largest_gap>(
+          "largest_gap", "m",
+          "Maximum distance, after `gap`, across which an end-effector without envelope.position is assumed to hold; "
+          "beyond it the run fails and names the grasp. `any`: no maximum. With translate_target it is also the "
+          "maximum displacement of a target, by default the arm's reach. `refuse` ignores it. A grasp without an "
+          "envelope is `captured: assumed`. Absent: a tenth of the arm's reach.")
           .above(0)
           .as("number or any")
           .optional(),
@@ -39,8 +41,12 @@ template <>
 struct Described<PostImpactSetup::Release> {
   using T = PostImpactSetup::Release;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::after>("after", "s", "Time since post_impact began; before its end.").above(0).required(),
-      field<&T::end_effectors>("end_effectors", "", "End-effectors of the grasps; absent: all that hold at that time.")
+      field<&T::after>("after", "s", "Time since the beginning of the phase; increasing, less than its duration.")
+          .above(0)
+          .required(),
+      field<&T::end_effectors>("end_effectors", "",
+                               "End-effectors whose grasps release. Each grasps a target, has closed before, and "
+                               "releases once. Absent: all that hold a target then.")
           .items(1, 0)
           .optional(),
   });
@@ -51,24 +57,34 @@ template <>
 struct Described<PostureMove> {
   using T = PostureMove;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::joints>("joints", "rad or m", "Final value of every moving joint.").as("joint values").required(),
-      field<&T::duration>("duration", "s", "").above(0).required(),
-      field<&T::after>("after", "s", "Start of the motion, since post_impact began.").at_least(0),
+      field<&T::joints>("joints", "rad or m", "The posture: every moving joint.").as("joint values").required(),
+      field<&T::duration>("duration", "s", "Duration of the motion, which ends within the phase.").above(0).required(),
+      field<&T::after>("after", "s", "Start of the motion, since the beginning of the phase.").at_least(0),
       field<&T::profile>("profile", "", "Joint motion over time, from rest to rest; as for the approach."),
   });
   static constexpr Type type =
-      structure<T>("move", "The joints move from their values at the impact to a posture, and hold it.", fields);
+      structure<T>("move",
+                   "For pd, computed_torque and controller: the joints move to a posture and are held there, instead "
+                   "of their values at the impact. The reference starts from these values, at rest.",
+                   fields);
 };
 
 template <>
 struct Described<DetumbleSetup> {
   using T = DetumbleSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::torque>("torque", "N m", "Largest torque on the target, about its centre of mass.").above(0).required(),
-      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
+      field<&T::torque>(
+          "torque", "N m",
+          "Maximum torque on the target, about its centre of mass. Limits of joints and grippers may allow less.")
+          .above(0)
+          .required(),
+      field<&T::target>("target", "", "Which target. Absent: the only one that is grasped.").optional(),
   });
-  static constexpr Type type = structure<T>(
-      "detumble", "The held target is brought to rest in the minimum time that the torque allows.", fields);
+  static constexpr Type type =
+      structure<T>("detumble",
+                   "Brings a held target to rest, in the minimum time that the torque, the effort limits of the joints "
+                   "and the `rating` of the grippers (force and moment at the grasp) allow.",
+                   fields);
 };
 
 template <>
@@ -77,14 +93,17 @@ struct Described<KeepBaseSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::rate>("rate", "1/s", "Rate at which the base returns to its attitude, critically damped.").above(0),
       field<&T::posture>("posture", "rad or m",
-                         "Joint values towards which every moving joint moves by motion that does not turn the base; "
-                         "absent: the joints come to rest as far as the momentum allows.")
+                         "Joint values towards which every moving joint moves as far as that does not rotate the base. "
+                         "Absent: none; the joints come to rest as far as the momentum allows.")
           .as("joint values")
           .optional(),
       field<&T::posture_rate>("posture_rate", "1/s", "Rate of that motion, critically damped.").above(0),
   });
   static constexpr Type type =
-      structure<T>("keep_base_attitude", "The joints keep the base's attitude from the start of post_impact.", fields);
+      structure<T>("keep_base_attitude",
+                   "With joints keep_base_attitude: the arms keep the base's attitude at the beginning of the phase. "
+                   "Not in closed loops, with a fixed base, or with base_control. Absent: defaults.",
+                   fields);
 };
 
 template <>
@@ -95,8 +114,8 @@ struct Described<GraspForceSetup::Pair> {
       field<&T::force>("force", "N",
                        "Squeezing force on the target along the line between the two grasps; negative: pulling.")
           .required(),
-      field<&T::after>("after", "s", "Start of the force, since post_impact began.").at_least(0),
-      field<&T::ramp>("ramp", "s", "Duration over which the force rises smoothly; 0: immediately.").at_least(0),
+      field<&T::after>("after", "s", "Start of its rise, since the beginning of the phase.").at_least(0),
+      field<&T::ramp>("ramp", "s", "Duration of its smooth rise; 0: immediately.").at_least(0),
   });
   static constexpr Type type = structure<T>("squeeze", "The internal force between two grasps.", fields);
 };
@@ -105,73 +124,79 @@ template <>
 struct Described<GraspForceSetup> {
   using T = GraspForceSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
-      field<&T::pairs>("pairs", "", "Pairs of grasps; absent: no internal force.").items(0, 100),
+      field<&T::target>("target", "", "Which target. Absent: the only one that is grasped.").optional(),
+      field<&T::pairs>("pairs", "", "Internal forces between pairs of grasps. Absent: none.").items(0, 100),
       field<&T::motion>("motion", "",
-                        "hold: the target keeps its pose relative to the base at the start of the law. brake: it comes "
-                        "to rest, as with detumble."),
+                        "hold: the target keeps its pose relative to the base from the start of the law. brake: it "
+                        "comes to rest, as with `detumble`."),
       field<&T::rate>("rate", "1/s",
-                      "Rate at which deviations from hold decay, critically damped; with brake the final decay rate of "
-                      "the remaining motion.")
+                      "Rate at which deviations from `hold` decay, critically damped; with `brake` the decay rate of "
+                      "the remaining motion at the end.")
           .above(0),
-      field<&T::torque>("torque", "N m", "With brake: largest torque on the target.").above(0).optional(),
+      field<&T::torque>("torque", "N m", "Maximum torque on the target.").above(0).optional(),
       field<&T::moment_length>("moment_length", "m",
                                "l of the metric |force|^2 + |moment|^2/l^2 by which the grasps share the load.")
           .above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({when("motion", "brake").require("torque")});
-  static constexpr Type type = structure<T>(
-      "grasp_force", "Several grasps hold one target: the law controls its motion and its internal forces separately.",
-      fields, rules);
+  static constexpr Type type = structure<T>("grasp_force",
+                                            "Several grasps hold one target: the law controls its motion and its "
+                                            "internal forces separately. At least two grasps of it.",
+                                            fields, rules);
 };
 
 template <>
 struct Described<RestSetup> {
   using T = RestSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::angular_velocity>("angular_velocity", "rad/s", "Largest angular velocity of the base, in W.")
+      field<&T::angular_velocity>("angular_velocity", "rad/s", "Maximum angular velocity of the base, in W.")
           .above(0)
           .required(),
       field<&T::joint_rate>("joint_rate", "rad/s or m/s",
-                            "Largest rate of every joint of the arms; absent: joints are not evaluated.")
+                            "Maximum rate of every joint of the arms. Absent: joints are not evaluated.")
           .above(0)
           .as("number or infinity")
           .optional(),
   });
   static constexpr Type type = structure<T>(
-      "rest", "Goal of the motion: the base and the joints stay below these rates from some time to the end.", fields);
+      "rest",
+      "Goal of the motion: base and joints stay below these rates from some time to the end. The summary and the "
+      "terminal report this time, or the rates at the end. A result that does not reach the goal has a warning.",
+      fields);
 };
 
 template <>
 struct Described<PhaseUntil> {
   using T = PhaseUntil;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::base_rate>("base_rate", "rad/s", "The base's angular velocity is at most this.").above(0).optional(),
-      field<&T::target_rate>("target_rate", "rad/s", "The angular velocity of every target is at most this.")
+      field<&T::base_rate>("base_rate", "rad/s", "The magnitude of the base's angular velocity is at most this.")
           .above(0)
           .optional(),
-      field<&T::relative_rate>("relative_rate", "rad/s",
-                               "The angular velocity of every target relative to the base is at most this.")
+      field<&T::target_rate>("target_rate", "rad/s", "The same of every target.").above(0).optional(),
+      field<&T::relative_rate>("relative_rate", "rad/s", "The same of every target relative to the base.")
           .above(0)
           .optional(),
       field<&T::joint_rate>("joint_rate", "rad/s or m/s", "The rate of every driven joint is at most this.")
           .above(0)
           .optional(),
       field<&T::wheel_momentum_below>("wheel_momentum_below", "1",
-                                      "Every wheel holds at most this share of its largest momentum.")
+                                      "Every wheel holds at most this share of its largest momentum, its inertia times "
+                                      "its `rate` in the robot file.")
           .above(0)
           .at_most(1)
           .optional(),
-      field<&T::wheel_momentum_above>("wheel_momentum_above", "1",
-                                      "At least one wheel holds this share of its largest momentum.")
+      field<&T::wheel_momentum_above>("wheel_momentum_above", "1", "At least one wheel holds this share of it.")
           .above(0)
           .at_most(1)
           .optional(),
-      field<&T::event>("event", "", "law_ended: the control law that moves all joints together has ended.").optional(),
+      field<&T::event>("event", "",
+                       "law_ended: the law that moves all joints together (detumble, keep_base_attitude, impedance, "
+                       "grasp_force) has ended.")
+          .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>(
-      "until", "What ends the phase before its duration: the first instant at which all given conditions hold.", fields,
+      "until", "Ends the phase before its duration, at the first instant at which all given conditions hold.", fields,
       rules);
 };
 
@@ -180,32 +205,30 @@ struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
   static constexpr auto with_gains = [](const T& t) { return has_gains(t.joints); };
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>(
-          "name", "",
-          "Name of the phase in results; absent: the key of a single phase, in a list phase_1, phase_2, ...")
+      field<&T::name>("name", "",
+                      "Name of the phase in results. Names differ, and none is `approach`, `contact`, `brake` or "
+                      "`planning`. Absent: post_impact or `motion`; in a list `phase_1`, `phase_2` and so on.")
           .optional(),
-      field<&T::duration>("duration", "s", "Duration of the phase; with `until` the largest duration.")
-          .above(0)
-          .required(),
+      field<&T::duration>("duration", "s", "Duration of the phase; with `until` its maximum.").above(0).required(),
       field<&T::until>("until", "", "").optional(),
       field<&T::joints>(
           "joints", "",
-          "free: no torques. pd: hold the joint values at the impact, by the law (4.1). computed_torque: hold them by "
-          "torques of the inverse model of servicer and held targets. braked: locked by a second impulse. controller: "
-          "by torques of control.plugin. detumble: bring a held target to rest. keep_base_attitude: the arms control "
-          "the base's attitude. impedance: impedance law about the pose of the end-effectors at the impact. "
-          "grasp_force: control the motion and the internal force of a target that several arms hold."),
+          "free: no torques. pd: holds the joint values found at the impact, by the law (4.1); with `kp: 0` it damps. "
+          "computed_torque: the same by torques of the model of servicer and held targets, not in closed loops. "
+          "braked: a second impulse locks the joints. controller: torques of `control`, which receives the same "
+          "reference. detumble: brings a held target to rest. keep_base_attitude: the arms control the base's "
+          "attitude. impedance: the law of `impedance`, about the initial poses of the end-effectors. grasp_force: "
+          "controls motion and internal force of a target that several arms hold."),
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
-                    "Proportional gain, for control laws other than free, braked and controller; ignored otherwise. "
-                    "With detumble, keep_base_attitude, impedance and grasp_force: gain of pd, which holds the joints "
-                    "after these laws end.")
+                    "Proportional gains; free, braked and controller ignore them. With detumble, keep_base_attitude, "
+                    "impedance and grasp_force: gains of pd, which holds the joints after these laws end.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
           .when<with_gains>(),
       field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, likewise. With detumble and grasp_force it also determines how the joints share "
-                    "the efforts.")
+                    "Derivative gains, likewise. With detumble they are above 0; with detumble and grasp_force they "
+                    "also define the distribution of the efforts among the joints.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
@@ -218,12 +241,15 @@ struct Described<PostImpactSetup> {
       field<&T::at_rest>("at_rest", "", "").optional(),
       field<&T::assumed>(&assumed_description, "assumed", "").optional(),
       field<&T::identify>(&identify_description, "identify", "").optional(),
-      field<&T::model>("model", "",
-                       "Inertia of the held target for computed_torque, detumble, keep_base_attitude and plugins; "
-                       "absent: estimated with identify, else assumed if that is given, else truth. Before the first "
-                       "estimate it is the assumed inertia, or the true one.")
+      field<&T::model>(
+          "model", "",
+          "Inertia of the held target used by computed_torque, detumble and keep_base_attitude, and passed to a "
+          "plugin. estimated: the assumed or true one until the identification has ended with all ten numbers. Absent: "
+          "estimated with `identify`, else assumed where that is given, else truth.")
           .optional(),
-      field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
+      field<&T::releases>("release", "",
+                          "Released grasps, in the order of time. Momenta are continuous; there is no other effect.")
+          .items(0, 1000),
   });
   static constexpr auto rules = std::to_array<Rule>(
       {when("joints", "pd, computed_torque, detumble, keep_base_attitude, impedance, grasp_force").require("kp, kd"),

@@ -269,7 +269,8 @@ Json final_rates_schema(const Field&, const TypeReference&) {
   for (const Choice& choice : type_of<RateMatch>().choices) names.push_back(choice.name);
   const Json match{{"enum", names},
                    {"description",
-                    "velocity: the linear part, without rotation of the end-effector. twist: both parts. "
+                    "Rates that match the motion of the grasp points through the generalized Jacobian; needs `grasps`. "
+                    "velocity: the linear part, with zero angular velocity of the end-effector. twist: both parts. "
                     "velocity_least_rates: the linear part with the smallest joint rates."}};
   Json named = by_name(number_schema({}), "a mapping {joint name: rate}");
   named["not"] = {{"required", Json::array({"match"})}};

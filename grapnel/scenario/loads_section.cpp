@@ -20,13 +20,13 @@ struct Described<LoadProfile> {
                        "frequency (t - start) + phase). table: the wrench itself, linear between samples, zero before "
                        "the first and after the last.")
           .required(),
-      field<&T::start>("start", "s", "Start of the wrench; absent: 0.").optional(),
-      field<&T::end>("end", "s", "End of the wrench; absent: none.").optional(),
-      field<&T::frequency>("frequency", "Hz", "Frequency of a sine.").above(0).optional(),
-      field<&T::phase>("phase", "rad", "Phase of a sine at its start; absent: 0.").optional(),
+      field<&T::start>("start", "s", "Zero before it. Absent: 0.").optional(),
+      field<&T::end>("end", "s", "Zero from it on; after `start`. Absent: none.").optional(),
+      field<&T::frequency>("frequency", "Hz", "Frequency of the sine.").above(0).optional(),
+      field<&T::phase>("phase", "rad", "Phase of the sine at its start. Absent: 0.").optional(),
       field<&T::values>("values", "s, N, N m",
-                        "For a table: rows [t, Fx, Fy, Fz, Mx, My, Mz] in the order of time; the moment is about the "
-                        "point of application.")
+                        "Rows [t, Fx, Fy, Fz, Mx, My, Mz] with increasing t: the wrench itself, so `force`, `torque` "
+                        "and `stream` are not allowed. Linear between rows, zero before the first and after the last.")
           .items(2, 0)
           .as("load table")
           .optional(),
@@ -37,55 +37,59 @@ struct Described<LoadProfile> {
       when("shape", "sine").require("frequency").forbid("values"),
       when("shape", "table").require("values").forbid("start, end, frequency, phase"),
   });
-  static constexpr Type type =
-      structure<T>("load_profile", "Time profile of the wrench; t = 0 is the start of the scenario. Absent: constant.",
-                   fields, rules);
+  static constexpr Type type = structure<T>(
+      "load_profile", "Factor over time, which counts from the start of the scenario. Absent: constant for ever.",
+      fields, rules);
 };
 
 template <>
 struct Described<Stream> {
   using T = Stream;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::direction>("direction", "", "Unit vector of the flow direction, in the axes of `frame`.")
+      field<&T::direction>("direction", "",
+                           "Unit vector of the flow, in W or, with `frame: orbit`, in the orbit's axes: [0, -1, 0] is "
+                           "air on a circular orbit.")
           .as("unit vector")
           .required(),
       field<&T::pressure>("pressure", "N/m^2",
-                          "Pressure on a plate that faces the stream and absorbs it: radiation pressure for light, rho "
-                          "v^2 C_D / 2 for air.")
+                          "Pressure on a plate that faces the stream and absorbs it: of sunlight 4.56e-6 at the Earth, "
+                          "of air rho v^2 C_D / 2.")
           .at_least(0)
           .required(),
       field<&T::area>("area", "m^2", "Area of the plate.").above(0).up_to(1e6).required(),
       field<&T::normal>("normal", "", "Unit vector in the body's frame: outward normal of the exposed side.")
           .as("unit vector")
           .required(),
-      field<&T::both_sides>("both_sides", "", "Whether the back of the plate is exposed too, as for a solar panel."),
+      field<&T::both_sides>("both_sides", "", "Whether the back is exposed as well, as of a solar panel."),
       field<&T::specular>("specular", "", "Share of specular reflection.").at_least(0).at_most(1),
-      field<&T::diffuse>("diffuse", "", "Share of diffuse reflection; the remainder is absorbed.")
+      field<&T::diffuse>("diffuse", "",
+                         "Share of diffuse reflection; with the specular one at most 1, the rest is absorbed.")
           .at_least(0)
           .at_most(1),
   });
-  static constexpr Type type = structure<T>(
-      "stream",
-      "Air or light on a flat plate: a force that depends on the body's attitude, in addition to force and torque.",
-      fields);
+  static constexpr Type type =
+      structure<T>("stream",
+                   "Air or light on a flat plate: a force that depends on the body's attitude (14.7), in addition to "
+                   "`force` and `torque`. Times the factor of `time`; not with a table.",
+                   fields);
 };
 
 template <>
 struct Described<LoadSetup> {
   using T = LoadSetup;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("body", "", "Loaded base or link of the robot.").optional(),
-      key<std::string>("target", "", "Loaded target, in place of body.").optional(),
-      field<&T::p_BP>("position", "m", "Point of application in the body's frame."),
+      key<std::string>("body", "", "The robot's base or link on which the wrench acts.").optional(),
+      key<std::string>("target", "", "The target on which it acts, in place of `body`.").optional(),
+      field<&T::p_BP>("position", "m", "Point of application, in that body's frame."),
       field<&T::frame>("frame", "",
-                       "Axes of force and torque; the axes of the body rotate with it. orbit: radial, along-track, "
-                       "cross-track, which rotate with the orbit."),
+                       "Axes of force and torque. body: those of the body, which rotate with it. orbit: radial, "
+                       "along-track, cross-track, which rotate with the orbit."),
       found<[](T& t) -> Vector3d& { return t.amplitude.linear; }>(
-          "force", "N", "Force, which the profile multiplies; absent: zero. Not with a table.")
+          "force", "N", "Force, times the factor of `time`. Not with a table. Absent: zero.")
           .optional(),
       found<[](T& t) -> Vector3d& { return t.amplitude.angular; }>(
           "torque", "N m",
-          "Torque about the point of application, which the profile multiplies; absent: zero. Not with a table.")
+          "Torque about the point of application, times the factor of `time`. Not with a table. Absent: zero.")
           .optional(),
       field<&T::profile>("time", "", "").optional(),
       field<&T::stream>("stream", "", "").optional(),
@@ -115,25 +119,35 @@ struct Described<OrbitSetup> {
   using T = OrbitSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::body>("body", "", "The central body, with its gravitational parameter and equatorial radius."),
-      field<&T::altitude>("altitude", "m", "Altitude of a circular orbit, above the body's equatorial radius.")
+      field<&T::altitude>("altitude", "m",
+                          "Altitude of a circular orbit above the body's equatorial radius, such as `400 km`.")
           .at_least(1e4)
           .up_to(1e10)
           .optional(),
-      field<&T::semi_major_axis>("semi_major_axis", "m", "In place of altitude.").above(0).up_to(1e12).optional(),
+      field<&T::semi_major_axis>(
+          "semi_major_axis", "m",
+          "In place of `altitude`. With `eccentricity`, the lowest point must be above the surface.")
+          .above(0)
+          .up_to(1e12)
+          .optional(),
       field<&T::mu>("mu", "m^3/s^2",
-                    "Gravitational parameter, in place of that of body, whose radius is then not used.")
+                    "Gravitational parameter of another body, whose surface is then unknown. Absent: that of `body`.")
           .above(0)
           .optional(),
-      field<&T::eccentricity>("eccentricity", "", "Eccentricity; absent: 0.").at_least(0).at_most(0.99).optional(),
-      field<&T::true_anomaly>("true_anomaly", "rad",
-                              "True anomaly at t = 0, from the periapsis in the direction of motion; absent: 0.")
+      field<&T::eccentricity>("eccentricity", "", "Eccentricity of the orbit. Absent: 0.")
+          .at_least(0)
+          .at_most(0.99)
           .optional(),
-      field<&T::radial>("radial", "", "Unit vector in W: outward, at t = 0; absent: [1, 0, 0].")
+      field<&T::true_anomaly>("true_anomaly", "rad",
+                              "True anomaly at t = 0, from the lowest point in the direction of motion. Absent: 0.")
+          .optional(),
+      field<&T::radial>("radial", "", "Unit vector in W: outward, at t = 0. Absent: [1, 0, 0].")
           .as("unit vector")
           .optional(),
-      field<&T::along_track>("along_track", "",
-                             "Unit vector in W: perpendicular to radial in the orbit's plane, in the direction of "
-                             "motion, at t = 0; absent: [0, 1, 0].")
+      field<&T::along_track>(
+          "along_track", "",
+          "Unit vector in W: perpendicular to `radial` in the plane of the orbit, in the direction of motion, at t = "
+          "0. On ellipses it differs slightly from the direction of the velocity. Absent: [0, 1, 0].")
           .as("unit vector")
           .optional(),
       field<&T::magnetic_field>("magnetic_field", "", "Magnetic field of the Earth; absent: not evaluated.").optional(),
@@ -157,17 +171,18 @@ template <>
 struct Described<ClearanceSetup> {
   using T = ClearanceSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::enabled>("enabled", "", ""),
-      field<&T::required>("required", "m", "Required distance; a smaller distance is a violation.").at_least(0),
+      field<&T::enabled>("enabled", "",
+                         "Whether distances between bodies with a `geometry` are monitored: between two bodies the "
+                         "minimum over all pairs of their shapes."),
+      field<&T::required>("required", "m", "Required distance; a smaller one is a violation.").at_least(0),
       field<&T::ignore>("ignore", "",
-                        "Pairs of bodies that are not checked: links, the base and targets by name, panels as "
-                        "TARGET/PANEL (a target's name does not include its panels); if a link and a target share a "
-                        "name, the name means the link.")
+                        "Pairs of links, the base, targets and their panels (TARGET/PANEL) that are not checked "
+                        "against each other. The name of a target does not include its panels. If a link and a target "
+                        "share a name, the name means the link.")
           .as("pairs of names"),
   });
   static constexpr Type type = structure<T>(
-      "clearance", "Monitoring of the distances between bodies with a geometry; it does not affect the motion.",
-      fields);
+      "clearance", "Monitored distances between bodies with a geometry; they do not influence the motion.", fields);
 };
 
 const Type& external_wrenches_description() { return type_of<std::vector<LoadSetup>>(); }

@@ -43,7 +43,7 @@ struct Described<Geometry> {
   static bool is_long(const T& t) { return t.shape == T::Shape::cylinder || t.shape == T::Shape::capsule; }
   static bool is_round(const T& t) { return t.shape == T::Shape::sphere || is_long(t); }
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::shape>("shape", "", "").required(),
+      field<&T::shape>("shape", "", "Kind of the shape.").required(),
       field<&T::size>("size", "m", "Edge lengths of a box along its x, y, z.").above(0).optional().when<[](const T& t) {
         return is_box(t);
       }>(),
@@ -56,14 +56,14 @@ struct Described<Geometry> {
           .above(0)
           .optional()
           .when<[](const T& t) { return is_long(t); }>(),
-      key<std::string>("file", "",
-                       "Of a mesh: a file of triangles, .stl or .obj, by its path relative to the file that names it.")
+      key<std::string>(
+          "file", "",
+          "Of a mesh: its file of triangles, .stl, .obj or .dae, by its path relative to the file that names it.")
           .as("mesh file")
           .optional(),
       found<[](T& t) -> double& { return t.size[0]; }>(
           "scale", "",
-          "Of a mesh: what the file's numbers are multiplied with to be "
-          "metres, such as 0.001 for millimetres, or 3 numbers, along x, y, z; absent: 1.")
+          "Of a mesh: factor from its numbers to metres (0.001 for millimetres), or 3, for x, y, z. Absent: 1.")
           .above(0)
           .as("scale")
           .optional()
@@ -88,7 +88,7 @@ template <>
 struct Described<OriginKeys> {
   using T = BodyDescription;
   static constexpr auto fields = std::to_array<Field>({
-      found<[](T& t) -> Vector3d& { return t.X_PF.p; }>("position", "m", ""),
+      found<[](T& t) -> Vector3d& { return t.X_PF.p; }>("position", "m", "Position of the joint's frame."),
       quaternion_of<&T::X_PF>(),
       rpy_of<&T::X_PF>(),
   });
@@ -101,36 +101,40 @@ template <>
 struct Described<JointStop> {
   using T = JointStop;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::restitution>("restitution", "", "Rate after over rate before an impact on a stop.")
+      field<&T::restitution>("restitution", "", "Rate after the stop over the rate before it.")
           .at_least(0)
           .at_most(1)
           .required(),
-      field<&T::rest_rate>("rest_rate", "rad/s or m/s", "Rate below which a joint that meets its stop rests on it.")
+      field<&T::rest_rate>("rest_rate", "rad/s or m/s", "A joint that reaches its stop more slowly rests there.")
           .at_least(0),
   });
   static constexpr Type type = structure<T>(
-      "joint_stop", "Stops at the joint's limits. Without stops limits are monitored, but do not constrain the joint.",
-      fields);
+      "joint_stop",
+      "Stops at the joint's limits. Without them limits are only monitored. Needs a lower or an upper limit.", fields);
 };
 
 template <>
 struct Described<JointLimits> {
   using T = JointLimits;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::lower>("lower", "rad or m", "Smallest joint value; absent: none.").as("number or infinity").optional(),
-      field<&T::upper>("upper", "rad or m", "Largest joint value; absent: none.").as("number or infinity").optional(),
-      field<&T::rate>("rate", "rad/s or m/s", "Largest rate; absent: none.")
+      field<&T::lower>("lower", "rad or m", "Minimum of joint values in a scenario. Absent: none.")
+          .as("number or infinity")
+          .optional(),
+      field<&T::upper>("upper", "rad or m", "Maximum of joint values in a scenario. Absent: none.")
+          .as("number or infinity")
+          .optional(),
+      field<&T::rate>("rate", "rad/s or m/s", "Maximum of given rates in a scenario. Absent: none.")
           .above(0)
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
-      field<&T::effort>("effort", "N m or N", "Largest torque or force of the drive; absent: none.")
+      field<&T::effort>("effort", "N m or N", "Saturation of the drive. Absent: none.")
           .above(0)
           .as("number or infinity")
           .optional(),
       field<&T::stop>("stop", "", "").optional(),
   });
-  static constexpr Type type = structure<T>("joint_limits", "", fields);
+  static constexpr Type type = structure<T>("joint_limits", "Limits of the joint.", fields);
 };
 
 template <>
@@ -142,25 +146,24 @@ struct Described<JointFriction> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::model>(
           "model", "",
-          "smooth: Coulomb friction changes its sign over the transition rate, and the joint creeps where a real one "
-          "sticks. sticking: it has its full value while the joint moves, and holds the joint at rest."),
-      field<&T::viscous>("viscous", "N m s/rad or N s/m", "").at_least(0),
-      field<&T::coulomb>("coulomb", "N m or N", "").at_least(0),
-      field<&T::static_effort>("static", "N m or N",
-                               "For the model sticking: breakaway effort of a joint at rest; absent: coulomb.")
+          "smooth: -(viscous rate + coulomb tanh(rate / transition_rate)), which creeps at rest. sticking: -(viscous "
+          "rate + coulomb sign(rate)) while the joint moves; at rest friction holds it up to `static`."),
+      field<&T::viscous>("viscous", "N m s/rad or N s/m", "Viscous friction.").at_least(0),
+      field<&T::coulomb>("coulomb", "N m or N", "Coulomb friction.").at_least(0),
+      field<&T::static_effort>(
+          "static", "N m or N",
+          "Of the model sticking: breakaway effort of a joint at rest, at least `coulomb`. Absent: `coulomb`.")
           .at_least(0)
           .optional(),
-      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "For the model smooth.").above(0),
+      field<&T::transition_rate>("transition_rate", "rad/s or m/s",
+                                 "Of the model smooth: transition of Coulomb friction between the two directions.")
+          .above(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       needs("static", "model"),
       when("model", "smooth").forbid("static"),
   });
-  static constexpr Type type = structure<T>(
-      "joint_friction",
-      "smooth: torque -(viscous rate + coulomb tanh(rate / transition_rate)). sticking: -(viscous rate + coulomb "
-      "sign(rate)), and at rest what holds the joint.",
-      fields, rules);
+  static constexpr Type type = structure<T>("joint_friction", "Friction of a joint or a bearing.", fields, rules);
 };
 
 template <>
@@ -181,9 +184,10 @@ template <>
 struct Described<JointMotor> {
   using T = JointMotor;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::no_load_rate>("no_load_rate", "rad/s or m/s",
-                              "Joint rate at which the available effort in the direction of motion is zero; it falls "
-                              "linearly from limits.effort at rest. Absent: constant effort.")
+      field<&T::no_load_rate>(
+          "no_load_rate", "rad/s or m/s",
+          "Joint rate at which the maximum effort in the direction of motion is zero; it falls linearly from "
+          "limits.effort at rest. Against the direction of motion the maximum is limits.effort. Absent: none.")
           .above(0)
           .up_to(1e+09)
           .as("number or infinity")
@@ -204,32 +208,37 @@ template <>
 struct Described<JointSpring> {
   using T = JointSpring;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::stiffness>("stiffness", "N m/rad or N/m", "").above(0).required(),
-      field<&T::damping>("damping", "N m s/rad or N s/m", "").at_least(0),
-      field<&T::rest>("rest", "rad or m", "Joint value of the relaxed spring, which is also the initial value."),
+      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Stiffness of the spring.").above(0).required(),
+      field<&T::damping>("damping", "N m s/rad or N s/m", "Damping beside the spring.").at_least(0),
+      field<&T::rest>("rest", "rad or m", "Joint value of the unstressed spring; also the initial value, at rest."),
   });
-  static constexpr Type type = structure<T>(
-      "joint_spring",
-      "A spring and a damper at a joint without a drive, such as a panel's hinge: effort -(stiffness (joint value - "
-      "rest) + damping rate). The joint has no entry in initial.joints and other joint values.",
-      fields);
+  static constexpr Type type =
+      structure<T>("joint_spring",
+                   "A spring and a damper at an undriven joint, such as the hinge of a solar panel: effort -(stiffness "
+                   "(joint value - rest) + damping rate). The joint has no entry in initial.joints and other joint "
+                   "values, no limits.stop and no friction of the model sticking.",
+                   fields);
 };
 
 template <>
 struct Described<JointElasticity> {
   using T = JointElasticity;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Stiffness of the gear, at the joint.").above(0).required(),
-      field<&T::damping>("damping", "N m s/rad or N s/m", "Damping of the gear, at the joint.").at_least(0),
+      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Stiffness of the gear, seen at the joint.")
+          .above(0)
+          .required(),
+      field<&T::damping>("damping", "N m s/rad or N s/m", "Damping of the gear, seen at the joint.").at_least(0),
       field<&T::backlash>(
           "backlash", "rad or m",
-          "Free play of the link relative to its motor, at the joint, before the spring acts; the damper always acts.")
+          "Free motion of the link relative to its motor, seen at the joint, before the spring acts; half of it on "
+          "either side of the initial position. The damper acts there too. Frequencies are those of a gear in contact.")
           .at_least(0),
   });
   static constexpr Type type =
       structure<T>("joint_elasticity",
-                   "Elastic gear: a spring and a damper between motor and link. The joint's values are those of the "
-                   "motor, over gear_ratio; the link follows the deflection of the spring.",
+                   "A flexible gear: a spring and a damper about or along the joint's axis, between motor and link. "
+                   "The joint's value is then that of the motor, divided by gear_ratio; limits, friction and control "
+                   "act on it. Absent: the gear is rigid.",
                    fields);
 };
 
@@ -237,20 +246,26 @@ template <>
 struct Described<LoadRating> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::force>("force", "N", "Magnitude of the transmitted force.").above(0).optional(),
-      field<&T::moment>("moment", "N m", "Magnitude of the moment.").above(0).optional(),
-      field<&T::impulse>("impulse", "N s", "").above(0).optional(),
-      field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
-      field<&T::driving>("driving", "N m or N", "Effort about or along its axis, which a brake or drive must hold.")
+      field<&T::force>("force", "N", "Maximum of the transmitted force.").above(0).optional(),
+      field<&T::moment>("moment", "N m", "Maximum of the transmitted moment.").above(0).optional(),
+      field<&T::impulse>("impulse", "N s", "Maximum of the impulse, of the whole impact.").above(0).optional(),
+      field<&T::angular_impulse>("angular_impulse", "N m s", "Maximum of the angular impulse, of the whole impact.")
           .above(0)
           .optional(),
-      field<&T::driving_impulse>("driving_impulse", "N m s or N s", "").above(0).optional(),
+      field<&T::driving>("driving", "N m or N",
+                         "Maximum effort about or along the axis: the load of brake or drive. During motion "
+                         "limits.effort applies too where it is smaller.")
+          .above(0)
+          .optional(),
+      field<&T::driving_impulse>("driving_impulse", "N m s or N s", "Maximum of its impulse, of the whole impact.")
+          .above(0)
+          .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type =
       structure<T>("joint_rating",
-                   "Ratings of the joint in an impact, at its origin; absent ratings are not evaluated. Forces and "
-                   "moments are peaks of a compliant impact, else impulses over impact.duration.",
+                   "Maximum loads of the joint in any phase, magnitudes at its origin: peaks, and for instantaneous "
+                   "impacts the impulses divided by impact.duration. Absent ratings are not evaluated.",
                    fields, rules);
 };
 
@@ -258,31 +273,39 @@ template <>
 struct Described<GripperRatingKeys> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::force>("force", "N", "").above(0).optional(),
-      field<&T::moment>("moment", "N m", "").above(0).optional(),
-      field<&T::impulse>("impulse", "N s", "").above(0).optional(),
-      field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
+      field<&T::force>("force", "N", "Maximum of the force.").above(0).optional(),
+      field<&T::moment>("moment", "N m", "Maximum of the moment.").above(0).optional(),
+      field<&T::impulse>("impulse", "N s", "Maximum of the impulse.").above(0).optional(),
+      field<&T::angular_impulse>("angular_impulse", "N m s", "Maximum of the angular impulse.").above(0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>(
-      "gripper_rating", "Ratings of the gripper in an impact, at the contact point; see joint_rating.", fields, rules);
+      "gripper_rating",
+      "Maximum loads of the gripper at the contact point, as for joints. The result compares loads with ratings.",
+      fields, rules);
 };
 
 template <>
 struct Described<CaptureEnvelope> {
   using T = CaptureEnvelope;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::position>("position", "m", "Distance.").above(0).optional(),
-      field<&T::angle>("angle", "rad", "Angle from the required grasp orientation; not evaluated if it is free.")
+      field<&T::position>("position", "m", "Maximum distance from its grasp point. Absent: any.").above(0).optional(),
+      field<&T::angle>("angle", "rad",
+                       "Maximum angle from the grasp's `orientation`; without effect if that is free. Absent: any.")
           .above(0)
           .optional(),
-      field<&T::velocity>("velocity", "m/s", "Relative speed of the end-effector's origin.").above(0).optional(),
-      field<&T::angular_velocity>("angular_velocity", "rad/s", "Relative angular speed.").above(0).optional(),
+      field<&T::velocity>("velocity", "m/s", "Maximum speed of its origin relative to the grasp point. Absent: any.")
+          .above(0)
+          .optional(),
+      field<&T::angular_velocity>("angular_velocity", "rad/s",
+                                  "Maximum angular velocity relative to the target. Absent: any.")
+          .above(0)
+          .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>("envelope",
-                                            "Capture envelope of the end-effector: largest deviations from its grasp "
-                                            "point in position and velocity. Absent keys have no limit.",
+                                            "Capture envelope, with at least one of its keys. approach.capture_at with "
+                                            "envelope needs it. Absent: none, and a capture is `assumed`.",
                                             fields, rules);
 };
 
@@ -290,28 +313,31 @@ template <>
 struct Described<JointKeys> {
   using T = BodyDescription;
   static constexpr auto fields = std::to_array<Field>({
-      found<[](T& t) -> std::string& { return t.joint.name; }>("name", "", "").required(),
-      found<[](T& t) -> JointType& { return t.joint.type; }>("type", "", "").required(),
+      found<[](T& t) -> std::string& { return t.joint.name; }>("name", "", "Name, unique among joints.").required(),
+      found<[](T& t) -> JointType& { return t.joint.type; }>(
+          "type", "", "continuous: revolute without position limits. fixed: takes `name` and `origin` only.")
+          .required(),
       found<[](T& t) -> Vector3d& { return t.joint.axis; }>(
           "axis", "",
-          "Unit vector in the joint's frame: rotation axis of a revolute joint, direction of a prismatic joint.")
+          "Unit vector in the joint's frame: rotation axis of a revolute joint, direction of a prismatic joint. A "
+          "length off by more than 1e-9 is rejected; the message gives the normalized axis.")
           .as("unit vector")
           .optional(),
       group<T, OriginKeys>("origin", ""),
       found<[](T& t) -> JointLimits& { return t.joint.limits; }>("limits", "", ""),
       key<LoadRating>("rating", "", "").as("joint rating").optional(),
       found<[](T& t) -> JointFriction& { return t.joint.friction; }>("friction", "", ""),
-      found<[](T& t) -> double& { return t.joint.rotor_inertia; }>(
-          "rotor_inertia", "kg m^2",
-          "Inertia of the motor about its own axis; adds gear_ratio^2 times it to the joint's inertia in every phase.")
+      found<[](T& t) -> double& { return t.joint.rotor_inertia; }>("rotor_inertia", "kg m^2",
+                                                                   "Moment of inertia of the motor about its own axis.")
           .at_least(0),
-      found<[](T& t) -> double& { return t.joint.gear_ratio; }>("gear_ratio", "1, or rad/m for a prismatic joint",
-                                                                "Motor turns per joint turn."),
+      found<[](T& t) -> double& { return t.joint.gear_ratio; }>(
+          "gear_ratio", "1, or rad/m for a prismatic joint",
+          "Motor turns per joint turn; its square times rotor_inertia adds to the joint's inertia in every phase."),
       found<[](T& t) -> std::optional<Vector3d>& { return t.joint.rotor_axis; }>(
           "rotor_axis", "",
-          "Unit vector in the joint's frame: axis of the rotor in the link that carries it, so that its spin has "
-          "angular momentum and acts on that link. That link's mass and inertia include the rotor. Absent: the rotor "
-          "only adds to the joint's inertia.")
+          "Unit vector in the joint's frame. The rotor rotates about it, gear_ratio times as fast as the joint, in the "
+          "link that carries it; its spin has momentum and acts on that link. Mass and inertia of that link include "
+          "the rotor. Absent: none; the rotor only adds to the joint's inertia.")
           .as("unit vector")
           .optional(),
       found<[](T& t) -> std::optional<JointMotor>& { return t.joint.motor; }>("motor", "", "").optional(),
@@ -330,21 +356,21 @@ struct Described<JointKeys> {
       needs("elasticity", "rotor_inertia"),
       needs("rotor_axis", "rotor_inertia"),
   });
-  static constexpr Type type = structure<T>("joint", "", fields, rules);
+  static constexpr Type type = structure<T>("joint", "The joint that carries the link.", fields, rules);
 };
 
 template <>
 struct Described<BodyDescription> {
   using T = BodyDescription;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among links and base.").required(),
       field<&T::parent>("parent", "", "Name of the base or of another link.").required(),
       group<T, JointKeys>("joint", "").required(),
-      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::mass>("mass", "kg", "Mass of the link.").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       field<&T::beam>("beam", "", "").optional(),
-      field<&T::modes>("modes", "", "Flexible modes in place of a beam, as manufacturers of panels state them.")
+      field<&T::modes>("modes", "", "Flexible modes of the link, clamped at its frame, in place of a beam.")
           .items(0, 50),
       key<std::vector<Geometry>>("geometry", "", kShapesText)
           .as("geometry of body")
@@ -359,14 +385,14 @@ template <>
 struct Described<EndEffectorSetup> {
   using T = EndEffectorSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among end-effectors.").required(),
       field<&T::body>("link", "", "Name of the link, or of the base, that carries the end-effector.").required(),
       found<[](T& t) -> Vector3d& { return t.X_BE.p; }>("position", "m", "Position in the link's frame."),
       quaternion_of<&T::X_BE>(),
       rpy_of<&T::X_BE>(),
       field<&T::approach_axis>(
           "approach_axis", "",
-          "Unit vector in the end-effector's frame: the direction of approach. For grasps with orientation axis.")
+          "Unit vector in the end-effector's frame: its reach direction. Needed by grasps with `orientation: axis`.")
           .as("unit vector")
           .optional(),
       field<&T::envelope>("envelope", "", "").optional(),
@@ -380,22 +406,22 @@ template <>
 struct Described<WheelSetup> {
   using T = WheelSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among wheels.").required(),
       field<&T::axis>("axis", "", "Unit vector in the base's frame.").as("unit vector").required(),
-      field<&T::inertia>("inertia", "kg m^2", "About the axis. The base's own inertia includes it.")
-          .above(0)
-          .required(),
-      field<&T::torque>("torque", "N m", "Largest torque of its motor; absent: none.")
+      field<&T::inertia>("inertia", "kg m^2", "Moment of inertia about the axis.").above(0).required(),
+      field<&T::torque>("torque", "N m", "Maximum torque of the motor. Absent: none.")
           .above(0)
           .as("number or infinity")
           .optional(),
-      field<&T::rate>("rate", "rad/s", "Largest rate relative to the base, at which its motor keeps it; absent: none.")
+      field<&T::rate>("rate", "rad/s",
+                      "Maximum rate relative to the base. A wheel that reaches it is kept there by its motor until it "
+                      "is commanded to slow down. Absent: none.")
           .above(0)
           .up_to(1e+09)
           .plausible_to(kFastestRotor)
           .as("number or infinity")
           .optional(),
-      field<&T::friction>("friction", "", "Of its bearing."),
+      field<&T::friction>("friction", "", "Friction of its bearing; the model sticking is rejected."),
   });
   static constexpr Type type = structure<T>(
       "reaction_wheel",
@@ -406,7 +432,7 @@ template <>
 struct Described<MomentGyroSetup> {
   using T = MomentGyroSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among gyros.").required(),
       field<&T::gimbal_axis>("gimbal_axis", "", "Unit vector in the base's frame: rotation axis of the gimbal.")
           .as("unit vector")
           .required(),
@@ -416,29 +442,35 @@ struct Described<MomentGyroSetup> {
           .as("unit vector")
           .required(),
       field<&T::inertia>("inertia", "kg m^2",
-                         "Moment of inertia of the rotor about its axis. The base's inertia includes the gyro.")
+                         "Moment of inertia of the rotor about its axis. Across it the rotor has half of that, the "
+                         "minimum that a body can have.")
           .above(0)
           .required(),
-      field<&T::spin_rate>("spin_rate", "rad/s", "Rate of the rotor in the gimbal, controlled by its motor.")
+      field<&T::spin_rate>(
+          "spin_rate", "rad/s",
+          "Rate of the rotor in the gimbal. Its motor keeps it, whatever torque that takes; the torque is reported.")
           .above(0)
           .up_to(1e+09)
           .plausible_to(kFastestRotor)
           .required(),
       field<&T::gimbal_inertia>("gimbal_inertia", "kg m^2",
-                                "Moment of inertia about the gimbal's axis of all parts that turn with it; more than "
-                                "half of inertia, the minimum transverse inertia of the rotor.")
+                                "Moment of inertia about the gimbal's axis, of all parts that rotate with it, "
+                                "including the rotor: more than half of `inertia`.")
           .above(0)
           .required(),
-      field<&T::torque>("torque", "N m", "Largest torque of the gimbal's motor; absent: none.")
+      field<&T::torque>("torque", "N m",
+                        "Maximum torque of the gimbal's motor. The gimbal rotates as this torque allows. Absent: none.")
           .above(0)
           .as("number or infinity")
           .optional(),
-      field<&T::rate>("rate", "rad/s", "Largest rate that is commanded to the gimbal; absent: none.")
+      field<&T::rate>("rate", "rad/s", "Maximum commanded rate of the gimbal. Absent: none.")
           .above(0)
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
-      field<&T::bandwidth>("bandwidth", "1/s", "Bandwidth of the loops by which the motors control both rates.")
+      field<&T::bandwidth>("bandwidth", "1/s",
+                           "Bandwidth of the loops by which both motors keep their rates: a gimbal reaches a commanded "
+                           "rate as 1 - exp(-bandwidth t).")
           .above(0)
           .up_to(1e+06),
   });
@@ -452,21 +484,18 @@ template <>
 struct Described<PlumeSetup> {
   using T = PlumeSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::half_angle>("half_angle", "rad", "Half angle of the cone, at most 1.5 rad.")
-          .above(0)
-          .at_most(1.5)
-          .required(),
+      field<&T::half_angle>("half_angle", "rad", "Half angle of the cone.").above(0).at_most(1.5).required(),
       field<&T::range>("range", "m", "Length of the cone.").above(0).required(),
   });
-  static constexpr Type type =
-      structure<T>("plume", "Cone of a thruster's exhaust, opposite to its force; bodies in it are reported.", fields);
+  static constexpr Type type = structure<T>(
+      "plume", "Cone from the point of the force, against its true direction. Absent: not monitored.", fields);
 };
 
 template <>
 struct Described<ThrusterSetup> {
   using T = ThrusterSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among thrusters.").required(),
       found<[](T& t) -> Vector3d& { return t.position; }>("position", "m",
                                                           "Point of application of its force, in the base's frame.")
           .required(),
@@ -483,13 +512,16 @@ struct Described<ThrusterSetup> {
           .required(),
       found<[](T& t) -> double& { return t.min_on_time; }>("min_on_time", "s", "Minimum time that its valve is open.")
           .at_least(0),
-      found<[](T& t) -> double& { return t.rise; }>("rise_time", "s", "Duration of the linear rise of its force.")
+      found<[](T& t) -> double& { return t.rise; }>("rise_time", "s",
+                                                    "Duration of the linear rise of the force after the valve opens.")
           .at_least(0),
-      found<[](T& t) -> double& { return t.fall; }>("fall_time", "s", "Duration of the linear fall of its force.")
+      found<[](T& t) -> double& { return t.fall; }>("fall_time", "s",
+                                                    "Duration of its fall after the valve has closed.")
           .at_least(0),
       found<[](T& t) -> Vector3d& { return t.misalignment; }>(
           "misalignment", "rad",
-          "Rotation vector about the base's axes from its nominal to its true direction; unknown to the controller.")
+          "Rotation vector about the base's axes from its stated to its true direction. Unknown to the controller; "
+          "campaigns can draw it like any number.")
           .by_default("[0, 0, 0]"),
       field<&T::plume>("plume", "", "").optional(),
   });
@@ -501,11 +533,14 @@ template <>
 struct Described<BaseKeys> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::base>("name", "", "").by_default("\"base\""),
+      field<&T::base>("name", "", "Its name as a link's parent.").by_default("\"base\""),
       field<&T::base_mode>("mode", "",
-                           "free: floating. held: kept at its initial pose by an ideal wrench during the approach, "
-                           "free from the impact on. fixed: bolted to the ground."),
-      found<[](T& t) -> double& { return t.bodies[0].mass; }>("mass", "kg", "").above(0).required(),
+                           "free: floats. held: an ideal wrench keeps its initial pose during the approach; free from "
+                           "the impact on. fixed: fixed to the ground."),
+      found<[](T& t) -> double& { return t.bodies[0].mass; }>(
+          "mass", "kg", "Mass of the base, with its wheels, gyros and propellant.")
+          .above(0)
+          .required(),
       found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", kComText).by_default("[0, 0, 0]"),
       found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
           .as("inertia")
@@ -579,8 +614,8 @@ struct Described<RobotSetup> {
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
       field<&T::actuators>("actuators", "", "Actuators of the base of other kinds."),
       field<&T::propellant>("propellant", "kg",
-                            "Available propellant of the thrusters; a consumption beyond it is reported. It is part of "
-                            "the base's mass, which remains constant.")
+                            "Available propellant of the thrusters. Consumption beyond it is reported, and thrusters "
+                            "continue to work. It is part of the base's mass, which remains constant.")
           .above(0)
           .optional(),
   });

@@ -32,21 +32,24 @@ struct Described<Momentumd> {
       field<&T::angular>("angular", "kg m^2/s", "Angular momentum about the robot's centre of mass, in W."),
   });
   static constexpr Type type = structure<T>(
-      "momentum", "The robot's total momentum, in place of the base's velocities, which are computed from it.", fields);
+      "momentum",
+      "The robot's total momentum, in place of both velocities. The base's motion follows from it and the joint rates.",
+      fields);
 };
 
 template <>
 struct Described<InitialBaseKeys> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
-      found<[](T& t) -> Vector3d& { return t.X_WB.p; }>("position", "m", "Of the base frame's origin.").up_to(1e+09),
+      found<[](T& t) -> Vector3d& { return t.X_WB.p; }>("position", "m", "Position of the base frame's origin, in W.")
+          .up_to(1e+09),
       quaternion_of<&T::X_WB>(),
       rpy_of<&T::X_WB>(),
-      found_if<[](T& t) { return t.V_WB ? &t.V_WB->angular : nullptr; }>("angular_velocity", "rad/s",
-                                                                         "Of the base, in W; absent: zero.")
+      found_if<[](T& t) { return t.V_WB ? &t.V_WB->angular : nullptr; }>(
+          "angular_velocity", "rad/s", "Angular velocity of the base, in W. Absent: zero.")
           .optional(),
       found_if<[](T& t) { return t.V_WB ? &t.V_WB->linear : nullptr; }>(
-          "velocity", "m/s", "Of the base frame's origin, in W; absent: zero.")
+          "velocity", "m/s", "Velocity of the base frame's origin, in W. Absent: zero.")
           .optional(),
       field<&T::momentum>("momentum", "", "").optional(),
   });
@@ -55,7 +58,7 @@ struct Described<InitialBaseKeys> {
       not_both("momentum, angular_velocity"),
       not_both("momentum, velocity"),
   });
-  static constexpr Type type = structure<T>("initial_base", "", fields, rules);
+  static constexpr Type type = structure<T>("initial_base", "Pose and velocity of the base.", fields, rules);
 };
 
 template <>
@@ -64,21 +67,23 @@ struct Described<InitialKeys> {
   static constexpr auto fields = std::to_array<Field>({
       group<T, InitialBaseKeys>("base", ""),
       field<&T::joint_position>("joints", "rad or m",
-                                "Value of every moving joint; required unless the robot has no joints or "
-                                "approach.trajectory or approach.pieces state the values.")
+                                "Values of all moving joints except those with a `spring`, which begin unstressed. "
+                                "Absent: those of approach.trajectory or approach.pieces; required without these.")
           .as("joint values")
           .optional(),
       field<&T::joint_rate>("joint_rates", "rad/s or m/s",
-                            "Joint rates; joints absent from a mapping are at rest. Absent: those of "
-                            "approach.trajectory or approach.pieces, else all at rest.")
+                            "Rates of the joints; those left out of a mapping are at rest. Absent: those of "
+                            "approach.trajectory or approach.pieces, else zero.")
           .as("joint values")
           .optional(),
       field<&T::wheel_rate>("wheel_rates", "rad/s",
-                            "Rates of the robot's wheels relative to the base, in its order; absent: at rest.")
+                            "Rates of the robot's wheels, in its order, relative to the base, within their maximum "
+                            "rates. base.momentum includes them. Absent: zero.")
           .plausible_to(kFastestRotor)
           .optional(),
       field<&T::gimbal_angle>("gimbal_angles", "rad",
-                              "Angles of the robot's gyros, in its order; absent: zero. Gimbals start at rest.")
+                              "Angles of the robot's gyros, in its order. Gimbals start at rest, rotors at their "
+                              "rates; base.momentum includes them. Absent: zero.")
           .optional(),
   });
   static constexpr Type type = structure<T>(
@@ -94,19 +99,24 @@ struct Described<IntegrationSetup> {
                                "recovered: without external loads, velocity and position of base and targets follow "
                                "from the momentum and the centre of mass at the phase's start, so that momentum cannot "
                                "drift. integrated: they are integrated with the other states."),
-      field<&T::loops>("loops", "",
-                       "Closure of kinematic loops. projection: positions and velocities are projected after every "
-                       "step and at every output. baumgarte: defects are fed back to the accelerations. acceleration: "
-                       "constraints on accelerations only, as in the thesis: defects grow. open: loops are cut, and "
-                       "further grasps of a target do not hold it."),
-      field<&T::baumgarte_time>("baumgarte_time", "s", "Decay time of defects, for loops: baumgarte; absent: 0.1.")
+      field<&T::loops>(
+          "loops", "",
+          "Method for closed loops. projection: after every step, and at every output, positions and velocities are "
+          "projected onto the closures in the mass metric. baumgarte: acts on accelerations and feeds defects back. "
+          "acceleration: acts on accelerations alone (2.10), as in the thesis: defects stay and grow. open: the loops "
+          "are cut, so further grasps of a target do not hold it."),
+      field<&T::baumgarte_time>("baumgarte_time", "s", "Time within which defects decay. Absent: 0.1.")
           .above(0)
           .optional(),
-      field<&T::relative_tolerance>("relative_tolerance", "", "Tolerance of adaptive_8.").at_least(1e-14).at_most(0.1),
-      field<&T::absolute_tolerance>("absolute_tolerance", "", "Tolerance of adaptive_8.").at_least(1e-18).at_most(0.1),
+      field<&T::relative_tolerance>("relative_tolerance", "", "Relative tolerance of adaptive_8.")
+          .at_least(1e-14)
+          .at_most(0.1),
+      field<&T::absolute_tolerance>("absolute_tolerance", "", "Absolute tolerance of adaptive_8.")
+          .at_least(1e-18)
+          .at_most(0.1),
       field<&T::step>("step", "s", "Step of rk4.").above(0),
       field<&T::max_step>("max_step", "s",
-                          "Maximum step of adaptive_8; absent: a hundredth of a phase with driven joints, else none.")
+                          "Maximum step of adaptive_8. Absent: a hundredth of a phase with driven joints, else none.")
           .above(0)
           .optional(),
       field<&T::max_steps>("max_steps", "", "Maximum number of steps of a phase; a phase that needs more fails.")
@@ -117,21 +127,25 @@ struct Described<IntegrationSetup> {
       needs("baumgarte_time", "loops"),
       when("loops", "projection, acceleration").forbid("baumgarte_time", "it is for baumgarte"),
   });
-  static constexpr Type type = structure<T>("integration", "", fields, rules);
+  static constexpr Type type = structure<T>("integration", "Integration method.", fields, rules);
 };
 
 template <>
 struct Described<OutputKeys> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::output_interval>("interval", "s", "Interval between the samples of the time series.").above(0),
+      field<&T::output_interval>(
+          "interval", "s",
+          "Interval between samples, which are at its multiples since t = 0; at most 10 million samples.")
+          .above(0),
       field<&T::output_links>("links", "",
-                              "Record the velocities of all links, and the angular momentum inside the base."),
-      field<&T::output_as_published>("as_published", "",
-                                     "Show the results of the thesis's formulas (3.8)-(3.13) in addition to the impact "
-                                     "that conserves momentum. With law as_published they are always shown."),
+                              "Record the velocities of all links too, and the angular momentum inside the base."),
+      field<&T::output_as_published>(
+          "as_published", "",
+          "Also show the results of the thesis's formulas (3.8)-(3.13) beside the impact that conserves momentum; with "
+          "law as_published they are always shown. summary.json always has them, where they are defined."),
   });
-  static constexpr Type type = structure<T>("output", "", fields);
+  static constexpr Type type = structure<T>("output", "Recorded data.", fields);
 };
 
 // The phases after the approach, one or a list of them.

@@ -43,12 +43,14 @@ struct Described<std::pair<BodyName, BodyName>> {
 
 /// Keys common to all files.
 constexpr Field version_key(std::string_view constant) {
-  return key<std::string>("schema", "", "Kind of the file and version of its format; absent: this version.")
+  return key<std::string>("schema", "",
+                          "Kind of the file and version of its format. Write it, so that later versions recognize the "
+                          "file. Absent: this version.")
       .as(constant)
       .optional();
 }
 constexpr Field description_key() {
-  return key<std::string>("description", "", "Free description.").as("any text").optional();
+  return key<std::string>("description", "", "A comment for readers of the file.").as("any text").optional();
 }
 
 inline constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double

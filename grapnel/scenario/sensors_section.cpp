@@ -19,18 +19,20 @@ struct Described<JointSensors> {
   using T = JointSensors;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad or m", kNoise).at_least(0),
-      field<&T::bias>("bias", "rad or m", "Bias of every moving joint; absent: none.")
+      field<&T::bias>("bias", "rad or m", "Bias of the joints; those left out of a mapping have none. Absent: none.")
           .as("offsets of joints")
           .optional(),
       field<&T::quantum>("quantum", "rad or m", kQuantum).at_least(0).optional(),
-      field<&T::counts_per_turn>("counts_per_turn", "", "In place of quantum, 2 pi over it.").at_least(1).optional(),
+      field<&T::counts_per_turn>("counts_per_turn", "", "In place of `quantum`: 2 pi over it. Not for sliding joints.")
+          .at_least(1)
+          .optional(),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
       field<&T::rate>("rate", "",
-                      "difference: from the last two position readings. sensor: from a separate rate sensor. exact: "
-                      "the true value."),
-      field<&T::rate_noise>("rate_noise", "rad/s or m/s", "Noise of a rate sensor.").at_least(0),
-      field<&T::rate_bias>("rate_bias", "rad/s or m/s", "Bias of the rate sensors of all joints."),
-      field<&T::rate_quantum>("rate_quantum", "rad/s or m/s", "Quantum of a rate sensor.").at_least(0),
+                      "difference: of the last two position readings, over the time between them, 0 at the first "
+                      "reading. sensor: a separate sensor. exact: the true value."),
+      field<&T::rate_noise>("rate_noise", "rad/s or m/s", "Noise of `rate: sensor`.").at_least(0),
+      field<&T::rate_bias>("rate_bias", "rad/s or m/s", "Bias of `rate: sensor`, of all joints."),
+      field<&T::rate_quantum>("rate_quantum", "rad/s or m/s", "Quantum of `rate: sensor`.").at_least(0),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("quantum, counts_per_turn"),
@@ -47,8 +49,9 @@ struct Described<GyroSensor> {
   using T = GyroSensor;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad/s", kNoise).at_least(0).optional(),
-      field<&T::angle_random_walk>("angle_random_walk", "",
-                                   "In place of noise, in rad/sqrt(s): noise is this over the root of the sample time.")
+      field<&T::angle_random_walk>(
+          "angle_random_walk", "",
+          "In place of `noise`, in rad/sqrt(s): noise is this over the root of the sample time.")
           .above(0)
           .optional(),
       field<&T::bias>("bias", "rad/s", "Bias in the base's axes."),
@@ -56,20 +59,22 @@ struct Described<GyroSensor> {
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("noise, angle_random_walk")});
-  static constexpr Type type = structure<T>("gyro", "The base's angular velocity, in its axes.", fields, rules);
+  static constexpr Type type =
+      structure<T>("gyro", "The base's angular velocity, in its axes. Not of a base with mode fixed.", fields, rules);
 };
 
 template <>
 struct Described<AttitudeSensor> {
   using T = AttitudeSensor;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::noise>("noise", "rad", "Standard deviation of a reading, about each axis.").at_least(0),
+      field<&T::noise>("noise", "rad", "Standard deviation of a reading, about each axis of the base.").at_least(0),
       field<&T::bias>("bias", "rad", "Rotation vector in the base's axes."),
       field<&T::quantum>("quantum", "rad", "Quantum of the components of the reading's rotation vector; 0: none.")
           .at_least(0),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
-  static constexpr Type type = structure<T>("attitude_sensor", "The base's attitude.", fields);
+  static constexpr Type type =
+      structure<T>("attitude_sensor", "The base's attitude. Not of a base with mode fixed.", fields);
 };
 
 template <>
@@ -88,7 +93,7 @@ template <>
 struct Described<WristSensor> {
   using T = WristSensor;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::end_effector>("end_effector", "", "").required(),
+      field<&T::end_effector>("end_effector", "", "Its end-effector; at most one sensor each.").required(),
       field<&T::force_noise>("force_noise", "N", kNoise).at_least(0),
       field<&T::torque_noise>("torque_noise", "N m", kNoise).at_least(0),
       field<&T::force_bias>("force_bias", "N", "Bias in the end-effector's axes."),
@@ -105,9 +110,11 @@ template <>
 struct Described<RelativePoseSensor> {
   using T = RelativePoseSensor;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "").required(),
+      field<&T::target>("target", "", "Its target; at most one sensor each.").required(),
       field<&T::position_noise>("position_noise", "m", kNoise).at_least(0),
-      field<&T::orientation_noise>("orientation_noise", "rad", kNoise).at_least(0),
+      field<&T::orientation_noise>("orientation_noise", "rad",
+                                   "Standard deviation of a reading, about each axis of the target.")
+          .at_least(0),
       field<&T::velocity_noise>("velocity_noise", "m/s", kNoise).at_least(0),
       field<&T::angular_velocity_noise>("angular_velocity_noise", "rad/s", kNoise).at_least(0),
       field<&T::position_bias>("position_bias", "m", "Bias in the base's axes."),
@@ -128,8 +135,13 @@ struct Described<SensorSetup> {
       field<&T::gyro>("gyro", "", "").optional(),
       field<&T::attitude>("attitude", "", "").optional(),
       field<&T::wheels>("wheels", "", "").optional(),
-      field<&T::wrists>("force_torque", "", "Sensors at end-effectors.").items(0, 100),
-      field<&T::relative_poses>("relative_pose", "", "Sensors for targets.").items(0, 100),
+      field<&T::wrists>("force_torque", "",
+                        "Sensors between an end-effector and its held target: force and torque on the robot, in the "
+                        "end-effector's axes, about its origin; zero while nothing is held.")
+          .items(0, 100),
+      field<&T::relative_poses>("relative_pose", "",
+                                "Pose and motion of targets relative to the base, for approach.replan and plugins.")
+          .items(0, 100),
   });
   static constexpr Type type = structure<T>("sensors",
                                             "Sensor readings at the sample times of the on-board computer. Control "
@@ -147,80 +159,95 @@ struct Described<TargetEstimate> {
       field<&T::velocity_error>("velocity_error", "m/s", "Error of the velocity of the target frame's origin, in W."),
       field<&T::angular_velocity_error>("angular_velocity_error", "rad/s", "Error of the angular velocity, in W."),
   });
-  static constexpr Type type = structure<T>(
-      "target_estimate",
-      "Estimate of the target that the approach uses, relative to its true state, at the instant of `state`.", fields);
+  static constexpr Type type =
+      structure<T>("target_estimate",
+                   "State of the target assumed by the approach, relative to the true `state` at the same instant. The "
+                   "approach is planned on it and simulated with the true target. Absent: the truth.",
+                   fields);
 };
 
 template <>
 struct Described<ReplanSetup> {
   using T = ReplanSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::every>("every", "s", "Interval between replannings; the first follows after one interval.")
+      field<&T::every>("every", "s",
+                       "Interval between replannings; the first one after this time. Less than the duration.")
           .above(0)
           .required(),
-      field<&T::until>("until", "s", "End of replanning, from the start; absent: the approach's end, or straight_in.")
+      field<&T::until>("until", "s",
+                       "Time of the last replanning, from the start. Absent: the approach's end, or straight_in.")
           .above(0)
           .optional(),
   });
-  static constexpr Type type = structure<T>(
-      "replan", "The remainder of the approach is planned again, with the latest readings of relative pose sensors.",
-      fields);
+  static constexpr Type type =
+      structure<T>("replan",
+                   "The remaining approach is planned again during the approach, with the latest readings of relative "
+                   "pose sensors. Needs `plan`, and a `profile` that can begin with rates, cycloidal or quintic. Not "
+                   "while a target is held, nor in the segment straight_in.",
+                   fields);
 };
 
 template <>
 struct Described<AssumedTarget> {
   using T = AssumedTarget;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
-      field<&T::mass>("mass", "kg", "").above(0).optional(),
-      field<&T::com>("com", "m", "Centre of mass in the target's frame.").optional(),
-      field<&T::inertia>("inertia", "kg m^2", "About the assumed centre of mass, in the target's axes.")
+      field<&T::target>("target", "", "Which target. Absent: the only one that is grasped.").optional(),
+      field<&T::mass>("mass", "kg", "Assumed mass. Absent: the true one.").above(0).optional(),
+      field<&T::com>("com", "m", "Centre of mass in the target's frame. Absent: the true one.").optional(),
+      field<&T::inertia>("inertia", "kg m^2",
+                         "Inertia about the assumed centre of mass, in the target's axes. Absent: the true one.")
           .as("inertia")
           .optional(),
   });
-  static constexpr Type type = structure<T>("assumed",
-                                            "Properties that the control laws assume for the held target until it is "
-                                            "identified; absent keys have their true values.",
-                                            fields);
+  static constexpr Type type =
+      structure<T>("assumed",
+                   "Properties of a held target that model-based laws assume until it has been identified. Omitted "
+                   "properties have their true values. Absent: the truth.",
+                   fields);
 };
 
 template <>
 struct Described<ExcitationSetup> {
   using T = ExcitationSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::amplitude>("amplitude", "rad or m", "Amplitude of every moving joint about its held position.")
+      field<&T::amplitude>("amplitude", "rad or m",
+                           "Amplitude to both sides of the held value; joints left out of a mapping stay.")
           .as("offsets of joints")
           .required(),
-      field<&T::swings>(
-          "swings", "",
-          "Number of periods of the first joint; each further joint has one period more, in the same time.")
+      field<&T::swings>("swings", "",
+                        "Periods of the first joint; the second makes one more, the third two more, the fourth as many "
+                        "as the first, and so on.")
           .at_least(1)
           .at_most(1000),
   });
-  static constexpr Type type =
-      structure<T>("excitation", "Oscillation of the joints, which makes the parameters observable.", fields);
+  static constexpr Type type = structure<T>(
+      "excitation",
+      "Joints oscillate during sampling (20.7). For pd, computed_torque and controller; `move` begins after it.",
+      fields);
 };
 
 template <>
 struct Described<IdentifySetup> {
   using T = IdentifySetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::target>("target", "", "Name of the target; absent: the only grasped target.").optional(),
-      field<&T::from>("from", "s", "Start of sampling, since post_impact began.").at_least(0),
-      field<&T::duration>("duration", "s", "Duration of sampling.").above(0).required(),
+      field<&T::target>("target", "", "Which target. Absent: the only one that is grasped.").optional(),
+      field<&T::from>("from", "s", "Start of sampling, since the beginning of the phase.").at_least(0),
+      field<&T::duration>("duration", "s", "Duration of sampling, which ends within the phase.").above(0).required(),
       field<&T::sample_time>("sample_time", "s",
-                             "Time between samples, a multiple of control.period; absent: control.period.")
+                             "Time between samples, a multiple of control.period. Absent: every sample.")
           .above(0)
           .optional(),
       field<&T::base>("base", "",
-                      "Measured motion of the base. twist: including position and velocity. rotation: attitude and "
-                      "angular velocity only."),
-      field<&T::momentum_known>("momentum_known", "", "Whether the total momentum at the first sample is known."),
+                      "Measured motion of the base. twist: position and velocity too. rotation: attitude and angular "
+                      "velocity alone; then no external force may act."),
+      field<&T::momentum_known>("momentum_known", "",
+                                "Whether the total momentum at the first sample is known, exactly."),
       field<&T::excitation>("excitation", "", "").optional(),
   });
-  static constexpr Type type = structure<T>(
-      "identify", "Identification of mass, centre of mass and inertia of a held target from sensor readings.", fields);
+  static constexpr Type type = structure<T>("identify",
+                                            "Mass, centre of mass and inertia of a held target are identified from "
+                                            "sensor readings at the sample instants. Needs `control`.",
+                                            fields);
 };
 
 const Type& sensors_description() { return type_of<std::optional<SensorSetup>>(); }

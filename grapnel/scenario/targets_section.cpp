@@ -19,13 +19,12 @@ template <>
 struct Described<GraspPoint> {
   using T = GraspPoint;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique within the target.").required(),
       found<[](T& t) -> Vector3d& { return t.X_TG.p; }>("position", "m", "Position in the target's frame."),
       quaternion_of<&T::X_TG>(),
       rpy_of<&T::X_TG>(),
-      field<&T::approach_direction>(
-          "approach_direction", "",
-          "Unit vector in the target's frame: direction of motion of the approaching end-effector.")
+      field<&T::approach_direction>("approach_direction", "",
+                                    "Unit vector in the target's frame: approach direction of the end-effector.")
           .as("unit vector")
           .optional(),
       field<&T::normal>(
@@ -45,47 +44,51 @@ struct Described<TargetStateKeys> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::given_at>(
           "at", "",
-          "Instant of this state: t = 0 or the instant of capture. The target moves free of torque in between."),
+          "Time of the state. start: t = 0. capture: the instant of capture. In between the target moves without "
+          "torque, except for loads and the field of an `orbit`. Without an approach both are t = 0."),
       found<[](T& t) -> Vector3d& { return t.X_WT.p; }>("position", "m", "Position of the target frame's origin, in W.")
           .up_to(1e+09)
           .required(),
       quaternion_of<&T::X_WT>(),
       rpy_of<&T::X_WT>(),
       found<[](T& t) -> Vector3d& { return t.V_WT.angular; }>("angular_velocity", "rad/s", "Angular velocity, in W."),
-      found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>("velocity", "m/s",
-                                                             "Velocity of the target frame's origin, in W."),
+      found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>(
+          "velocity", "m/s", "Velocity of the target frame's origin (not of the centre of mass), in W."),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
-  static constexpr Type type = structure<T>("target_state", "", fields, rules);
+  static constexpr Type type = structure<T>("target_state", "State of the target.", fields, rules);
 };
 
 template <>
 struct Described<PanelOriginKeys> {
   using T = PanelSetup;
   static constexpr auto fields = std::to_array<Field>({
-      found<[](T& t) -> Vector3d& { return t.X_TP.p; }>("position", "m", ""),
+      found<[](T& t) -> Vector3d& { return t.X_TP.p; }>("position", "m", "Position of the panel's frame."),
       quaternion_of<&T::X_TP>(),
       rpy_of<&T::X_TP>(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
-      structure<T>("panel_origin", "Pose of the panel's frame in the target's frame.", fields, rules);
+      structure<T>("panel_origin", "The panel's frame, where it is mounted, in the target's frame.", fields, rules);
 };
 
 template <>
 struct Described<PanelSetup> {
   using T = PanelSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique within the target.").required(),
       group<T, PanelOriginKeys>("origin", ""),
-      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::mass>("mass", "kg", "Mass of the panel.").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
-      field<&T::hinge_axis>("hinge_axis", "", "Unit vector in the panel's frame: axis of its hinge.")
+      field<&T::hinge_axis>("hinge_axis", "", "Unit vector in the panel's frame: rotation axis of the panel.")
           .as("unit vector")
           .optional(),
-      field<&T::hinge>(&spring_description, "hinge", "Spring and damper of the hinge; absent: fixed.").optional(),
-      field<&T::beam>(&beam_description, "beam", "Beam of a flexible panel.").optional(),
+      field<&T::hinge>(&spring_description, "hinge",
+                       "Spring and damper of the hinge, as a joint's `spring`. Absent: the panel is fixed.")
+          .optional(),
+      field<&T::beam>(&beam_description, "beam", "Makes the panel flexible along a beam, in the panel's frame.")
+          .optional(),
       field<&T::modes>(&vibrations_description, "modes", "Flexible modes in place of a beam.").items(0, 50),
       field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
   });
@@ -102,22 +105,18 @@ template <>
 struct Described<TargetSetup> {
   using T = TargetSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
-      key<std::string>(
-          "ready_made", "",
-          "Name of a ready-made target, which supplies the keys that are absent here; grapnel init --list prints "
-          "them.")
+      field<&T::name>("name", "", "Name, unique among targets. Absent: that of the ready-made target.").required(),
+      key<std::string>("ready_made", "",
+                       "Name of a ready-made target: its `mass`, `com`, `inertia`, `geometry` and grasp_points apply "
+                       "unless given here. `grapnel init --list` prints the names.")
           .optional(),
-      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::mass>("mass", "kg", "Mass, including panels.").above(0).required(),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       field<&T::com>("com", "m", kComText),
       field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
       group<T, TargetStateKeys>("state", "").required(),
       field<&T::estimate>(&target_estimate_description, "estimate", "").optional(),
-      field<&T::panels>("panels", "",
-                        "Appendages, optionally flexible. Mass, centre of mass and inertia of the target describe the "
-                        "whole, with panels at rest.")
-          .items(0, 100),
+      field<&T::panels>("panels", "", "Panels and booms of the target that may be flexible or hinged.").items(0, 100),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
   });
   static constexpr Type type = structure<T>("target", "", fields);
@@ -127,39 +126,44 @@ template <>
 struct Described<GraspSetup> {
   using T = GraspSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::end_effector>("end_effector", "", "").required(),
-      field<&T::target>("target", "", "").required(),
+      field<&T::end_effector>("end_effector", "", "End-effector of the robot. Each grasps once.").required(),
+      field<&T::target>("target", "", "Name of the target.").required(),
       field<&T::grasp_point>("point", "", "Name of a grasp point of that target.").required(),
-      field<&T::model>("model", "",
-                       "rigid: holds position and the orientation at contact. hinge: leaves one rotation free. point: "
-                       "holds the position. contact: does not hold; it touches and rebounds, with impact.law "
-                       "restitution, friction or compliant.")
+      field<&T::model>(
+          "model", "",
+          "rigid: holds position and the orientation found at contact (6 rows). hinge: leaves one rotation free (5). "
+          "point: holds the position (3). contact: does not hold; the end-effector touches and rebounds, and the "
+          "target is free again. It needs impact.law restitution, friction or compliant, and a surface normal.")
           .as("one of rigid, hinge, point, contact")
           .by_default("\"rigid\""),
-      field<&T::hinge_axis>("axis", "", "Unit vector of a hinge in the end-effector's frame; ignored by other models.")
+      field<&T::hinge_axis>("axis", "", "Unit vector of the hinge in the end-effector's frame. Other models ignore it.")
           .as("unit vector")
           .optional()
           .when<[](const T& t) { return t.model == GraspModel::hinge; }>(),
       field<&T::orientation>(
           "orientation", "",
-          "Required orientation of the end-effector at the grasp. free: any. axis: its approach_axis along the grasp "
-          "point's approach_direction. pose: its frame equal to that of the grasp point. Absent: axis if the grasp "
-          "point has an approach_direction, else free.")
+          "Required orientation of the end-effector at the grasp. free: any. axis: its approach_axis along the point's "
+          "approach_direction, free to rotate about it; both vectors are required, also where this is the default. "
+          "pose: its frame is that of the grasp point. Absent: axis if the point has an approach_direction, else free.")
           .optional(),
       field<&T::closes_at>(
           "closes_at", "s",
-          "Closing time, from the start of the scenario; absent: with the other grasps, at the end of the approach.")
+          "Closing time, from the start of the scenario; at most the end of post_impact. Needs `impact`, and after the "
+          "approach post_impact. Absent: with the others, at the end of the approach.")
           .above(0)
           .optional(),
       key<bool>("closes_on_arrival", "",
-                "true: it closes as soon as its end-effector is within its envelope, during the approach or after it.")
+                "Whether it closes as soon as its end-effector is within its envelope, which is required, in the "
+                "approach or after it. Needs `impact`.")
           .by_default("false"),
-      field<&T::relative_velocity>("relative_velocity", "m/s",
-                                   "Relative velocity at arrival, end-effector minus grasp point, in W: added to the "
-                                   "motion that approach.final_rates matches. Absent: zero.")
+      field<&T::relative_velocity>(
+          "relative_velocity", "m/s",
+          "Relative velocity at arrival, end-effector minus grasp point, in W: added to the rates of "
+          "approach.final_rates.match. Not with given final rates, a trajectory, pieces or straight_in. Absent: zero.")
           .optional(),
-      field<&T::relative_angular_velocity>("relative_angular_velocity", "rad/s",
-                                           "Relative angular velocity at arrival; needs final_rates {match: twist}.")
+      field<&T::relative_angular_velocity>(
+          "relative_angular_velocity", "rad/s",
+          "Relative angular velocity at arrival, likewise; needs `final_rates: {match: twist}`. Absent: zero.")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
