@@ -220,7 +220,6 @@ Clearance ClearanceModel::minimum(const Kinematics& kinematics, const std::vecto
 namespace {
 
 // Distance, nearest points and normal of two cores in the frame of the first.
-using CoreDistance = ShapeDistance;
 
 // A unit vector perpendicular to d and e as far as possible.
 Vector3d any_normal(const Vector3d& d, const Vector3d& e) {
@@ -234,7 +233,7 @@ Vector3d any_normal(const Vector3d& d, const Vector3d& e) {
   return {1, 0, 0};
 }
 
-CoreDistance segments(const CorePair& pair) {
+ShapeDistance segments(const CorePair& pair) {
   const Vector3d p{0, 0, pair.a.half[2]};
   const Vector3d q = pair.b.half[2] * pair.X_AB.R.column(2);
   const ConvexDistance found = segment_distance(-p, p, pair.X_AB.p - q, pair.X_AB.p + q);
@@ -246,7 +245,7 @@ CoreDistance segments(const CorePair& pair) {
 }
 
 // A hull and a point in its frame, which may be inside it.
-CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
+ShapeDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
   const ConvexCore one{};
   const ConvexDistance found = convex_distance({core, one, {Rotationd::identity(), point}});
   const double distance = norm(found.difference);
@@ -264,7 +263,7 @@ CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
 }
 
 // A core and a point in its frame, which may be inside it.
-CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
+ShapeDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
   if (core.hull) return hull_and_point(core, point);
   // In cylindrical coordinates a cylinder is a rectangle; in each coordinate, the excess over the half extent.
   const double radius = std::hypot(point[0], point[1]);
@@ -300,7 +299,7 @@ CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
 }
 
 // Distance from A to B => distance from B to A: points exchanged, normal reversed.
-CoreDistance reversed(const CoreDistance& d) { return {d.distance, d.point_b, d.point_a, -d.normal}; }
+ShapeDistance reversed(const ShapeDistance& d) { return {d.distance, d.point_b, d.point_a, -d.normal}; }
 
 // Refines the nearest points of separated cores, which are not exact for cylinders: each in turn is replaced by the
 // point of its core nearest to the other.
@@ -318,7 +317,7 @@ ConvexDistance sharpened(const CorePair& pair, ConvexDistance d) {
   return d;
 }
 
-CoreDistance general(const CorePair& pair) {
+ShapeDistance general(const CorePair& pair) {
   ConvexDistance found = convex_distance(pair);
   if (found.separated && (pair.a.round || pair.b.round)) found = sharpened(pair, found);
   const double distance = norm(found.difference);
@@ -330,11 +329,11 @@ CoreDistance general(const CorePair& pair) {
   return {-overlap.depth, overlap.point_a, overlap.point_b, overlap.normal};
 }
 
-CoreDistance core_distance(const CorePair& pair) {
+ShapeDistance core_distance(const CorePair& pair) {
   if (pair.a.is_segment() && pair.b.is_segment()) return segments(pair);
   if (pair.b.is_point()) return core_and_point(pair.a, pair.X_AB.p);
   if (pair.a.is_point()) {
-    const CoreDistance d = core_and_point(pair.b, inverse(pair.X_AB).p);
+    const ShapeDistance d = core_and_point(pair.b, inverse(pair.X_AB).p);
     return reversed({d.distance, pair.X_AB * d.point_a, Vector3d::zero(), pair.X_AB.R * d.normal});
   }
   return general(pair);
@@ -348,7 +347,7 @@ ShapeDistance shape_distance(const Geometry& a, const Posed& X_WA, const Geometr
   }
   const Posed X_WG = X_WA * core_pose(a);
   const ConvexCore core_a = core_of(a), core_b = core_of(b);
-  const CoreDistance d = core_distance({core_a, core_b, inverse(X_WG) * (X_WB * core_pose(b))});
+  const ShapeDistance d = core_distance({core_a, core_b, inverse(X_WG) * (X_WB * core_pose(b))});
   return {d.distance - core_a.rounding - core_b.rounding, X_WG * (d.point_a + core_a.rounding * d.normal),
           X_WG * (d.point_b - core_b.rounding * d.normal), X_WG.R * d.normal};
 }
