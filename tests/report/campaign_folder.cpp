@@ -71,13 +71,13 @@ void write_campaign_table(const MadeCampaign& made, const std::filesystem::path&
   write_root(file, made);
   const std::vector<hsize_t> extent{made.rows};
   const auto doubles = [&](const char* name, const std::vector<double>& values, const std::vector<hsize_t>& size) {
-    return hdf5::write_dataset(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, size, values.data());
+    return hdf5::write_dataset(file, name, {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, size, values.data()});
   };
-  hdf5::write_dataset(file, "k", H5T_STD_U64LE, H5T_NATIVE_UINT64, extent, k.data());
-  const Handle s = hdf5::write_dataset(file, "status", H5T_STD_I32LE, H5T_NATIVE_INT32, extent, status.data());
+  hdf5::write_dataset(file, "k", {H5T_STD_U64LE, H5T_NATIVE_UINT64, extent, k.data()});
+  const Handle s = hdf5::write_dataset(file, "status", {H5T_STD_I32LE, H5T_NATIVE_INT32, extent, status.data()});
   hdf5::write_attribute(s, "names", std::vector<std::string>{"ok", "failed", "unreachable"});
-  hdf5::write_dataset(file, "success", H5T_STD_U8LE, H5T_NATIVE_UINT8, extent, success.data());
-  hdf5::write_dataset(file, "reason", H5T_STD_I32LE, H5T_NATIVE_INT32, extent, reason.data());
+  hdf5::write_dataset(file, "success", {H5T_STD_U8LE, H5T_NATIVE_UINT8, extent, success.data()});
+  hdf5::write_dataset(file, "reason", {H5T_STD_I32LE, H5T_NATIVE_INT32, extent, reason.data()});
   hdf5::write_strings(file, "reasons", {"", "no convergence at t = 3 s", "größer als <erlaubt>"});
   describe(doubles("inputs/targets.target-1.mass", mass, extent), "targets.target-1.mass", "kg", "mass");
   describe(doubles("columns/captured", captured, extent), "captured", "1", "1: yes");
