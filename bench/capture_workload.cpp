@@ -4,10 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/capture/recorder.hpp"
-#include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/impact_report.hpp"
+#include "grapnel/capture/recorder.hpp"
+#include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::bench {

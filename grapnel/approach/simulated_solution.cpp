@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

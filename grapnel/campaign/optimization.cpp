@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

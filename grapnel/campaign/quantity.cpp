@@ -7,8 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/capture/contact.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/target_motion.hpp"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {

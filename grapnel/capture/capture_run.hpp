@@ -10,10 +10,10 @@
 #include <string>
 
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/coordinated_control.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
-#include "grapnel/capture/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"

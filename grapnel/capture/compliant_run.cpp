@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/dynamics/elastic_modes.hpp"
-#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/internal_loads.hpp"
+#include "grapnel/dynamics/elastic_modes.hpp"
+#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 

@@ -5,8 +5,8 @@
 
 #include <functional>
 
-#include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/capture/impact_report.hpp"
+#include "grapnel/impact/compliant_impact.hpp"
 
 namespace grapnel {
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/capture/ledger_scale.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/ledger.hpp"

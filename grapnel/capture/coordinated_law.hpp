@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "grapnel/control/joint_law.hpp"
 #include "grapnel/capture/compliant_run.hpp"
+#include "grapnel/control/joint_law.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"

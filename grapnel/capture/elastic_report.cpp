@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/capture/impact_figures.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "grapnel/capture/coordinated_law.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/control/grasp_force.hpp"
 #include "grapnel/spatial/decompositions.hpp"
-#include "grapnel/capture/internal_loads.hpp"
 
 namespace grapnel {
 namespace {

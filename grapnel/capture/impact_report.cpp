@@ -6,13 +6,13 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/published_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
-#include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/elastic_report.hpp"
-#include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 

@@ -3,9 +3,9 @@
 /// @file
 /// Solves the impact of a contact and writes its report.
 
+#include "grapnel/capture/contact.hpp"
 #include "grapnel/impact/impact_law.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
-#include "grapnel/capture/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/capture/internal_loads.hpp"
+#include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {

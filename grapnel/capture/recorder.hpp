@@ -5,9 +5,9 @@
 
 #include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
-#include "grapnel/capture/contact.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"

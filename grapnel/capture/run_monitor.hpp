@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/joint_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
@@ -16,7 +17,6 @@
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/saturation_monitor.hpp"
 #include "grapnel/capture/stability_monitor.hpp"
-#include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

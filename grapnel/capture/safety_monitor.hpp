@@ -7,8 +7,8 @@
 #include <map>
 #include <optional>
 
-#include "grapnel/contact/motion_watch.hpp"
 #include "grapnel/capture/internal_loads.hpp"
+#include "grapnel/contact/motion_watch.hpp"
 #include "grapnel/problem/problem_clearance.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"

@@ -7,8 +7,8 @@
 
 #include "grapnel/control/effort_response.hpp"
 #include "grapnel/control/sampled_loop.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

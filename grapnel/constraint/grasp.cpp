@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -10,8 +10,8 @@
 #include <memory>
 #include <numbers>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/finite_elements/interface_rows.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

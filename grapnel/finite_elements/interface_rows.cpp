@@ -7,8 +7,8 @@
 #include <map>
 #include <memory>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/finite_elements/expanded_nodes.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

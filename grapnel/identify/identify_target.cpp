@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/identify/momentum_rows.hpp"
 #include "grapnel/identify/rate_noise.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,11 +7,11 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/impact/contact_path.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/impact/contact_path_kernel.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,9 +6,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,12 +5,12 @@
 #include <optional>
 #include <stdexcept>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/composite_body.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/modal_chains.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,8 +5,8 @@
 #include <cctype>
 #include <cmath>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/import/mjcf_model.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

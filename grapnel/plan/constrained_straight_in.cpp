@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
 #include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/self_motions.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

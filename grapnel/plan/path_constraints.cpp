@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/sequential_quadratic.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/constrained_segment.hpp"
 #include "grapnel/plan/least_distance.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

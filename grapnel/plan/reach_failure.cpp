@@ -8,10 +8,10 @@
 #include <numbers>
 #include <random>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/exchanged_grasps.hpp"
 #include "grapnel/plan/sequential_quadratic.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 
@@ -100,7 +100,8 @@ Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
 }
 
 // Initial point => least-squares solution of the goals over joints and base pose. x: joint values, then position in W
-// and rotation vector in B of the base relative to its pose at the segment's begin. Joints that carry no goal are fixed.
+// and rotation vector in B of the base relative to its pose at the segment's begin. Joints that carry no goal are
+// fixed.
 ClosestTogether least_squares(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
                               const std::vector<double>& x) {
   ClosestTogether result;

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <set>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

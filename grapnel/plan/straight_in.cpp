@@ -7,9 +7,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/integrate/integrate.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

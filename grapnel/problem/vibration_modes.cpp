@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -528,8 +528,7 @@ const Type& type_of<Summary>() {
       derived<[](const S& s) { return Capture{s.result}; }>("capture", "",
                                                             "whether the grasps closed; absent without grasps")
           .when<[](const S& s) { return !s.result->grasps.empty(); }>(),
-      derived<[](const S& s) { return *s.result->impact(); }>(
-          "impact", "", "first impact; absent without an impact")
+      derived<[](const S& s) { return *s.result->impact(); }>("impact", "", "first impact; absent without an impact")
           .when<[](const S& s) { return s.result->impact() != nullptr; }>(),
       derived<[](const S& s) { return s.result->later_impacts(); }>(
           "later_impacts", "", "impacts of grasps that closed later, in the order of time; absent if there are none")

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/scenario/plausibility.hpp"
+#include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/capture/internal_loads.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

@@ -7,8 +7,8 @@
 
 #include "control/arm_case.hpp"
 #include "grapnel/control/base_keeping.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {

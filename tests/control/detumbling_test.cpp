@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "control/arm_case.hpp"
+#include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/control/detumbling.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/capture/internal_loads.hpp"
 
 namespace grapnel::testing {
 namespace detumbling_test {

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "control/arm_case.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/compliant_case.hpp"
 #include "support/sanitizers.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"
 

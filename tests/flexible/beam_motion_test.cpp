@@ -11,11 +11,11 @@
 #include <optional>
 
 #include "flexible/flexible_model.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 namespace beam_motion_test {

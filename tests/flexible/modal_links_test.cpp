@@ -9,7 +9,6 @@
 
 #include "flexible/flexible_model.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
@@ -19,6 +18,7 @@
 #include "grapnel/impact/impulse_sensitivity.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 namespace modal_links_test {

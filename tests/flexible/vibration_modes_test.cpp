@@ -8,11 +8,11 @@
 #include <random>
 
 #include "flexible/flexible_model.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 namespace vibration_modes_test {

@@ -1,9 +1,9 @@
 #include "oracle/partitioned_dynamics.hpp"
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 namespace {

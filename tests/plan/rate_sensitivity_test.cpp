@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "plan/plan_case.hpp"
 #include "plan/tilted_arms.hpp"
 #include "support/sanitizers.hpp"

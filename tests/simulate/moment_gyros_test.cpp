@@ -351,9 +351,10 @@ TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   State start = singular;
   start.v[c.model.bodies()[c.base].v] = -0.02;
   double lacking = 0;
-  const PhaseOutcome o = simulate_phase(dynamics, {start, 0, 200, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
-    lacking = std::max(lacking, norm(s.dynamics->base().find<GyroEffector>()->array().lacking()));
-  }});
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 200, 0.1}, {}, {.observe = [&](const PhaseSample& s) {
+                       lacking = std::max(lacking, norm(s.dynamics->base().find<GyroEffector>()->array().lacking()));
+                     }});
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(lacking, 0.1);
   EXPECT_LT(norm(rate_of(c, o.end_state)), 1e-3);
