@@ -95,8 +95,8 @@ class RunMonitor {
   void touch(const std::vector<std::size_t>& grasps);
   /// An instant just before or after an impact.
   void instant(const CaptureSystem& system, const State& state, double time);
-  /// Adds an impact of grasps, contacts or brakes: momentum from the ground, residuals, loads. For an impact in time,
-  /// these are the effects of grasps that become rigid at its end.
+  /// Adds an impact of grasps, contacts or brakes: momentum from the ground, residuals, loads. For a compliant
+  /// impact these are the effects of grasps that become rigid at its end.
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// Begins a compliant impact at `begin`, in which the system was in the state `start` before brakes; `closing` are
   /// the problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
