@@ -269,7 +269,7 @@ class ControlConflicts : ConflictFinder {
     const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
     const bool any_phase = problem_.post_impact.any(
         [](const PostImpactSetup& phase) { return phase.joints == PostImpactSetup::Joints::controller; });
-    const bool is_there = problem_.control && problem_.control->has_controller();
+    const bool is_there = problem_.control && (problem_.control->has_controller() || problem_.control->source);
     const auto needs_plugin = [&](const char* path) {
       add(path,
           "{} is controller, which needs the plugin, the FMU or the log that drives them: control: {{period: ..., "
@@ -316,7 +316,7 @@ class ControlConflicts : ConflictFinder {
   void check_base_actuators(const ControlSetup& control) {
     const RobotSetup& robot = problem_.robot;
     const char* const path = "control.base_actuators";
-    if (control.log || !control.has_controller())
+    if (control.log || !(control.has_controller() || control.source))
       add(path, "{} needs a controller: plugin, fmu or external", path).relies_on = "control";
     if (control.base_torque)
       add(path, "{} excludes base_torque, because the controller commands the actuators that produce this torque",
@@ -355,6 +355,7 @@ class ControlConflicts : ConflictFinder {
   }
 
   void check_external(const ControlSetup& control) {
+    if (control.source) return;  // a program's controller, whose name is in place of the plugin's
     if (control.external && (control.log || !control.plugin.empty() || !control.fmu.empty()))
       add("control.external", "control.external: the controller belongs to a program; leave out {}",
           control.log              ? "torques"

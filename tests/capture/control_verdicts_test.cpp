@@ -294,7 +294,7 @@ TEST(Rest, OfTheMotionAfterwards) {
   EXPECT_TRUE(loose.rest->at_rest);
   EXPECT_GT(loose.rest->time, loose.impact()->time);
   EXPECT_LT(loose.rest->time, loose.post_impact_end->time);
-  EXPECT_EQ(loose.rest->angular_velocity, norm(loose.post_impact_end->base.angular_velocity));
+  EXPECT_DOUBLE_EQ(loose.rest->angular_velocity, norm(loose.post_impact_end->base.angular_velocity));
   EXPECT_THAT(result_table(loose), HasSubstr("at rest: yes, from t = "));
   EXPECT_EQ(verdict_of(loose), Stability::stable);  // of the motion after the impact; the approach is a forced motion
   const CaptureResult strict = simulated("1e-12");
