@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLicenses =
     R"(The binary in this FMU contains Grapnel (Apache License 2.0), and of headers Eigen (MPL 2.0), JSON for Modern C++
-(MIT) and Random123 (BSD). Beside it lie, as Debian distributes them, {fmt} (MIT), pugixml (MIT) and yaml-cpp (MIT). Their texts are in /usr/share/doc/*/copyright of Debian.
+(MIT) and Random123 (BSD). Beside it lie, as Debian distributes them, {fmt} (MIT), NLopt (MIT; parts LGPL 2.1 or later),
+pugixml (MIT) and yaml-cpp (MIT). Their texts are in /usr/share/doc/*/copyright of Debian.
 )";
 
 // ---- The binary ----
