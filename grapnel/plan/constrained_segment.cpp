@@ -11,7 +11,7 @@ ConstrainedSegment::ConstrainedSegment(FloatingBase& base, const ReachProblem& p
       shooting_(base, problem_),
       check_(base, problem_),
       n_(base.joints()) {
-  if (panels > 0) shooting_.segment().solve_with_path_constraints(panels);
+  shooting_.segment().solve_with_path_constraints(panels);
 }
 
 const ShootingIterate& ConstrainedSegment::shoot(std::span<const double> y, const ShootingIterate& like,

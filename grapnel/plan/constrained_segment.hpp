@@ -14,8 +14,7 @@ class ConstrainedSegment {
   using Instant = PathConstraintCheck::Instant;
   using Found = PathConstraintCheck::Found;
 
-  /// `base` is shared scratch and must outlive the object. `panels`: minimum number of panels of 16 nodes to evaluate;
-  /// 0: the end alone, without the path.
+  /// `base` is shared scratch and must outlive the object. `panels`: minimum number of panels of 16 nodes to evaluate.
   ConstrainedSegment(FloatingBase& base, const ReachProblem& problem, int knots, int panels);
   ConstrainedSegment(const ConstrainedSegment&) = delete;
   ConstrainedSegment& operator=(const ConstrainedSegment&) = delete;

@@ -73,17 +73,6 @@ class Exchange : private NonlinearProgram {
     return end;
   }
 
-  // Solution => local minimum of an objective of the end alone; the segment evaluates no path.
-  ShootingIterate best_end(const ShootingIterate& solution) {
-    std::vector<double> y = solution.position;
-    last_valid_ = solution;
-    if (!move_to(y)) return solution;
-    QuadraticSearch search;
-    search.nothing = 1e-8, search.settled = 1e-12, search.max_steps = steps_;
-    minimize(*this, free_, search, y, B_);
-    return segment_.iterate().valid ? segment_.iterate() : solution;
-  }
-
   // Whether the constraints were finally satisfied at the nodes.
   bool settled() const { return settled_; }
 
@@ -381,14 +370,6 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
   }
   if (attempt <= 0 && solution.coefficients.size() == coefficients.size()) coefficients = solution.coefficients;
   return coefficients;
-}
-
-ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, const ShootingIterate& solution,
-                          long& rhs_evaluations) {
-  ConstrainedSegment segment(base, problem, 0, 0);
-  ShootingIterate best = Exchange(segment, segment, kMaxSearchSteps).best_end(solution);
-  rhs_evaluations += segment.rhs_evaluations();
-  return best;
 }
 
 // Problem and solution => result of the exchange method; repeats it with all nodes if the path between the nodes is

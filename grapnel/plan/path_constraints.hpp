@@ -117,11 +117,6 @@ ConstrainedSolution solve_with_path_constraints(FloatingBase& base, const ReachP
                                                 const ShootingIterate& solution, int knots, int attempt,
                                                 int steps = kMaxSearchSteps);
 
-/// Local minimum of an objective of the end alone near `solution`, subject to the goals and the limits of final values
-/// and rates, without path constraints. It is close to a solution of the goals; refine it with Newton's method.
-ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, const ShootingIterate& solution,
-                          long& rhs_evaluations);
-
 /// Initial coefficients of an attempt.
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
                                                const ShootingIterate& solution, int knots, int attempt);

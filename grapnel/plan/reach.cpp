@@ -200,8 +200,7 @@ class Search {
     if (!problem_.objective.is_empty() && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
-        const std::optional<ShootingIterate> better =
-            newton(best_near(base_, guided_, solutions_[i], result_.rhs_evaluations));
+        const std::optional<ShootingIterate> better = newton(best_near(base_, guided_, shooting_, solutions_[i]));
         if (better && is_better(*better, best)) best = *better, origin = i;
       }
     }

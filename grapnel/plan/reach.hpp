@@ -15,7 +15,7 @@
 ///   K = d rate_f/d theta_f = (1 - rho_xi xi_rate)^-1 (rho_theta + rho_xi xi_theta)                  (2)
 /// gives minimum-norm Newton steps within the joint limits. Further initial guesses come from inverse kinematics of
 /// each arm with a fixed base, which needs no integration. The objective selects among the solutions. Each solution is
-/// improved by sequential quadratic programming (sequential_quadratic.hpp) with e = 0 and the rate limits as
+/// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 and the rate limits as
 /// constraints, and refined by Newton's method. A solution within the rate limits is preferred to any solution that
 /// exceeds them.
 

@@ -3,19 +3,45 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <map>
+#include <nlopt.hpp>
 #include <numbers>
 #include <random>
 
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/exchanged_grasps.hpp"
-#include "grapnel/plan/sequential_quadratic.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
 
 namespace {
+
+struct StillArm {
+  FloatingBase& base;
+  const Posed& X_WB;
+  const Arm& arm;
+  std::vector<double> theta;  // one value per joint
+
+  Nearest at(const std::vector<double>& x) {
+    for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
+    base.place(theta);
+    Nearest n;
+    Eigen::MatrixXd J, unused;
+    goal_error(base, X_WB, arm.goals, n.error, J, unused);
+    n.J = J(Eigen::all, arm.joints);
+    return n;
+  }
+};
+
+double half_square(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+  const Nearest n = static_cast<StillArm*>(data)->at(x);
+  if (!gradient.empty()) {
+    Eigen::Map<Eigen::VectorXd>(gradient.data(), static_cast<Eigen::Index>(gradient.size())) =
+        n.J.transpose() * n.error;
+  }
+  return 0.5 * n.error.squaredNorm();
+}
 
 // The best result of several initial guesses: the present joint values, and random values.
 Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
@@ -41,21 +67,31 @@ Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, c
 
 }  // namespace
 
-// Joint values => least-squares solution of the arm's goals with a fixed base, within the joint limits.
+// Joint values => least-squares solution of the arm's goals with a fixed base, by SLSQP within the joint limits.
 Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                        std::vector<double>& theta) {
-  Nearest n;
-  const auto errors = [&](const std::vector<double>& x, Eigen::VectorXd& e, Eigen::MatrixXd& J) {
-    Eigen::MatrixXd of_joints, of_base;
-    for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
-    base.place_frames(theta);
-    goal_error(base, X_WB, arm.goals, e, of_joints, of_base);
-    J = of_joints(Eigen::all, arm.joints);
-  };
+  StillArm still{base, X_WB, arm, theta};
   std::vector<double> x, lower, upper;
-  for (int j : arm.joints) x.push_back(theta[j]), lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]);
-  minimize_squares(errors, lower, upper, 0, x);
-  errors(x, n.error, n.J);
+  for (int j : arm.joints) {
+    x.push_back(std::clamp(theta[j], problem.lower[j], problem.upper[j]));
+    lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]);
+  }
+  if (!x.empty()) {
+    nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
+    optimizer.set_lower_bounds(lower);
+    optimizer.set_upper_bounds(upper);
+    optimizer.set_min_objective(half_square, &still);
+    optimizer.set_xtol_rel(1e-9);
+    optimizer.set_maxeval(300);
+    double minimum = 0;
+    try {
+      optimizer.optimize(x, minimum);
+    } catch (const std::exception&) {
+      // Roundoff at a singularity: x is as near as it came.
+    }
+  }
+  Nearest n = still.at(x);
+  theta = still.theta;
   return n;
 }
 
@@ -99,43 +135,70 @@ Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
          (angle - std::sin(angle)) / (angle * angle * angle) * W * W;
 }
 
-// Initial point => least-squares solution of the goals over joints and base pose. x: joint values, then position in W
-// and rotation vector in B of the base relative to its pose at the segment's begin. Joints that carry no goal are
-// fixed.
-ClosestTogether least_squares(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
-                              const std::vector<double>& x) {
-  ClosestTogether result;
-  const auto n = static_cast<std::size_t>(base.joints());
-  result.theta.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
-  std::vector<int> joints;
-  for (int j = 0; j < base.joints(); ++j) {
-    if (std::any_of(goals.begin(), goals.end(), [&](const Goal& g) { return base.carries(j, g.frame); }))
-      joints.push_back(j);
+// Data of NLopt's callback. Variables: joint values, then position and rotation vector of the base relative to X_WB0.
+struct FreeChain {
+  FloatingBase& base;
+  std::span<const Goal> goals;
+  Posed X_WB0;
+
+  Posed pose(const std::vector<double>& x) const {
+    const double* b = x.data() + base.joints();
+    const Vector3d w{b[3], b[4], b[5]};
+    const double angle = norm(w);
+    const Rotationd R = angle > 0 ? rotation_about((1 / angle) * w, angle) : Rotationd::identity();
+    return {X_WB0.R * R, X_WB0.p + Vector3d{b[0], b[1], b[2]}};
   }
-  const auto moving = static_cast<Eigen::Index>(joints.size());
-  const auto errors = [&](const std::vector<double>& y, Eigen::VectorXd& e, Eigen::MatrixXd& J) {
-    const Eigen::VectorXd b = as_vector(y).tail(6);
-    result.X_WB = displaced({problem.start.X_WB.R, problem.start.X_WB.p + Vector3d{b[0], b[1], b[2]}},
-                            (Vector6d() << b.tail<3>(), 0, 0, 0).finished());
-    for (std::size_t k = 0; k < joints.size(); ++k) result.theta[joints[k]] = y[k];
-    base.place_frames(result.theta);
-    Eigen::MatrixXd of_joints, of_base;
-    goal_error(base, result.X_WB, goals, e, of_joints, of_base);
-    J.resize(e.size(), moving + 6);
-    J.leftCols(moving) = of_joints(Eigen::all, joints);
-    // A displacement of the base in B is [J_r dw; R^T dp].
-    J.middleCols(moving, 3) = of_base.rightCols(3) * as_matrix(result.X_WB.R).transpose();
-    J.rightCols(3) = of_base.leftCols(3) * right_jacobian(b.tail<3>());
-  };
+
+  // Joints and base pose => half the squared goal errors of a free chain, and its gradient; the base is displaced by a
+  // position in W and a rotation vector in B.
+  double half_square(const std::vector<double>& x, std::vector<double>& gradient) {
+    const Posed X_WB = pose(x);
+    const int n = base.joints();
+    base.place(std::span(x).first(static_cast<std::size_t>(n)));
+    Eigen::VectorXd e;
+    Eigen::MatrixXd J_joint, J_base;
+    goal_error(base, X_WB, goals, e, J_joint, J_base);
+    if (!gradient.empty()) {
+      Eigen::Map<Eigen::VectorXd> g(gradient.data(), n + 6);
+      g.head(n) = J_joint.transpose() * e;
+      // A displacement of the base in B is [J_r dw; R^T dp].
+      const Eigen::Vector3d w{x[n + 3], x[n + 4], x[n + 5]};
+      g.segment<3>(n) = as_matrix(X_WB.R) * (J_base.rightCols(3).transpose() * e);
+      g.tail<3>() = right_jacobian(w).transpose() * (J_base.leftCols(3).transpose() * e);
+    }
+    return 0.5 * e.squaredNorm();
+  }
+};
+
+double gap_square(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+  return static_cast<FreeChain*>(data)->half_square(x, gradient);
+}
+
+// Initial point => least-squares solution of the goals over joints and base pose, by SLSQP.
+ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std::vector<double> x) {
+  const std::size_t n = static_cast<std::size_t>(chain.base.joints());
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-  std::vector<double> y, lower, upper;
-  for (int j : joints)
-    y.push_back(result.theta[j]), lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]);
-  y.insert(y.end(), x.end() - 6, x.end());
-  lower.resize(y.size(), -kAnywhere), upper.resize(y.size(), kAnywhere);
-  minimize_squares(errors, lower, upper, 0.1 * kFits, y);
-  Eigen::MatrixXd J;
-  errors(y, result.error, J);
+  std::vector<double> lower = problem.lower, upper = problem.upper;
+  lower.resize(n + 6, -kAnywhere), upper.resize(n + 6, kAnywhere);
+  for (std::size_t j = 0; j < n; ++j) x[j] = std::clamp(x[j], lower[j], upper[j]);
+  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(n + 6));
+  optimizer.set_lower_bounds(lower);
+  optimizer.set_upper_bounds(upper);
+  optimizer.set_min_objective(gap_square, &chain);
+  optimizer.set_xtol_rel(1e-10);
+  optimizer.set_stopval(0.5 * (0.1 * kFits) * (0.1 * kFits));
+  optimizer.set_maxeval(400);
+  double minimum = 0;
+  try {
+    optimizer.optimize(x, minimum);
+  } catch (const std::exception&) {
+    // Roundoff at a singularity: x is as near as it came.
+  }
+  ClosestTogether result;
+  result.theta.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
+  result.X_WB = chain.pose(x);
+  chain.base.place(result.theta);
+  goal_error(chain.base, result.X_WB, chain.goals, result.error);
   return result;
 }
 
@@ -222,13 +285,14 @@ std::vector<Goal> pick(std::span<const Goal> goals, const std::vector<std::size_
 // Goals => closest attempt over joints and base pose, from several initial guesses.
 ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
                                  const std::vector<double>& theta) {
+  FreeChain chain{base, goals, problem.start.X_WB};
   std::mt19937_64 random(problem.seed + 2);
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(random() >> 11) * 0x1p-53);
   };
   std::vector<double> x = theta;
   x.resize(theta.size() + 6, 0.0);
-  ClosestTogether best = least_squares(base, problem, goals, x);
+  ClosestTogether best = least_squares(chain, problem, x);
   for (int i = 1; i < kInitialGuesses && best.error.norm() > kFits; ++i) {
     for (std::size_t j = 0; j < theta.size(); ++j) {
       const double start = problem.start.position[j];
@@ -236,7 +300,7 @@ ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem
                      std::min(problem.upper[j], start + std::numbers::pi));
     }
     for (std::size_t k = 3; k < 6; ++k) x[theta.size() + k] = uniform(-1.5, 1.5);
-    ClosestTogether other = least_squares(base, problem, goals, x);
+    ClosestTogether other = least_squares(chain, problem, x);
     if (other.error.norm() < best.error.norm()) best = std::move(other);
   }
   return best;

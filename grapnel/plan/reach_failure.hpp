@@ -20,7 +20,7 @@ struct Nearest {
   Eigen::MatrixXd J;      // Jacobian, one column per joint of the arm
 };
 
-/// Least squares within the joint limits, starting from `theta`, with the base fixed at X_WB. `theta`
+/// Least squares within the joint limits (NLopt's SLSQP), starting from `theta`, with the base fixed at X_WB. `theta`
 /// has one value per joint; the values of this arm are overwritten with the result.
 Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                        std::vector<double>& theta);
@@ -41,7 +41,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
 // constrains the joints alone.
 
 /// The closest attempt for some goals with free joints and a free base: the minimum sum of squares of the goals' error
-/// [m and rad] found from several initial guesses, joints within their limits.
+/// [m and rad] found from several initial guesses (NLopt's SLSQP), joints within their limits.
 struct ClosestTogether {
   Eigen::VectorXd error;      // of the goals
   std::vector<double> theta;  // all joints

@@ -5,7 +5,6 @@
 #include <deque>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "grapnel/plan/least_distance.hpp"
@@ -131,7 +130,6 @@ class Minimization {
         values.clear();
       else
         values.push_back(value_);
-      if (!values.empty() && value_ <= search_.enough) break;
       if (values.size() > kFew) {
         if (values.front() - values.back() <= search_.settled * std::abs(value_)) break;
         values.pop_front();
@@ -378,84 +376,6 @@ int minimize(NonlinearProgram& program, const std::vector<int>& free, const Quad
              std::vector<double>& y, Eigen::MatrixXd& B) {
   if (free.empty()) return 0;
   return Minimization(program, free, search, y, B).run();
-}
-
-namespace {
-
-// |e|^2/2 within bounds, which the points of the search satisfy exactly. Row 2 i is the upper bound of unknown i, 2 i +
-// 1 the lower one.
-class LeastSquares : public NonlinearProgram {
- public:
-  LeastSquares(const Residual& residual, const std::vector<double>& lower, const std::vector<double>& upper)
-      : residual_(residual), lower_(lower), upper_(upper) {}
-
-  bool move_to(const std::vector<double>& y) override {
-    x_ = y;
-    for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = std::clamp(x_[i], lower_[i], upper_[i]);
-    residual_(x_, e_, J_);
-    return e_.allFinite() && J_.allFinite();
-  }
-  const std::vector<double>& point() const { return x_; }
-  double value() override { return 0.5 * e_.squaredNorm(); }
-  double violation() override { return 0; }
-  bool has_more() override { return false; }
-
-  Linearized linearized() override {
-    constexpr double kClose = 1;  // farther bounds are not met by a step
-    const auto n = static_cast<Eigen::Index>(x_.size());
-    Linearized at;
-    at.slope = J_.transpose() * e_;
-    at.error.resize(0), at.J.resize(0, n);
-    for (long row = 0; row < 2 * n; ++row) {
-      if (excess(row) > -kClose) at.rows.push_back(row);
-    }
-    evaluate(at.rows, at.error, at.violated);
-    at.A = Eigen::MatrixXd::Zero(at.violated.size(), n);
-    for (Eigen::Index k = 0; k < at.A.rows(); ++k) {
-      const long row = at.rows[static_cast<std::size_t>(k)];
-      at.A(k, row / 2) = row % 2 == 0 ? 1 : -1;
-    }
-    return at;
-  }
-  void evaluate(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
-    error.resize(0), violated.resize(static_cast<Eigen::Index>(rows.size()));
-    for (std::size_t k = 0; k < rows.size(); ++k) violated[static_cast<Eigen::Index>(k)] = excess(rows[k]);
-  }
-  // The part of the second derivatives of e is of the order of |e|.
-  Eigen::MatrixXd curvature() override {
-    constexpr double kLittle = 1e-6;
-    Eigen::MatrixXd B = J_.transpose() * J_;
-    B.diagonal().array() += std::max(kLittle, e_.norm());
-    return B;
-  }
-
- private:
-  double excess(long row) const {
-    const auto i = static_cast<std::size_t>(row / 2);
-    return row % 2 == 0 ? x_[i] - upper_[i] : lower_[i] - x_[i];
-  }
-
-  const Residual& residual_;
-  const std::vector<double>&lower_, &upper_;
-  std::vector<double> x_;
-  Eigen::VectorXd e_;
-  Eigen::MatrixXd J_;
-};
-
-}  // namespace
-
-void minimize_squares(const Residual& residual, const std::vector<double>& lower, const std::vector<double>& upper,
-                      double enough, std::vector<double>& x) {
-  LeastSquares program(residual, lower, upper);
-  if (x.empty() || !program.move_to(x)) return;
-  x = program.point();
-  QuadraticSearch search;
-  search.nothing = 1e-9, search.settled = 1e-12, search.enough = 0.5 * enough * enough;
-  std::vector<int> all(x.size());
-  std::iota(all.begin(), all.end(), 0);
-  Eigen::MatrixXd B;
-  minimize(program, all, search, x, B);
-  x = program.point();
 }
 
 }  // namespace grapnel

@@ -19,8 +19,6 @@
 /// starts with the active rows of the previous step.
 
 #include <Eigen/Core>
-#include <functional>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -62,8 +60,7 @@ struct QuadraticSearch {
   double nothing = 1e-7;   // the search ends at steps that change no unknown by more
   double settled = 1e-9;   // the search ends at steps that decrease f by at most this share of it
   double violated = 5e-7;  // maximum violation of the result
-  double enough = -std::numeric_limits<double>::infinity();  // the search ends at feasible points with a smaller f
-  int max_steps = 150;                                       // maximum number of steps
+  int max_steps = 150;     // maximum number of steps
 };
 
 /// Minimizes (1) locally from y, the present point of the program. On return the program is at the best iterate, and y
@@ -71,12 +68,5 @@ struct QuadraticSearch {
 /// program's curvature. Returns the number of steps.
 int minimize(NonlinearProgram& program, const std::vector<int>& free, const QuadraticSearch& search,
              std::vector<double>& y, Eigen::MatrixXd& B);
-
-/// Errors e(x) and their Jacobian.
-using Residual = std::function<void(const std::vector<double>& x, Eigen::VectorXd& e, Eigen::MatrixXd& J)>;
-/// Minimizes |e|^2/2 locally subject to lower <= x <= upper, from x, which is first moved within its bounds. Ends at
-/// |e| <= `enough`.
-void minimize_squares(const Residual& residual, const std::vector<double>& lower, const std::vector<double>& upper,
-                      double enough, std::vector<double>& x);
 
 }  // namespace grapnel

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <nlopt.hpp>
 
 #include "grapnel/spatial/decompositions.hpp"
 
@@ -108,6 +110,132 @@ ShootingIterate Shooting::shoot(const std::vector<double>& position, const std::
   iterate.per_unknown = per_unknown;
   iterate.valid = iterate.error.allFinite() && iterate.J.allFinite();
   return iterate;
+}
+
+namespace {
+
+// Margin for the small change of a solution by refinement.
+constexpr double kRateMargin = 0.9999;
+
+// Data shared by NLopt's callbacks.
+struct Problem {
+  FloatingBase& base;
+  const ReachProblem& reach;
+  Shooting& shooting;
+  Eigen::MatrixXd rows;     // independent combinations of the error's components, orthonormal
+  ShootingIterate iterate;  // at the last point
+
+  // Evaluates, unless x is the last point.
+  const ShootingIterate& at(const std::vector<double>& x) {
+    if (x != iterate.position) iterate = shooting.shoot(x, iterate.rate_at(x), SegmentAccuracy::search);
+    return iterate;
+  }
+};
+
+// NLopt callback: final joints => objective at the final rates of (6.4) and its gradient with K of (6.8). Throws
+// nlopt::forced_stop if the evaluation fails.
+double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  const ShootingIterate& iterate = p.at(x);
+  if (!iterate.valid) throw nlopt::forced_stop();
+  Objective::Gradient g;
+  const double value = p.reach.objective.value(p.base, p.reach.goals, x, iterate.rate, gradient.empty() ? nullptr : &g);
+  if (!gradient.empty()) {
+    const Eigen::Index n = static_cast<Eigen::Index>(x.size());
+    Eigen::Map<Eigen::VectorXd>(gradient.data(), n) =
+        Eigen::Map<const Eigen::VectorXd>(g.position.data(), n) +
+        iterate.K.transpose() * Eigen::Map<const Eigen::VectorXd>(g.rate.data(), n);
+  }
+  return value;
+}
+
+// Rate limits: rate - limit <= 0 and -rate - limit <= 0, divided by the limit, for each joint with a limit.
+void rate_limits(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  const ShootingIterate& iterate = p.at(std::vector<double>(x, x + n));
+  if (!iterate.valid) throw nlopt::forced_stop();
+  unsigned row = 0;
+  for (unsigned j = 0; j < n && row < m; ++j) {
+    const double limit = kRateMargin * p.reach.rate_limit[j];
+    if (!std::isfinite(limit)) continue;
+    for (double sign : {1.0, -1.0}) {
+      result[row] = sign * iterate.rate[j] / limit - 1;
+      for (unsigned k = 0; gradient && k < n; ++k) gradient[row * n + k] = sign * iterate.K(j, k) / limit;
+      ++row;
+    }
+  }
+}
+
+void constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  const ShootingIterate& iterate = p.at(std::vector<double>(x, x + n));
+  if (!iterate.valid) throw nlopt::forced_stop();
+  Eigen::Map<Eigen::VectorXd>(result, m) = p.rows * iterate.error;
+  if (gradient) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(gradient, m, n) =
+        p.rows * iterate.J;
+  }
+}
+
+// One run of the optimizer from x; false if it ended early, with x the last point.
+bool improve(Problem& data, const std::vector<double>& lower, const std::vector<double>& upper,
+             std::vector<double>& x) {
+  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
+  optimizer.set_lower_bounds(lower);
+  optimizer.set_upper_bounds(upper);
+  optimizer.set_min_objective(objective, &data);
+  optimizer.add_equality_mconstraint(constraints, &data, std::vector<double>(data.rows.rows(), 1e-7));
+  const auto limited = 2 * std::count_if(data.reach.rate_limit.begin(), data.reach.rate_limit.end(),
+                                         [](double limit) { return std::isfinite(limit); });
+  if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
+  // Near the optimum the objective error is proportional to the square of the distance.
+  optimizer.set_xtol_abs(1e-8);
+  optimizer.set_ftol_rel(1e-13);
+  optimizer.set_maxeval(120);
+  double minimum = 0;
+  try {
+    optimizer.optimize(x, minimum);
+  } catch (const std::exception&) {
+    // Rounding errors or an invalid point: x is the last point, and may be sufficient.
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+// Solution => locally optimal iterate: rounds of SLSQP with independent combinations of the goal errors as constraints.
+ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting,
+                          const ShootingIterate& solution) {
+  if (solution.J.size() == 0) return solution;  // no joints: no freedom, and no SVD
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::Index rank = 0;
+  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;
+  const int n = base.joints();
+  if (rank == 0 || rank >= n) return solution;  // no freedom remains
+  Problem data{base, problem, shooting, svd.matrixU().leftCols(rank).transpose(), solution};
+  // Quadratic models are local: each round is limited to this distance, and the next one starts from its result.
+  constexpr double kFarthest = 1;  // [rad or m]
+  constexpr int kRounds = 4;
+  std::vector<double> x = solution.position;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> lower = problem.lower, upper = problem.upper;
+    for (int j = 0; j < n; ++j) {
+      lower[j] = std::max(lower[j], x[j] - kFarthest), upper[j] = std::min(upper[j], x[j] + kFarthest);
+    }
+    if (!improve(data, lower, upper, x)) break;
+    bool at_edge = false;
+    for (int j = 0; j < n; ++j) {
+      at_edge =
+          at_edge || (x[j] <= lower[j] && x[j] > problem.lower[j]) || (x[j] >= upper[j] && x[j] < problem.upper[j]);
+    }
+    if (!at_edge) break;
+  }
+  ShootingIterate end = data.iterate.valid && data.iterate.position == x
+                            ? data.iterate
+                            : shooting.shoot(x, data.iterate.valid ? data.iterate.rate_at(x) : solution.rate_at(x),
+                                             SegmentAccuracy::search);
+  return end.valid ? end : solution;
 }
 
 namespace {

@@ -54,6 +54,14 @@ class Shooting {
   std::string failure_;
 };
 
+// Local minimization of the objective subject to the goals.
+
+/// Sequential quadratic programming (SLSQP) from `solution` with the goals' error as equality constraint, without
+/// dependent rows, and the joint limits as bounds. The result is close to a solution; refine it with Newton's method.
+/// Returns `solution` if no better one is found.
+ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting,
+                          const ShootingIterate& solution);
+
 // Minimum-norm step towards e + J d = 0 within bounds.
 
 /// A step, and the bounds and singularities it met.
