@@ -121,9 +121,9 @@ void check_motion_form(const CaptureProblem& problem, std::size_t joints, std::v
   }
   if (const auto& window = approach.window) {
     if (!approach.plan) faults.push_back("approach: a window of capture times needs plan");
-    if (!(window->earliest > 0 && window->latest > window->earliest) || !std::isfinite(window->latest) ||
-        !(window->step >= 0) || !std::isfinite(window->step))
-      faults.push_back("approach: window: times must be positive and increase, and the step must not be negative");
+    if (!(window->earliest > 0 && window->latest > 0) || !std::isfinite(window->latest) || !(window->step >= 0) ||
+        !std::isfinite(window->step))
+      faults.push_back("approach: window: times must be positive, and the step must not be negative");
   }
   if (approach.sampled) check_samples(*approach.sampled, joints, faults);
   if (!approach.pieces.empty()) check_pieces(approach, joints, faults);

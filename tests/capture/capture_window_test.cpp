@@ -439,14 +439,15 @@ TEST(CaptureWindow, RejectsContradictions) {
     }
     return std::string();
   };
-  EXPECT_THAT(fault([](CaptureProblem& p) { p.approach->window->latest = 20; }), HasSubstr("times must be positive"));
+  EXPECT_THAT(fault([](CaptureProblem& p) { p.approach->window->latest = 20; }),
+              HasSubstr("window.latest is 20 [s], must be greater than 20"));
   EXPECT_THAT(fault([](CaptureProblem& p) { p.approach->plan.reset(); }), HasSubstr("needs plan"));
   EXPECT_THAT(fault([](CaptureProblem& p) {
                 p.approach->waypoints.resize(1);
                 p.approach->waypoints[0].time = 25;
                 p.approach->waypoints[0].joints = {0, 0, 0};
               }),
-              HasSubstr("times must increase within the approach"));
+              HasSubstr("waypoints[0].time is 25 [s], must be less than 20"));
 }
 
 }  // namespace capture_window_test

@@ -52,7 +52,7 @@ TEST(PluginCapture, ExampleEqualsBuiltInLaw) {
   EXPECT_EQ(plugin.control->plugin, GRAPNEL_OWN_PD);
   EXPECT_EQ(plugin.control->plugin_sha256.size(), 64u);
   CaptureProblem law = own({});
-  law.control->plugin.clear(), law.control->base_torque = false;
+  law.control->plugin.clear(), law.control->parameters = "{}", law.control->base_torque = false;
   law.post_impact->joints = PostImpactSetup::Joints::pd;
   law.post_impact->kp.assign(6, 20), law.post_impact->kd.assign(6, 60);
   law.post_impact->base_control = BaseControlSetup{};
@@ -78,7 +78,7 @@ TEST(PluginCapture, ReceivesSensorReadings) {
   const CaptureResult plugin = simulate_capture(own(sensors)), truth = simulate_capture(own({}));
   expect_passes(plugin);
   CaptureProblem law = own(sensors);
-  law.control->plugin.clear(), law.control->base_torque = false;
+  law.control->plugin.clear(), law.control->parameters = "{}", law.control->base_torque = false;
   law.post_impact->joints = PostImpactSetup::Joints::pd;
   law.post_impact->kp.assign(6, 20), law.post_impact->kd.assign(6, 60);
   law.post_impact->base_control = BaseControlSetup{};
