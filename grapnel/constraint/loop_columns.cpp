@@ -71,15 +71,14 @@ struct JointColumns {
   ClosureRow* y;                  // L^-1 K, one row per degree of freedom
   ClosureRow* raw;                // K
   double& inverse_root;           // 1 / L
+  Pack& free;                     // contribution of the link's own motion to F.A, zero before
 };
 
-// Through a joint with one degree of freedom: F - G K is passed on. Returns the contribution of the link's own motion
-// to F.A.
+// Through a joint with one degree of freedom: F - G K is passed on.
 template <OneAxis Joint>
-GRAPNEL_INLINE Pack pass(Joint joint, const JointColumns& at, Bundle& b) {
-  const auto& [link, w, unused, rigid, y, raw, inverse_root] = at;
+GRAPNEL_INLINE void pass(Joint joint, const JointColumns& at, Bundle& b) {
+  const auto& [link, w, unused, rigid, y, raw, inverse_root, free] = at;
   const Pack K = b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
-  Pack free{};
   if (rigid) {
     raw->r = K;
     y->r = Pack{};
@@ -91,15 +90,13 @@ GRAPNEL_INLINE Pack pass(Joint joint, const JointColumns& at, Bundle& b) {
   }
   dot_all(b, w.bias, free);
   rotate_behind(joint, w, b);
-  return free;
 }
 
 // Through a spherical joint, which transmits no moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is subtracted from
 // the force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
-GRAPNEL_INLINE Pack pass(Spherical, const JointColumns& at, Bundle& b) {
-  const auto& [link, w, force, rigid, y, raw, unused] = at;
+GRAPNEL_INLINE void pass(Spherical, const JointColumns& at, Bundle& b) {
+  const auto& [link, w, force, rigid, y, raw, unused, free] = at;
   for (int k = 0; k < 3; ++k) raw[k].r = b.f[k];
-  Pack free{};
   if (rigid) {
     for (int k = 0; k < 3; ++k) y[k].r = Pack{};
   } else {
@@ -120,20 +117,18 @@ GRAPNEL_INLINE Pack pass(Spherical, const JointColumns& at, Bundle& b) {
   }
   dot_all(b, w.bias, free);
   rotate_all(b, w.R_FL);
-  return free;
 }
 
 // Through a modal joint: the work of the wrenches on the modes is summed in `shares`. At the innermost joint of the
 // chain F - G Y is passed on, Y = L^-1 shares, and the modes' own acceleration -L^-T (y + G^T A') adds -Y y to F.A.
 template <OneAxis Joint>
-GRAPNEL_INLINE Pack pass_modal(Joint joint, const JointColumns& at, const ModalChain& chain, const ChainScratch& c,
+GRAPNEL_INLINE void pass_modal(Joint joint, const JointColumns& at, const ModalChain& chain, const ChainScratch& c,
                                std::span<ClosureRow> shares, Bundle& b) {
-  const auto& [link, w, force, rigid, y, raw, inverse_root] = at;
+  const auto& [link, w, force, rigid, y, raw, inverse_root, free] = at;
   const auto m = static_cast<std::size_t>(chain.modes);
   const Pack K = link.sign * b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
   const double* shape = chain.row(link.member);
   for (std::size_t i = 0; i < m; ++i) shares[i].r += shape[i] * K;
-  Pack free{};
   dot_all(b, w.bias, free);
   if (link.member == 0) {
     for (std::size_t i = 0; i < m; ++i) {
@@ -146,7 +141,6 @@ GRAPNEL_INLINE Pack pass_modal(Joint joint, const JointColumns& at, const ModalC
     }
   }
   rotate_behind(joint, w, b);
-  return free;
 }
 
 // Adds products of two closures' rows: block(r, :) += a(r) b.
@@ -269,17 +263,17 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
         const TreeLink<double>& link = tree_.links[n];
         const LinkScratch<double>& w = links[n];
         const bool rigid = is_prescribed(in.prescribed, n);
-        const JointColumns at{link, w, in.force, rigid, &y_[slot], &raw_[slot], inverse_root_[n]};
         Pack free{};
+        const JointColumns at{link, w, in.force, rigid, &y_[slot], &raw_[slot], inverse_root_[n], free};
         visit_joint(link, [&](auto joint) {
           if constexpr (OneAxis<decltype(joint)>) {
             if (link.chain >= 0 && !rigid) {
               for (int i = 0; i < slots_of(n); ++i) y_[slot + i].r = Pack{};
-              free = pass_modal(joint, at, tree_.chains[link.chain], workspace.chains[link.chain], shares, b);
+              pass_modal(joint, at, tree_.chains[link.chain], workspace.chains[link.chain], shares, b);
               return;
             }
           }
-          if constexpr (!kIsRoot<decltype(joint)>) free = pass(joint, at, b);
+          if constexpr (!kIsRoot<decltype(joint)>) pass(joint, at, b);
         });
         sum += free;
         squares += free * free;
