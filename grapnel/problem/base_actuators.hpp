@@ -35,7 +35,7 @@ template <>
 struct Described<MagneticTorquerSetup> {
   using T = MagneticTorquerSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::name>("name", "", "").required(),
+      field<&T::name>("name", "", "Name, unique among torquers.").required(),
       field<&T::axis>("axis", "", "Direction of its dipole moment, in the base's frame.").as("unit vector").required(),
       field<&T::dipole>("dipole", "A m^2", "Maximum dipole moment, in both directions.").above(0).required(),
   });
@@ -51,7 +51,7 @@ template <>
 struct Described<OtherActuators> {
   using T = OtherActuators;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::magnetic_torquers>("magnetic_torquers", "", "Magnetic torquers.").items(0, 100),
+      field<&T::magnetic_torquers>("magnetic_torquers", "", "Magnetic torquers of the base.").items(0, 100),
   });
   static constexpr Type type = structure<T>("actuators", "Other actuators of the base.", fields);
 };
