@@ -1,4 +1,4 @@
-# The instruction sets for which lanes are compiled, GRAPNEL_LANE_SETS, and grapnel_lane_sources().
+# The instruction sets for which lanes are compiled: GRAPNEL_LANES_X86, and grapnel_lane_sources().
 #
 # The last flags on a command line win: these undo -march=native, and every configuration's lack of optimization, without
 # which inline functions of the standard library would be emitted for the set.
@@ -6,21 +6,8 @@ set(GRAPNEL_LANE_SETS one_lane)
 set(common -O3 -ffp-contract=off -fno-math-errno -fno-tree-vectorize -fno-tree-slp-vectorize
   -DGRAPNEL_UNROLL_COMPONENTS)
 if(GRAPNEL_LANES AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  if(GRAPNEL_NATIVE AND NOT GRAPNEL_BUILD_TESTS AND NOT GRAPNEL_BUILD_BENCH)
-    # A program for this machine alone uses no other set. A quarter of the time of compilation.
-    include(CheckCXXSourceRuns)
-    check_cxx_source_runs("int main() { return !(__builtin_cpu_supports(\"avx512f\") && __builtin_cpu_supports(\"avx512dq\") && __builtin_cpu_supports(\"avx512vl\") && __builtin_cpu_supports(\"fma\")); }" GRAPNEL_HAS_AVX512)
-    check_cxx_source_runs("int main() { return !(__builtin_cpu_supports(\"avx2\") && __builtin_cpu_supports(\"fma\")); }" GRAPNEL_HAS_AVX2)
-    if(GRAPNEL_HAS_AVX512)
-      list(APPEND GRAPNEL_LANE_SETS avx512)
-    elseif(GRAPNEL_HAS_AVX2)
-      list(APPEND GRAPNEL_LANE_SETS avx2)
-    else()
-      list(APPEND GRAPNEL_LANE_SETS sse2)
-    endif()
-  else()
-    list(APPEND GRAPNEL_LANE_SETS sse2 avx2 avx512)
-  endif()
+  set(GRAPNEL_LANES_X86 ON)
+  list(APPEND GRAPNEL_LANE_SETS sse2 avx2 avx512)
   list(APPEND common -march=x86-64)
   if(GRAPNEL_NATIVE)
     list(APPEND common -mtune=native)

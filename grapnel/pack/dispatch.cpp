@@ -19,21 +19,22 @@ std::string_view name(InstructionSet set) {
 
 int lane_count(InstructionSet set) { return 1 << static_cast<int>(set); }
 
-// The instruction-set features that the compiler may use under each set's flags, see cmake/GrapnelLanes.cmake. The
-// checks include the operating system's support for saving the wide registers.
-bool is_supported([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_AVX512
-  if (set == InstructionSet::avx512)
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#endif
-#ifdef GRAPNEL_LANES_AVX2
-  if (set == InstructionSet::avx2) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#endif
-#ifdef GRAPNEL_LANES_SSE2
-  if (set == InstructionSet::sse2) return true;
-#endif
+bool is_supported(InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  // The instruction-set features that the compiler may use under each set's flags, see CMakeLists.txt. The checks
+  // include the operating system's support for saving the wide registers.
+  switch (set) {
+    case InstructionSet::avx512:
+      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+             __builtin_cpu_supports("avx512vl") && is_supported(InstructionSet::avx2);
+    case InstructionSet::avx2:
+      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    default:
+      return true;
+  }
+#else
   return set == InstructionSet::one_lane;
+#endif
 }
 
 std::vector<InstructionSet> supported_instruction_sets() {

@@ -11,8 +11,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "grapnel/pack/compiled_sets.hpp"
-
 namespace grapnel::lanes {
 
 /// In order of increasing number of lanes. one_lane runs on every machine and is slow; its bits equal those of avx2 and
@@ -43,14 +41,17 @@ struct Avx512;
 /// pointer to a function that is compiled for Set.
 template <class F>
 auto of_set([[maybe_unused]] InstructionSet set, F&& f) {
-#ifdef GRAPNEL_LANES_SSE2
-  if (set == InstructionSet::sse2) return f(std::type_identity<Sse2>{});
-#endif
-#ifdef GRAPNEL_LANES_AVX2
-  if (set == InstructionSet::avx2) return f(std::type_identity<Avx2>{});
-#endif
-#ifdef GRAPNEL_LANES_AVX512
-  if (set == InstructionSet::avx512) return f(std::type_identity<Avx512>{});
+#ifdef GRAPNEL_LANES_X86
+  switch (set) {
+    case InstructionSet::sse2:
+      return f(std::type_identity<Sse2>{});
+    case InstructionSet::avx2:
+      return f(std::type_identity<Avx2>{});
+    case InstructionSet::avx512:
+      return f(std::type_identity<Avx512>{});
+    case InstructionSet::one_lane:
+      break;
+  }
 #endif
   return f(std::type_identity<OneLane>{});
 }
