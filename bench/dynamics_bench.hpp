@@ -12,6 +12,7 @@ void register_peak();
 void register_lanes();
 void register_loops();
 void register_impacts();
+void register_contact();
 void register_plan();
 void register_capture();
 void register_campaign();

@@ -101,6 +101,7 @@ int main(int argc, char** argv) {
   grapnel::bench::register_lanes();
   grapnel::bench::register_loops();
   grapnel::bench::register_impacts();
+  grapnel::bench::register_contact();
   grapnel::bench::register_plan();
   grapnel::bench::register_capture();
   grapnel::bench::register_campaign();

@@ -1,11 +1,12 @@
 #pragma once
 
 /// @file
-/// Distance of two convex cores that do not overlap. Private to this module.
+/// Distance of two convex cores, and their penetration. For this module and contact/.
 
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/contact/support_map.hpp"
 #include "grapnel/model/geometry.hpp"
 
 namespace grapnel {
@@ -22,6 +23,7 @@ struct ConvexCore {
   double rounding = 0;                // of the shape around the core [m]
   const ConvexHull* hull = nullptr;   // in the mesh's unit
   Vector3d scale = Vector3d::zero();  // of the hull, into m
+  const SupportMap* map = nullptr;    // of the scaled hull; null: all vertices are searched
 
   bool is_segment() const { return !round && half[0] == 0 && half[1] == 0; }
   bool is_point() const { return is_segment() && half[2] == 0; }
@@ -76,6 +78,7 @@ inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) 
 
 /// Support point of the core along `direction` (of any length; both in the core's frame).
 inline Vector3d support(const ConvexCore& core, const Vector3d& direction) {
+  if (core.map) return core.map->support(direction);
   if (core.hull) return hull_support(core, direction);
   const double z = std::copysign(core.half[2], direction[2]);
   if (!core.round) {

@@ -1,0 +1,109 @@
+#include "grapnel/contact/contact_material.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grapnel {
+
+namespace {
+
+void check(const ContactMaterial& m) {
+  const auto valid = [](double x) { return std::isfinite(x) && x >= 0; };
+  if (!valid(m.modulus) || !valid(m.stiffness) || !valid(m.damping) || !valid(m.dissipation) ||
+      !valid(m.static_friction) || !valid(m.kinetic_friction) || !valid(m.rolling_length) ||
+      !valid(m.torsional_length)) {
+    throw std::invalid_argument("ContactMaterial: a value is negative or not finite");
+  }
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
+  if (!positive(m.damping_depth) || !positive(m.stiction_speed) || !positive(m.stiction_rate)) {
+    throw std::invalid_argument("ContactMaterial: damping_depth, stiction_speed and stiction_rate must be positive");
+  }
+  if (!(m.poisson_ratio > -1 && m.poisson_ratio <= 0.5)) {
+    throw std::invalid_argument("ContactMaterial: poisson_ratio must be within (-1, 0.5]");
+  }
+  if ((m.modulus > 0) == (m.stiffness > 0)) {
+    throw std::invalid_argument("ContactMaterial: exactly one of modulus and stiffness must be positive");
+  }
+}
+
+double elasticity(const ContactMaterial& m) {
+  return m.modulus > 0 ? m.modulus / (1 - m.poisson_ratio * m.poisson_ratio) : m.stiffness;
+}
+
+constexpr ContactMaterial published(double modulus, double poisson_ratio, double static_friction = 0,
+                                    double kinetic_friction = 0) {
+  ContactMaterial m;
+  m.modulus = modulus, m.poisson_ratio = poisson_ratio;
+  m.static_friction = static_friction, m.kinetic_friction = kinetic_friction;
+  return m;
+}
+
+constexpr std::string_view kMetalSource = "ASM Handbook, vol. 2 (1990)";
+constexpr PublishedMaterial kPublished[] = {
+    {"aluminium", published(68.9e9, 0.33, 1.05, 1.40), true,
+     "6061-T6: ASM Handbook, vol. 2 (1990). Friction: Marks' Standard Handbook for Mechanical Engineers, table 3.2.1"},
+    {"steel", published(207e9, 0.29, 0.74, 0.57), true,
+     "carbon steel: Shigley's Mechanical Engineering Design, table A-5. Friction: Marks' Standard Handbook for "
+     "Mechanical Engineers, table 3.2.1, mild steel on mild steel"},
+    {"titanium", published(113.8e9, 0.342), false, kMetalSource},
+    {"carbon_fibre_laminate", published(9.08e9, 0.5), false,
+     "IM7/8552, E2 and nu23 (perpendicular to the plies): P. P. Camanho, M. Lambert, Composites Science and Technology "
+     "66 (2006) 3004-3020"},
+    {"kapton", published(2.5e9, 0.34, 0.63, 0.48), true, "DuPont Kapton HN data sheet, film on film"},
+    {"rubber", published(2.2e6, 0.4996), false,
+     "natural rubber, 50 IRHD: P. B. Lindley, Engineering Design with Natural Rubber, 4th ed. (1978); nu from its bulk "
+     "modulus 1030 MPa"},
+};
+
+}  // namespace
+
+ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b) {
+  check(a), check(b);
+  if ((a.modulus > 0) != (b.modulus > 0)) {
+    throw std::invalid_argument("combine: both materials need a modulus, or both a stiffness");
+  }
+  ContactLaw law;
+  law.hertz = a.modulus > 0;
+  law.elastic_a = elasticity(a), law.elastic_b = elasticity(b);
+  const double sum = law.elastic_a + law.elastic_b;
+  law.elastic = law.elastic_a * law.elastic_b / sum;
+  const double part_a = law.elastic_b / sum, part_b = law.elastic_a / sum;  // of the deformation
+  law.damping = a.damping * part_a * part_a + b.damping * part_b * part_b;
+  law.damping_depth = std::max(a.damping_depth, b.damping_depth);
+  law.dissipation = a.dissipation * part_a + b.dissipation * part_b;
+  law.static_friction = std::sqrt(a.static_friction * b.static_friction);
+  law.kinetic_friction = std::sqrt(a.kinetic_friction * b.kinetic_friction);
+  law.stiction_speed = std::max(a.stiction_speed, b.stiction_speed);
+  law.rolling_length = std::sqrt(a.rolling_length * b.rolling_length);
+  law.torsional_length = std::sqrt(a.torsional_length * b.torsional_length);
+  law.stiction_rate = std::max(a.stiction_rate, b.stiction_rate);
+  return law;
+}
+
+// u (1 + e) = log((1 + u) / (1 - e u)) for u = a v in (0, 1/e), by bisection: the right-hand side minus the left-hand
+// side is negative near zero and infinite at 1/e.
+double dissipation_for(double restitution, double approach_speed) {
+  const double e = restitution;
+  if (!(e > 0 && e <= 1) || !(std::isfinite(approach_speed) && approach_speed > 0)) {
+    throw std::invalid_argument("dissipation_for: restitution must be within (0, 1], approach_speed positive");
+  }
+  if (e == 1) return 0;
+  double low = 0, high = 1 / e;
+  for (int step = 0; step < 200; ++step) {
+    const double u = 0.5 * (low + high);
+    (std::log1p(u) - std::log1p(-e * u) > u * (1 + e) ? high : low) = u;
+  }
+  return 0.5 * (low + high) / approach_speed;
+}
+
+std::span<const PublishedMaterial> published_materials() { return kPublished; }
+
+const PublishedMaterial* published_material(std::string_view name) {
+  for (const PublishedMaterial& m : kPublished) {
+    if (m.name == name) return &m;
+  }
+  return nullptr;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,236 @@
+#include "grapnel/contact/pair_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "grapnel/contact/contact_law.hpp"
+
+namespace grapnel {
+
+namespace {
+
+using Kind = ContactShape::Kind;
+
+ContactLaw ordered(ContactLaw law, bool exchanged) {
+  if (exchanged) std::swap(law.elastic_a, law.elastic_b);
+  return law;
+}
+
+double effective_radius(const ContactShape& sphere, const ContactShape& other) {
+  const double r = sphere.core().rounding;
+  switch (other.kind()) {
+    case Kind::sphere:
+      return r * other.core().rounding / (r + other.core().rounding);
+    case Kind::capsule:
+      return r * std::sqrt(other.core().rounding / (r + other.core().rounding));
+    case Kind::cylinder:
+      return r * std::sqrt(other.core().half[0] / (r + other.core().half[0]));
+    default:
+      return r;
+  }
+}
+
+}  // namespace
+
+ContactShapes::ContactShapes(ContactShape first, ContactShape second, const ContactLaw& pair_law)
+    : a(std::move(first)), b(std::move(second)), law(pair_law) {
+  radius = a.kind() == Kind::sphere ? effective_radius(a, b) : a.core().rounding;
+  if (a.kind() == Kind::capsule && b.kind() == Kind::capsule) {
+    radius = a.core().rounding * b.core().rounding / (a.core().rounding + b.core().rounding);
+  }
+  // A half-space deforms as if it were as thick as the other shape.
+  const double thickness_a = a.thickness(), thickness_b = b.kind() == Kind::half_space ? thickness_a : b.thickness();
+  const double smaller = std::min(thickness_a, thickness_b);
+  reference_area = std::numbers::pi * smaller * smaller;
+  const auto slope = [&](double elastic, double thickness) {
+    return law.hertz ? elastic / thickness : elastic / (std::numbers::pi * thickness * thickness);
+  };
+  pressure_a = slope(law.elastic_a, thickness_a), pressure_b = slope(law.elastic_b, thickness_b);
+  pressure = pressure_a * pressure_b / (pressure_a + pressure_b);
+}
+
+PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
+    : exchanged_(b.kind() < a.kind()),
+      shapes_(exchanged_ ? b : a, exchanged_ ? a : b, ordered(law, exchanged_)),
+      pressure_(shapes_) {
+  if (shapes_.a.kind() == Kind::half_space) throw std::invalid_argument("PairContact: two half-spaces");
+  const bool is_polyhedral = shapes_.a.kind() >= Kind::cylinder;
+  elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 256);
+  force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
+}
+
+bool PairContact::may_touch(const Posed& X_WA, const Posed& X_WB) const {
+  const Posed& X_WFirst = exchanged_ ? X_WB : X_WA;
+  const Posed& X_WSecond = exchanged_ ? X_WA : X_WB;
+  const Vector3d a = X_WFirst * shapes_.a.X_BC().p, b = X_WSecond * shapes_.b.X_BC().p;
+  if (shapes_.b.kind() == Kind::half_space) {
+    const Vector3d outward = X_WSecond.R * shapes_.b.X_BC().R.column(2);
+    return dot(outward, a - b) <= shapes_.a.reach();
+  }
+  const Vector3d d = a - b;
+  const double reach = shapes_.a.reach() + shapes_.b.reach();
+  return !(dot(d, d) > reach * reach);
+}
+
+void PairContact::gather(const Posed& X_AB) {
+  elements_.clear();
+  switch (shapes_.a.kind()) {
+    case Kind::sphere:
+      return add_sphere_contact(shapes_, X_AB, elements_);
+    case Kind::capsule:
+      return add_capsule_contact(shapes_, X_AB, elements_);
+    case Kind::cylinder:
+      if (shapes_.b.kind() == Kind::half_space) return add_cylinder_on_plane(shapes_, X_AB, elements_);
+      [[fallthrough]];
+    default:
+      pressure_.add(shapes_, X_AB, elements_);
+  }
+}
+
+// An element and the relative twist of B at A's origin, in A => its force on B, added to the wrench about A's origin,
+// to the powers and to its patch.
+void PairContact::add_force(const ContactElement& e, const Twistd& V_AB, Wrenchd& on_b) {
+  const ContactLaw& law = shapes_.law;
+  const Vector3d v = V_AB.linear + cross(V_AB.angular, e.point);
+  const double approach = -dot(v, e.normal);
+  const double normal = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
+                                                  e.depth / law.damping_depth, approach);
+  const Vector3d slip = v + approach * e.normal;
+  const double speed = norm(slip);
+  const double ratio =
+      contact_law::friction_ratio(law.static_friction, law.kinetic_friction, law.stiction_speed, speed);
+  const Vector3d force = normal * e.normal - (normal * ratio) * slip;
+  on_b.linear += force;
+  on_b.angular += cross(e.point, force);
+  force_.damping_power += (normal - e.elastic) * approach;
+  force_.friction_power += normal * ratio * speed * speed;
+
+  if (law.rolling_length > 0 || law.torsional_length > 0) {
+    const Vector3d& w = V_AB.angular;
+    const double spin = dot(w, e.normal);
+    const Vector3d roll = w - spin * e.normal;
+    const auto couple = [&](double length, double rate) {
+      return normal * contact_law::friction_ratio(length, length, law.stiction_rate, rate);
+    };
+    const double of_roll = couple(law.rolling_length, norm(roll)),
+                 of_spin = couple(law.torsional_length, std::abs(spin));
+    on_b.angular -= of_roll * roll + (of_spin * spin) * e.normal;
+    force_.friction_power += of_roll * dot(roll, roll) + of_spin * spin * spin;
+  }
+
+  PatchForce& patch = force_.patches[e.patch];
+  patch.p_WC += normal * e.point;
+  patch.normal += normal * e.normal;
+  patch.force += force;
+  patch.normal_force += normal;
+  patch.area += e.area;
+  patch.depth = std::max(patch.depth, e.depth);
+  patch.slip_speed += normal * speed;
+}
+
+// Sums in A's core frame, with the sense from the first core to the second => results in W, from the first shape to the
+// second.
+void PairContact::finish(const Posed& X_WA, Wrenchd on_b) {
+  Vector3d center = Vector3d::zero();
+  for (const PatchForce& p : force_.patches) {
+    center += p.p_WC;
+    force_.normal_force += p.normal_force, force_.slip_speed += p.slip_speed;
+    force_.depth = std::max(force_.depth, p.depth);
+  }
+  std::erase_if(force_.patches, [](const PatchForce& p) { return !(p.normal_force > 0); });
+  if (force_.normal_force > 0) {
+    center *= 1 / force_.normal_force, force_.slip_speed /= force_.normal_force;
+  } else if (!elements_.list.empty()) {
+    center = elements_.list.front().point;
+  }
+  const double sign = exchanged_ ? -1 : 1;
+  force_.p_WC = X_WA * center;
+  force_.on_b = sign * (X_WA.R * shift(on_b, center));
+  force_.on_a = -force_.on_b;
+  for (PatchForce& p : force_.patches) {
+    const double scale = 1 / p.normal_force;
+    p.p_WC = X_WA * (scale * p.p_WC);
+    p.normal = (sign / norm(p.normal)) * (X_WA.R * p.normal);
+    p.force = sign * (X_WA.R * p.force);
+    p.slip_speed *= scale;
+  }
+}
+
+const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b) {
+  force_.touches = force_.beyond_model = false;
+  force_.on_a = force_.on_b = Wrenchd::zero();
+  force_.p_WC = Vector3d::zero();
+  force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
+  force_.patches.clear();
+  if (!may_touch(a.X_WB, b.X_WB)) return force_;
+
+  // Relative pose and twist of the cores, the twist at A's origin in A.
+  const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
+  const Posed X_WA = first.X_WB * shapes_.a.X_BC(), X_WB = second.X_WB * shapes_.b.X_BC();
+  gather(inverse(X_WA) * X_WB);
+  force_.beyond_model = elements_.beyond_model;
+  if (elements_.list.empty()) return force_;
+  const Twistd V_W = shift(second.V_WB, X_WA.p - second.X_WB.p) - shift(first.V_WB, X_WA.p - first.X_WB.p);
+  const Twistd V_AB = transposed_times(X_WA.R, V_W);
+
+  force_.touches = true;
+  force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), Vector3d::zero(), 0, 0, 0, 0});
+  Wrenchd on_b = Wrenchd::zero();
+  for (const ContactElement& e : elements_.list) add_force(e, V_AB, on_b);
+  finish(X_WA, on_b);
+  return force_;
+}
+
+double PairContact::elastic_energy(const Posed& X_WA, const Posed& X_WB) {
+  if (!may_touch(X_WA, X_WB)) return 0;
+  const Posed X_AB =
+      inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  if (shapes_.a.kind() == Kind::polyhedron ||
+      (shapes_.a.kind() == Kind::cylinder && shapes_.b.kind() != Kind::half_space)) {
+    return pressure_.energy(shapes_, X_AB);
+  }
+  gather(X_AB);
+  return elements_.energy;
+}
+
+namespace {
+
+// Of the first core and a half-space.
+ShapeSeparation to_half_space(const ContactShape& a, const Posed& X_AB) {
+  const Vector3d outward = X_AB.R.column(2);
+  const Vector3d lowest = support(a.core(), -outward) - a.core().rounding * outward;
+  const double distance = dot(outward, lowest - X_AB.p);
+  return {distance, -outward, lowest, lowest - distance * outward};
+}
+
+// Of two cores with their roundings.
+ShapeSeparation of_cores(const ContactShape& a, const ContactShape& b, const Posed& X_AB) {
+  const double rounding_a = a.core().rounding, rounding_b = b.core().rounding;
+  const CorePair cores{a.core(), b.core(), X_AB};
+  const ConvexDistance apart = convex_distance(cores);
+  if (apart.separated) {
+    const double distance = norm(apart.difference);
+    const Vector3d n = (-1 / distance) * apart.difference;
+    return {distance - rounding_a - rounding_b, n, apart.point_a + rounding_a * n, apart.point_b - rounding_b * n};
+  }
+  const Penetration inside = penetration(cores);
+  const Vector3d& n = inside.normal;
+  return {-inside.depth - rounding_a - rounding_b, n, inside.point_a + rounding_a * n, inside.point_b - rounding_b * n};
+}
+
+}  // namespace
+
+ShapeSeparation PairContact::separation(const Posed& X_WA, const Posed& X_WB) const {
+  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
+  const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  ShapeSeparation s =
+      shapes_.b.kind() == Kind::half_space ? to_half_space(shapes_.a, X_AB) : of_cores(shapes_.a, shapes_.b, X_AB);
+  s.normal = X_WFirst.R * s.normal, s.point_a = X_WFirst * s.point_a, s.point_b = X_WFirst * s.point_b;
+  if (exchanged_) s.normal = -s.normal, std::swap(s.point_a, s.point_b);
+  return s;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,84 @@
+#pragma once
+
+/// @file
+/// The contact of two shapes: geometry, forces, energy and dissipation (theory section 23). Forces are continuous
+/// functions of poses and velocities; without damping and friction they are the exact gradient of the elastic energy.
+
+#include <vector>
+
+#include "grapnel/contact/contact_element.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
+
+namespace grapnel {
+
+/// The motion of a body B in W.
+struct MovingBody {
+  Posed X_WB;
+  Twistd V_WB;  // at B's origin, in W [rad/s, m/s]
+};
+
+/// A patch of contact with one normal, or a point or line; on the second shape, in W.
+struct PatchForce {
+  Vector3d p_WC;        // centre of the normal force
+  Vector3d normal;      // mean unit normal, from the first shape to the second
+  Vector3d force;       // normal and friction force [N]
+  double normal_force;  // [N]
+  double area;          // [m^2]; zero for points and lines
+  double depth;         // maximum, of both surfaces together [m]
+  double slip_speed;    // mean, weighted by the normal force [m/s]
+};
+
+struct ContactForce {
+  bool touches = false;
+  /// The shapes overlap so deeply that normals may jump (23.14): a sign of too little stiffness.
+  bool beyond_model = false;
+  Vector3d p_WC = Vector3d::zero();  // centre of the normal forces, in W [m]
+  Wrenchd on_a = Wrenchd::zero();    // wrench on the first shape's body about p_WC, in W [N m, N]: exactly -on_b
+  Wrenchd on_b = Wrenchd::zero();
+  double normal_force = 0;    // sum over the patches [N]
+  double depth = 0;           // maximum [m]
+  double slip_speed = 0;      // mean, weighted by the normal force [m/s]
+  double damping_power = 0;   // dissipated, >= 0 [W]
+  double friction_power = 0;  // dissipated by friction, rolling and torsional friction, >= 0 [W]
+  std::vector<PatchForce> patches;
+};
+
+/// Two shapes by the points of their surfaces nearest to each other, in W.
+struct ShapeSeparation {
+  double distance;  // [m]; negative: depth of penetration
+  Vector3d normal;  // unit, from the first shape to the second
+  Vector3d point_a, point_b;
+};
+
+/// Thread safety: one thread at a time (it owns scratch memory). No result depends on an earlier call.
+class PairContact {
+ public:
+  /// `law` is that of combine() for the materials of a and b in this order. @throws std::invalid_argument for two
+  /// half-spaces.
+  PairContact(ContactShape a, ContactShape b, ContactLaw law);
+
+  /// Forces in this state; valid until the next call. Does not allocate.
+  const ContactForce& evaluate(const MovingBody& a, const MovingBody& b);
+  /// The result of the last evaluate(); no contact before the first.
+  const ContactForce& last() const { return force_; }
+  /// The elastic energy [J]. For polyhedra it takes a few times as long as the forces, and its relative accuracy is
+  /// about 1e-16 times the ratio of size to depth.
+  double elastic_energy(const Posed& X_WA, const Posed& X_WB);
+  /// Distance and nearest points, or depth. Depths may take long for meshes, and may allocate (convex_distance.hpp).
+  ShapeSeparation separation(const Posed& X_WA, const Posed& X_WB) const;
+  /// Whether spheres around the shapes, or a sphere and a half-space, overlap: otherwise there is no contact.
+  bool may_touch(const Posed& X_WA, const Posed& X_WB) const;
+
+ private:
+  void gather(const Posed& X_AB);
+  void add_force(const ContactElement& element, const Twistd& V_AB, Wrenchd& on_b);
+  void finish(const Posed& X_WA, Wrenchd on_b);
+
+  bool exchanged_;  // shapes_.a is the second shape
+  ContactShapes shapes_;
+  PressureContact pressure_;
+  ContactElements elements_;
+  ContactForce force_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,148 @@
+// Closed forms of forces and energies, separation, allocation, sets of pairs.
+
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.hpp"
+#include "grapnel/contact/contact_set.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
+#include "support/allocation_trap.hpp"
+
+namespace grapnel::testing::contact_geometry {
+namespace {
+
+using Shape = Geometry::Shape;
+const Twistd kRest = Twistd::zero();
+Posed at(double x, double y, double z) { return {Rotationd::identity(), {x, y, z}}; }
+ContactShape box(double x, double y, double z) { return ContactShape(primitive(Shape::box, {x, y, z})); }
+ContactShape ground() { return ContactShape::half_space(Posed::identity()); }
+
+// The field of a box of half height H over ground of the same E: K = E / H of each, K / 2 together. At the equal
+// pressure K (depth / 2) the surface is a rectangle smaller than the face, with four strips at 45 degrees or steeper.
+TEST(ContactGeometry, BoxOnAHalfSpaceHasTheForceOfItsFaceAndACentralMoment) {
+  PairContact pair(box(0.2, 0.3, 0.1), ground(), elastic_law());
+  const ContactLaw law = elastic_law();
+  const double depth = 1e-5, slope = law.elastic / 0.05;
+  const ContactForce& f = pair.evaluate({at(1, 2, 0.05 - depth), kRest}, {Posed::identity(), kRest});
+  const double force = slope * depth * 0.06;
+  EXPECT_NEAR(f.on_a.linear[2], force, 3e-4 * force);
+  EXPECT_NEAR(norm(shift(f.on_a, Vector3d{1, 2, 0} - f.p_WC).angular), 0, 1e-12 * force);
+  EXPECT_NEAR(f.depth, depth, 1e-12);
+  EXPECT_NEAR(pair.elastic_energy(at(1, 2, 0.05 - depth), Posed::identity()), 0.5 * force * depth,
+              3e-4 * force * depth);
+  EXPECT_FALSE(f.beyond_model);
+}
+
+TEST(ContactGeometry, HullOfABoxHasTheForceOfTheBox) {
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < 8; ++i) corners.push_back({i & 1 ? 0.1 : -0.1, i & 2 ? 0.15 : -0.15, i & 4 ? 0.05 : -0.05});
+  PairContact hulls(ContactShape(hull_geometry(corners)), ground(), elastic_law());
+  PairContact boxes(box(0.2, 0.3, 0.1), ground(), elastic_law());
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    const Posed X_WA = at(0.1, 0, 0);
+    const Posed X = overlapping_pose(box(0.2, 0.3, 0.1), ground(), X_WA, 1e-3, random);
+    const ContactForce a = hulls.evaluate({X_WA, kRest}, {X, kRest}), b = boxes.evaluate({X_WA, kRest}, {X, kRest});
+    EXPECT_NEAR(norm(a.on_a.linear - b.on_a.linear), 0, 1e-8 * b.normal_force);
+  }
+}
+
+// Buoyancy of a standing and of a lying cylinder.
+TEST(ContactGeometry, CylinderOnAHalfSpaceHasTheForceOfItsSubmergedVolume) {
+  const double r = 0.1, half = 0.15, depth = 1e-3;
+  PairContact pair(ContactShape(primitive(Shape::cylinder, {r, 2 * half, 0})), ground(), elastic_law());
+  const double slope = elastic_law().elastic / r;
+  const ContactForce standing = pair.evaluate({at(0, 0, half - depth), kRest}, {Posed::identity(), kRest});
+  EXPECT_NEAR(standing.normal_force, slope * M_PI * r * r * depth, 1e-9 * standing.normal_force);
+  EXPECT_NEAR(standing.patches.at(0).area, M_PI * r * r, 1e-9);
+  const Posed lying{rotation_about({1, 0, 0}, M_PI / 2), {0, 0, r - depth}};
+  const ContactForce side = pair.evaluate({lying, kRest}, {Posed::identity(), kRest});
+  const double angle = std::acos(1 - depth / r), segment = r * r * (angle - std::sin(angle) * std::cos(angle));
+  EXPECT_NEAR(side.normal_force, slope * segment * 2 * half, 1e-8 * side.normal_force);
+}
+
+TEST(ContactGeometry, SphereOnAHalfSpaceHasHertzsForce) {
+  PairContact pair(ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), ground(), elastic_law());
+  const ContactForce& f = pair.evaluate({at(0, 0, 0.1 - 1e-4), kRest}, {Posed::identity(), kRest});
+  EXPECT_NEAR(f.normal_force, 4.0 / 3 * elastic_law().elastic * std::sqrt(0.1) * 1e-6, 1e-9 * f.normal_force);
+  EXPECT_NEAR(f.depth, 1e-4, 1e-15);
+}
+
+TEST(ContactGeometry, LyingCapsuleHasTheForceOfACylinderPerLength) {
+  PairContact pair(ContactShape(primitive(Shape::capsule, {0.1, 0.4, 0})), ground(), elastic_law());
+  const double depth = 1e-8, line = M_PI / 4 * elastic_law().elastic * 0.4 * depth;
+  const Posed lying{rotation_about({1, 0, 0}, M_PI / 2), {0, 0, 0.1 - depth}};
+  const ContactForce& f = pair.evaluate({lying, kRest}, {Posed::identity(), kRest});
+  EXPECT_NEAR(f.normal_force, line, 5e-3 * line);  // the ends add 4/3 E* sqrt(R) depth^1.5 each
+  EXPECT_NEAR(f.p_WC[1], 0, 1e-12);
+}
+
+TEST(ContactGeometry, SeparationHasTheDistanceAndTheNearestPoints) {
+  const PairContact pair(box(0.2, 0.2, 0.2), ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), elastic_law());
+  const ShapeSeparation s = pair.separation(at(0, 0, 0), at(0.5, 0.05, 0));
+  EXPECT_NEAR(s.distance, 0.3, 1e-14);
+  EXPECT_NEAR(s.normal[0], 1, 1e-14);
+  EXPECT_NEAR(norm(s.point_a - Vector3d{0.1, 0.05, 0}), 0, 1e-13);
+  EXPECT_NEAR(norm(s.point_b - Vector3d{0.4, 0.05, 0}), 0, 1e-13);
+}
+
+TEST(ContactGeometry, SupportMapFindsTheFarthestVertexInEveryDirection) {
+  Random random(5);
+  const Geometry g = ellipsoid_hull(1000, 0.3, random);
+  const SupportMap map(g.mesh->hull, {1, -2, 0.5});
+  for (int i = 0; i < 20000; ++i) {
+    Vector3d d = random.direction();
+    if (i % 3 == 0) d[random.integer(0, 2)] = 0;
+    double farthest = -1e300;
+    for (const Vector3d& v : map.vertices()) farthest = std::max(farthest, dot(d, v));
+    EXPECT_EQ(dot(d, map.support(d)), farthest);
+  }
+}
+
+TEST(ContactGeometry, EvaluationDoesNotAllocate) {
+  for (const CaseShape a : kCaseShapes) {
+    for (const CaseShape b : kCaseShapes) {
+      if (a == CaseShape::half_space) continue;
+      Random random(static_cast<int>(a) * 10 + static_cast<int>(b));
+      const ContactShape shape_a = random_contact_shape(a, random), shape_b = random_contact_shape(b, random);
+      if (shape_b.kind() < shape_a.kind()) continue;
+      PairContact pair(shape_a, shape_b, elastic_law());
+      const Posed X_WA{random.rotation(), random.vector(1)};
+      const Posed X_WB = overlapping_pose(shape_a, shape_b, X_WA, 2e-3, random);
+      AllocationTrap trap;
+      const bool touches = pair.evaluate({X_WA, kRest}, {X_WB, kRest}).touches;
+      EXPECT_EQ(trap.stop(), 0) << name_of(a) << " " << name_of(b);
+      EXPECT_TRUE(touches) << name_of(a) << " " << name_of(b);
+    }
+  }
+}
+
+TEST(ContactGeometry, TwoHalfSpacesAndInvalidShapesAreRefused) {
+  EXPECT_THROW(PairContact(ground(), ground(), elastic_law()), std::invalid_argument);
+  EXPECT_THROW(ContactShape(Geometry{}), std::invalid_argument);
+  EXPECT_THROW(box(0.1, 0, 0.1), std::invalid_argument);
+}
+
+TEST(ContactGeometry, SetSumsThePairsOfAModel) {
+  ContactMaterial m;
+  m.modulus = 1e6;
+  const ContactSurface ball{0, ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), m};
+  const ContactSurface block{1, box(0.2, 0.2, 0.2), m}, floor{-1, ground(), m};
+  ContactSet set({ball, block, floor}, {{0, 1}, {0, 2}, {1, 2}});
+  Kinematics kinematics;
+  kinematics.X_WB = {at(0, 0, 0.2), at(0.199, 0, 0.2)};
+  kinematics.V_WB = {kRest, kRest};
+  std::vector<ExternalWrench> wrenches;
+  EXPECT_EQ(set.evaluate(kinematics, wrenches).touching, 1);
+  ASSERT_EQ(wrenches.size(), 2u);
+  EXPECT_LT(wrenches[0].F_W.linear[0], 0);
+  EXPECT_EQ(wrenches[0].F_W.linear[0], -wrenches[1].F_W.linear[0]);
+  EXPECT_TRUE(set.force(0).touches);
+  EXPECT_FALSE(set.force(1).touches);
+  EXPECT_GT(set.elastic_energy(0, kinematics), 0);
+  EXPECT_NEAR(set.separation(1, kinematics).distance, 0.1, 1e-15);
+  EXPECT_THROW(ContactSet({ball, ball}, {{0, 1}}), std::invalid_argument);
+  EXPECT_THROW(ContactSet({ball, block}, {{0, 2}}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grapnel::testing::contact_geometry
