@@ -2,7 +2,7 @@
 
 /// @file
 /// Materials of surfaces in contact, the rule that combines two of them, and ready-made materials with their sources.
-/// Thread safety: plain values and pure functions.
+/// Thread safety: plain values and pure functions. Public, kept stable.
 
 #include <span>
 #include <string>

@@ -22,6 +22,7 @@
 #include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/problem/base_actuators.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
+#include "grapnel/problem/shape_contacts.hpp"
 #include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
@@ -539,23 +540,6 @@ constexpr bool is_law(PostImpactSetup::Joints joints) {
          joints == Joints::grasp_force;
 }
 
-/// A body of a problem: of the robot, by its name, or of a target.
-struct BodyName {
-  BodyName() = default;
-  BodyName(std::string body) : name(std::move(body)) {}
-  BodyName(const char* body) : name(body) {}
-  static BodyName of_target(std::size_t target, std::string panel = {}) {
-    BodyName body(std::move(panel));
-    body.target = target;
-    return body;
-  }
-
-  std::string name;                   // of a target: its panel's; empty: the target without its panels
-  std::optional<std::size_t> target;  // in CaptureProblem::targets
-
-  bool operator==(const BodyName&) const = default;
-};
-
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
   BodyName body;
@@ -624,6 +608,9 @@ struct CaptureProblem {
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;
+  std::vector<MaterialSetup> materials;
+  std::vector<ObstacleSetup> obstacles;
+  std::vector<ContactPairsSetup> contacts;  // pairs that may touch; others pass through each other
   std::optional<ImpactSetup> impact;
   MotionPhases post_impact;  // after the impact; without an impact after the approach, or from t = 0 (key `motion`)
   std::vector<LoadSetup> loads;

@@ -14,6 +14,7 @@
 
 #include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/result/actuation_result.hpp"
+#include "grapnel/result/contact_result.hpp"
 #include "grapnel/result/impact_result.hpp"
 #include "grapnel/result/knowledge_result.hpp"
 #include "grapnel/result/ledger.hpp"
@@ -418,6 +419,7 @@ struct CaptureResult {
   std::optional<RestReport> rest;            // if the problem states the rates of rest
   std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were monitored
   std::vector<ClearanceEvent> clearance_events;
+  std::vector<ContactPairReport> contacts;  // per pair of bodies that may touch
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp until it opens; ignored pairs
   std::vector<LimitEvent> limit_events;
