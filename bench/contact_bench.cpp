@@ -36,7 +36,7 @@ ContactShape round_hull() {
 
 struct Scene {
   std::vector<ContactSurface> surfaces;
-  std::vector<std::pair<int, int>> pairs;
+  std::vector<SurfacePair> pairs;
   Kinematics kinematics;
 
   // The second one of the pair at a distance along x from the first, slightly turned about x.
@@ -45,8 +45,8 @@ struct Scene {
     m.modulus = 1e8, m.dissipation = 0.1, m.static_friction = 0.4, m.kinetic_friction = 0.3;
     const int i = static_cast<int>(surfaces.size());
     const Vector3d p{0, static_cast<double>(i), 0};
-    surfaces.push_back({i, a, m}), surfaces.push_back({i + 1, b, m});
-    pairs.push_back({i, i + 1});
+    surfaces.push_back({i, a}), surfaces.push_back({i + 1, b});
+    pairs.push_back({i, i + 1, combine(m, m)});
     kinematics.X_WB.push_back({Rotationd::identity(), p});
     kinematics.X_WB.push_back({rotation_about({1, 0, 0}, 0.2), p + Vector3d{distance, 0, 0}});
     kinematics.V_WB.push_back({{0.1, 0.2, 0.3}, {0.01, 0.02, 0.03}});
@@ -56,12 +56,14 @@ struct Scene {
 
 void add(const char* name, const Scene& scene) {
   benchmark::RegisterBenchmark(name, [scene](benchmark::State& loop) {
-    ContactSet set(scene.surfaces, scene.pairs);
+    ContactSet set(scene.surfaces, scene.pairs, 1);
+    set.begin(0, scene.kinematics);
     std::vector<ExternalWrench> wrenches;
     wrenches.reserve(2 * set.size());
     for (auto _ : loop) {
       wrenches.clear();
-      benchmark::DoNotOptimize(set.evaluate(scene.kinematics, wrenches));
+      benchmark::DoNotOptimize(set.margin(scene.kinematics));
+      set.evaluate(scene.kinematics, wrenches);
       benchmark::DoNotOptimize(wrenches.data());
       benchmark::ClobberMemory();
     }

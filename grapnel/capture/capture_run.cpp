@@ -216,6 +216,7 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       bodies(problem),
       joints(problem, bodies, frame),
       schedule(problem),
+      contacts(problem, bodies.free),
       law(problem),
       identification(problem),
       sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),

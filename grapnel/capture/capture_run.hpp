@@ -12,6 +12,7 @@
 #include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/coordinated_control.hpp"
+#include "grapnel/capture/run_contacts.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -193,6 +194,7 @@ struct CaptureRun {
   RunBodies bodies;
   RunJoints joints;
   GraspSchedule schedule;
+  RunContacts contacts;
   CoordinatedControl law;
   IdentificationRun identification;
   const std::shared_ptr<SensorRun> sensors;  // null: no sensors

@@ -119,6 +119,7 @@ void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law l
     const std::size_t i = event.closing[n];
     if (!problem.grasps[i].contact && !impact_law(law).separates) {
       run.bodies.held.push_back(hold_grasp(problem, free, k, i));
+      run.contacts.close(i, free, run.bodies.state, run.bodies.time);
       continue;
     }
     run.rebounded = true;

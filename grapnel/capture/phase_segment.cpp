@@ -127,6 +127,7 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.seeks_loads()) return "loads are monitored";
   if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
+  if (setup.contacts) return "contacts between shapes";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
     // Loads of braked joints depend on the loads of the grasps, which are computed only at samples.
@@ -172,6 +173,7 @@ PhaseSetup setup_of_segment(CaptureRun& run) {
       run.law.begin_segment(bodies.system, bodies.state, run.joints.known_posture(bodies), bodies.time, law_model));
   PhaseSetup setup = run.joints.setup(bodies);
   setup.law_model = law_model;
+  setup.contacts = run.contacts.in(bodies.system);
   setup.sensors = run.sensors;
   if (run.sensors) run.sensors->begin_segment(bodies.system);
   return setup;

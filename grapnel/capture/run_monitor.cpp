@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/contact_monitor.hpp"
 #include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -21,6 +22,7 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       saturation_(problem),
       stability_(problem),
       actuators_(actuator_monitors(problem)) {
+  if (!problem.contacts.empty()) actuators_.push_back(std::make_unique<ContactMonitor>(problem, free, frame));
   if (detail_ != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, actuators_, result.series);
   recorder_->stream_to(recording.sink);

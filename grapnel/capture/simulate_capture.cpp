@@ -40,7 +40,8 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
     plan_motion(run, chosen);
 
     // The approach: motion segments between grasps that close at stated times or on arrival.
-    if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan) {
+    if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan &&
+        !run.contacts.any()) {
       PhaseSegment whole = PhaseSegment::unobserved_approach(run);
       co_await whole;
       run.result.approach_end = run.describe_now();
@@ -140,6 +141,8 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
   place_bodies(run.problem, targets, run.bodies);
   if (!run.bodies.system.elastic_joints.empty()) check_vibrations(run);
+  if (const std::string overlaps = run.contacts.overlaps(run.bodies.system, run.bodies.state); !overlaps.empty())
+    throw RunFailure("contacts: at the start " + overlaps + "; bodies that may touch must begin apart");
   if (!run.problem.approach) return;
   if (chosen && !chosen->failure.empty()) {
     run.result.plan = chosen->closest;

@@ -1,5 +1,6 @@
 #include "grapnel/contact/contact_set.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "grapnel/dynamics/kinematics.hpp"
@@ -8,42 +9,157 @@ namespace grapnel {
 
 namespace {
 
+// A pair closer than this is at the boundary of its mode, and its velocity decides [m].
+constexpr double kGrazing = 1e-13;
+
 MovingBody motion_of(int body, const Kinematics& kinematics) {
   if (body < 0) return {Posed::identity(), Twistd::zero()};
   return {kinematics.X_WB[body], kinematics.V_WB[body]};
 }
 Posed pose_of(int body, const Kinematics& kinematics) { return body < 0 ? Posed::identity() : kinematics.X_WB[body]; }
 
+double power_of(int body, const Vector3d& p_WC, const Wrenchd& F, const Kinematics& kinematics) {
+  if (body < 0) return 0;
+  return dot(F, shift(kinematics.V_WB[body], p_WC - kinematics.X_WB[body].p));
+}
+
 }  // namespace
 
-ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<std::pair<int, int>>& pairs) {
+ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<SurfacePair>& pairs, int groups)
+    : groups_(groups), histories_(groups), touching_(groups, 0) {
   const int count = static_cast<int>(surfaces.size());
-  for (const auto& [i, j] : pairs) {
-    if (i < 0 || j < 0 || i >= count || j >= count)
+  for (const SurfacePair& pair : pairs) {
+    if (pair.a < 0 || pair.b < 0 || pair.a >= count || pair.b >= count)
       throw std::invalid_argument("ContactSet: no surface has this index");
-    const ContactSurface &a = surfaces[i], &b = surfaces[j];
+    if (pair.group < 0 || pair.group >= groups) throw std::invalid_argument("ContactSet: no group has this index");
+    const ContactSurface &a = surfaces[pair.a], &b = surfaces[pair.b];
     if (a.body == b.body) throw std::invalid_argument("ContactSet: both surfaces of a pair are on one body");
-    pairs_.push_back({a.body, b.body, PairContact(a.shape, b.shape, combine(a.material, b.material))});
+    pairs_.push_back({a.body, b.body, pair.group, PairContact(a.shape, b.shape, pair.law)});
   }
 }
 
-ContactTotals ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches) {
-  ContactTotals totals;
+// --- Modes ---
+
+// Apart: the gap, or a lower bound by bounding spheres. Otherwise the depth, and minus the gap beyond it.
+double ContactSet::margin_of(Pair& pair, const Kinematics& kinematics) {
+  const Posed X_WA = pose_of(pair.body_a, kinematics), X_WB = pose_of(pair.body_b, kinematics);
+  if (pair.mode == Mode::apart) {
+    const double bound = pair.contact.gap_bound(X_WA, X_WB);
+    return bound > 0 ? bound : pair.contact.gap(X_WA, X_WB);
+  }
+  const double depth = pair.contact.depth(X_WA, X_WB);
+  return depth > 0 ? depth : -pair.contact.gap(X_WA, X_WB);
+}
+
+// Whether the surfaces of a pair at the boundary of its mode move apart.
+bool ContactSet::parts(const Pair& pair, const Kinematics& kinematics) const {
+  const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+  const ShapeSeparation s = pair.contact.separation(a.X_WB, b.X_WB);
+  const Vector3d v_a = shift(a.V_WB, s.point_a - a.X_WB.p).linear, v_b = shift(b.V_WB, s.point_b - b.X_WB.p).linear;
+  return dot(v_b - v_a, s.normal) > 0;
+}
+
+// The mode of a pair whose present mode has this margin. A pair that touches without overlap has no force, so it counts
+// as touching unless it moves apart.
+ContactSet::Mode ContactSet::mode_after(const Pair& pair, double margin, const Kinematics& kinematics) const {
+  const bool is_apart = pair.mode == Mode::apart;
+  if (std::abs(margin) <= kGrazing) return parts(pair, kinematics) ? Mode::apart : Mode::touching;
+  if (margin > 0) return pair.mode;
+  return is_apart ? Mode::touching : Mode::apart;
+}
+
+void ContactSet::set_mode(Pair& pair, Mode mode, double t) {
+  if (pair.mode == mode) return;
+  GroupHistory& history = histories_[pair.group];
+  int& touching = touching_[pair.group];
+  if (pair.mode == Mode::touching && --touching == 0) {
+    history.duration += t - *history.since;
+    history.since.reset();
+  }
+  if (mode == Mode::touching && touching++ == 0) {
+    ++history.touches;
+    history.since = t;
+    if (!history.first_time) history.first_time = t;
+  }
+  pair.mode = mode;
+}
+
+void ContactSet::begin(double t, const Kinematics& kinematics) {
   for (Pair& pair : pairs_) {
+    if (pair.mode != Mode::unknown) continue;
+    pair.mode = Mode::apart;
+    set_mode(pair, mode_after(pair, margin_of(pair, kinematics), kinematics), t);
+  }
+}
+
+void ContactSet::take(const ContactSet& other) {
+  if (other.size() != size() || other.groups() != groups())
+    throw std::invalid_argument("ContactSet: the other set has other pairs");
+  for (std::size_t i = 0; i < size(); ++i) pairs_[i].mode = other.pairs_[i].mode;
+  histories_ = other.histories_, touching_ = other.touching_;
+}
+
+void ContactSet::let_pass(int group, const Kinematics& kinematics, double t) {
+  for (Pair& pair : pairs_) {
+    if (pair.group != group) continue;
+    set_mode(pair, Mode::apart, t);
+    if (!(margin_of(pair, kinematics) > 0)) pair.mode = Mode::passing;
+  }
+}
+
+double ContactSet::margin(const Kinematics& kinematics) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Pair& pair : pairs_) least = std::min(least, margin_of(pair, kinematics));
+  return least;
+}
+
+void ContactSet::choose_modes(double t, const Kinematics& kinematics) {
+  for (Pair& pair : pairs_) {
+    set_mode(pair, mode_after(pair, margin_of(pair, kinematics), kinematics), t);
+  }
+}
+
+// --- Forces ---
+
+void ContactSet::add_to_group(const Pair& pair, const ContactForce& force, double power) {
+  GroupContact& group = groups_[pair.group];
+  group.touches = true;
+  group.beyond_model = group.beyond_model || force.beyond_model;
+  group.p_WC += force.normal_force * force.p_WC;
+  group.force_on_b += force.on_b.linear;
+  group.normal_force += force.normal_force;
+  group.depth = std::max(group.depth, force.depth);
+  group.slip_speed += force.normal_force * force.slip_speed;
+  group.damping_power += force.damping_power, group.friction_power += force.friction_power;
+  group.power += power;
+}
+
+void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches) {
+  std::fill(groups_.begin(), groups_.end(), GroupContact{});
+  for (Pair& pair : pairs_) {
+    if (pair.mode != Mode::touching) continue;
     const ContactForce& force =
         pair.contact.evaluate(motion_of(pair.body_a, kinematics), motion_of(pair.body_b, kinematics));
     if (!force.touches) continue;
-    ++totals.touching;
-    totals.damping_power += force.damping_power, totals.friction_power += force.friction_power;
     if (pair.body_a >= 0) wrenches.push_back({pair.body_a, force.p_WC, force.on_a});
     if (pair.body_b >= 0) wrenches.push_back({pair.body_b, force.p_WC, force.on_b});
+    add_to_group(pair, force,
+                 power_of(pair.body_a, force.p_WC, force.on_a, kinematics) +
+                     power_of(pair.body_b, force.p_WC, force.on_b, kinematics));
   }
-  return totals;
+  for (GroupContact& group : groups_) {
+    if (!(group.normal_force > 0)) continue;
+    group.p_WC *= 1 / group.normal_force, group.slip_speed /= group.normal_force;
+  }
 }
 
-double ContactSet::elastic_energy(std::size_t pair, const Kinematics& kinematics) {
-  Pair& p = pairs_[pair];
-  return p.contact.elastic_energy(pose_of(p.body_a, kinematics), pose_of(p.body_b, kinematics));
+double ContactSet::elastic_energy(std::size_t group, const Kinematics& kinematics) {
+  double energy = 0;
+  for (Pair& pair : pairs_) {
+    if (pair.group != static_cast<int>(group) || pair.mode != Mode::touching) continue;
+    energy += pair.contact.elastic_energy(pose_of(pair.body_a, kinematics), pose_of(pair.body_b, kinematics));
+  }
+  return energy;
 }
 
 ShapeSeparation ContactSet::separation(std::size_t pair, const Kinematics& kinematics) const {

@@ -1,9 +1,12 @@
 #pragma once
 
 /// @file
-/// The contacts of a system: shapes on bodies, their materials, and the pairs that may touch.
+/// The contacts of a system: shapes on bodies, the pairs that may touch, and the modes between which their forces are
+/// smooth.
 
-#include <utility>
+#include <cstdint>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "grapnel/contact/pair_contact.hpp"
@@ -17,39 +20,92 @@ struct Kinematics;
 struct ContactSurface {
   int body;
   ContactShape shape;
-  ContactMaterial material;
 };
 
-/// Sums over all pairs.
-struct ContactTotals {
-  double damping_power = 0;   // dissipated [W]
-  double friction_power = 0;  // dissipated [W]
-  int touching = 0;           // pairs
+/// Two surfaces that may touch, by index, and their law. Pairs of one group are reported together.
+struct SurfacePair {
+  int a, b;
+  ContactLaw law;
+  int group = 0;
 };
 
-/// Thread safety: one thread at a time (it owns scratch memory). No result depends on an earlier call.
+/// Sums over the pairs of a group, at the last evaluate().
+struct GroupContact {
+  bool touches = false;
+  bool beyond_model = false;
+  Vector3d p_WC = Vector3d::zero();        // centre of the normal forces, in W [m]
+  Vector3d force_on_b = Vector3d::zero();  // on the second body, in W [N]
+  double normal_force = 0;                 // sum of magnitudes [N]
+  double depth = 0;                        // maximum [m]
+  double slip_speed = 0;                   // mean, weighted by the normal force [m/s]
+  double damping_power = 0;                // dissipated [W]
+  double friction_power = 0;               // dissipated [W]
+  double power = 0;                        // of the forces on both bodies [W]
+};
+
+/// Contact of a group over time, since construction or take().
+struct GroupHistory {
+  int touches = 0;                   // times that contact began
+  std::optional<double> first_time;  // [s]
+  std::optional<double> since;       // begin of the present contact [s]; absent: none
+  double duration = 0;               // of past contacts [s]
+};
+
+/// A pair is apart, without force; touching, with the forces of PairContact; or passing: its shapes overlap without
+/// force until they are apart. Modes change where the gap of a pair changes sign. Thread safety: one thread at a time.
+/// Forces depend on the state and the modes alone.
 class ContactSet {
  public:
-  /// `pairs`: indices of surfaces. @throws std::invalid_argument if an index is invalid, if both surfaces of a pair are
-  /// on one body, or as PairContact and combine().
-  ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<std::pair<int, int>>& pairs);
+  enum class Mode : std::uint8_t { unknown, apart, touching, passing };
+
+  /// All modes are unknown. @throws std::invalid_argument if an index or a group is invalid, if both surfaces of a pair
+  /// are on one body, or as PairContact.
+  ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<SurfacePair>& pairs, int groups);
 
   std::size_t size() const { return pairs_.size(); }
+  std::size_t groups() const { return groups_.size(); }
+  int body_a(std::size_t pair) const { return pairs_[pair].body_a; }
+  int body_b(std::size_t pair) const { return pairs_[pair].body_b; }
+  int group_of(std::size_t pair) const { return pairs_[pair].group; }
+
+  /// Chooses unknown modes: apart or touching.
+  void begin(double t, const Kinematics& kinematics);
+  Mode mode(std::size_t pair) const { return pairs_[pair].mode; }
+  /// Takes modes and histories from another set with the same pairs and groups, as for another model of the bodies.
+  void take(const ContactSet& other);
+  /// Lets the shapes of a group pass through each other: pairs that overlap now act once they have been apart.
+  void let_pass(int group, const Kinematics& kinematics, double t);
+  /// Positive while all modes are valid [m]: gaps of pairs that are apart, depths of others.
+  double margin(const Kinematics& kinematics);
+  /// Changes modes whose margins are not positive.
+  void choose_modes(double t, const Kinematics& kinematics);
+
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
   /// `wrenches` has room for two per pair.
-  ContactTotals evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
-  /// Forces of a pair at the last evaluate().
-  const ContactForce& force(std::size_t pair) const { return pairs_[pair].contact.last(); }
-  /// The elastic energy of a pair [J].
-  double elastic_energy(std::size_t pair, const Kinematics& kinematics);
+  void evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
+  const GroupContact& group(std::size_t group) const { return groups_[group]; }
+  const GroupHistory& history(std::size_t group) const { return histories_[group]; }
+  /// The elastic energy of a group's touching pairs [J].
+  double elastic_energy(std::size_t group, const Kinematics& kinematics);
+  /// The distance of a pair's surfaces; negative: overlap [m].
   ShapeSeparation separation(std::size_t pair, const Kinematics& kinematics) const;
 
  private:
   struct Pair {
-    int body_a, body_b;
+    int body_a, body_b, group;
     PairContact contact;
+    Mode mode = Mode::unknown;
   };
+  double margin_of(Pair& pair, const Kinematics& kinematics);
+  bool parts(const Pair& pair, const Kinematics& kinematics) const;
+  Mode mode_after(const Pair& pair, double margin, const Kinematics& kinematics) const;
+  void set_mode(Pair& pair, Mode mode, double t);
+  void add_to_group(const Pair& pair, const ContactForce& force, double power);
+
   std::vector<Pair> pairs_;
+  std::vector<GroupContact> groups_;
+  std::vector<GroupHistory> histories_;
+  std::vector<int> touching_;  // pairs, per group
 };
 
 }  // namespace grapnel

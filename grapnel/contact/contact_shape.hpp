@@ -40,6 +40,8 @@ class ContactShape {
 
   Kind kind() const { return kind_; }
   const ConvexCore& core() const { return core_; }
+  /// A core that contains core() and the prism of a cylinder.
+  const ConvexCore& bounding_core() const { return bounding_core_; }
   /// Pose of the core's frame on the body. Cylinders and capsules: z along the axis. Half-spaces: z outward.
   const Posed& X_BC() const { return X_BC_; }
   /// Of polyhedra, half-spaces and the prisms of cylinders, in C.

@@ -62,17 +62,15 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
   force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
 }
 
-bool PairContact::may_touch(const Posed& X_WA, const Posed& X_WB) const {
+double PairContact::gap_bound(const Posed& X_WA, const Posed& X_WB) const {
   const Posed& X_WFirst = exchanged_ ? X_WB : X_WA;
   const Posed& X_WSecond = exchanged_ ? X_WA : X_WB;
   const Vector3d a = X_WFirst * shapes_.a.X_BC().p, b = X_WSecond * shapes_.b.X_BC().p;
-  if (shapes_.b.kind() == Kind::half_space) {
+  if (shapes_.b.kind() == ContactShape::Kind::half_space) {
     const Vector3d outward = X_WSecond.R * shapes_.b.X_BC().R.column(2);
-    return dot(outward, a - b) <= shapes_.a.reach();
+    return dot(outward, a - b) - shapes_.a.reach();
   }
-  const Vector3d d = a - b;
-  const double reach = shapes_.a.reach() + shapes_.b.reach();
-  return !(dot(d, d) > reach * reach);
+  return norm(a - b) - shapes_.a.reach() - shapes_.b.reach();
 }
 
 void PairContact::gather(const Posed& X_AB) {
@@ -165,7 +163,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   force_.p_WC = Vector3d::zero();
   force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
   force_.patches.clear();
-  if (!may_touch(a.X_WB, b.X_WB)) return force_;
+  if (gap_bound(a.X_WB, b.X_WB) > 0) return force_;
 
   // Relative pose and twist of the cores, the twist at A's origin in A.
   const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
@@ -185,7 +183,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
 }
 
 double PairContact::elastic_energy(const Posed& X_WA, const Posed& X_WB) {
-  if (!may_touch(X_WA, X_WB)) return 0;
+  if (gap_bound(X_WA, X_WB) > 0) return 0;
   const Posed X_AB =
       inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
   if (shapes_.a.kind() == Kind::polyhedron ||
@@ -199,17 +197,17 @@ double PairContact::elastic_energy(const Posed& X_WA, const Posed& X_WB) {
 namespace {
 
 // Of the first core and a half-space.
-ShapeSeparation to_half_space(const ContactShape& a, const Posed& X_AB) {
+ShapeSeparation to_half_space(const ConvexCore& a, const Posed& X_AB) {
   const Vector3d outward = X_AB.R.column(2);
-  const Vector3d lowest = support(a.core(), -outward) - a.core().rounding * outward;
+  const Vector3d lowest = support(a, -outward) - a.rounding * outward;
   const double distance = dot(outward, lowest - X_AB.p);
   return {distance, -outward, lowest, lowest - distance * outward};
 }
 
 // Of two cores with their roundings.
-ShapeSeparation of_cores(const ContactShape& a, const ContactShape& b, const Posed& X_AB) {
-  const double rounding_a = a.core().rounding, rounding_b = b.core().rounding;
-  const CorePair cores{a.core(), b.core(), X_AB};
+ShapeSeparation of_cores(const ConvexCore& a, const ConvexCore& b, const Posed& X_AB) {
+  const double rounding_a = a.rounding, rounding_b = b.rounding;
+  const CorePair cores{a, b, X_AB};
   const ConvexDistance apart = convex_distance(cores);
   if (apart.separated) {
     const double distance = norm(apart.difference);
@@ -226,11 +224,30 @@ ShapeSeparation of_cores(const ContactShape& a, const ContactShape& b, const Pos
 ShapeSeparation PairContact::separation(const Posed& X_WA, const Posed& X_WB) const {
   const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
   const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
-  ShapeSeparation s =
-      shapes_.b.kind() == Kind::half_space ? to_half_space(shapes_.a, X_AB) : of_cores(shapes_.a, shapes_.b, X_AB);
+  ShapeSeparation s = shapes_.b.kind() == Kind::half_space ? to_half_space(shapes_.a.core(), X_AB)
+                                                           : of_cores(shapes_.a.core(), shapes_.b.core(), X_AB);
   s.normal = X_WFirst.R * s.normal, s.point_a = X_WFirst * s.point_a, s.point_b = X_WFirst * s.point_b;
   if (exchanged_) s.normal = -s.normal, std::swap(s.point_a, s.point_b);
   return s;
+}
+
+double PairContact::gap(const Posed& X_WA, const Posed& X_WB) const {
+  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
+  const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  if (shapes_.b.kind() == Kind::half_space) return to_half_space(shapes_.a.core(), X_AB).distance;
+  const bool prisms = shapes_.a.kind() >= Kind::cylinder;
+  const ConvexCore& a = prisms ? shapes_.a.bounding_core() : shapes_.a.core();
+  const ConvexCore& b = prisms ? shapes_.b.bounding_core() : shapes_.b.core();
+  return of_cores(a, b, X_AB).distance;
+}
+
+double PairContact::depth(const Posed& X_WA, const Posed& X_WB) {
+  if (gap_bound(X_WA, X_WB) > 0) return 0;
+  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
+  gather(inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC()));
+  double depth = 0;
+  for (const ContactElement& e : elements_.list) depth = std::max(depth, e.depth);
+  return depth;
 }
 
 }  // namespace grapnel

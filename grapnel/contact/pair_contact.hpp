@@ -66,8 +66,13 @@ class PairContact {
   double elastic_energy(const Posed& X_WA, const Posed& X_WB);
   /// Distance and nearest points, or depth. Depths may take long for meshes, and may allocate (convex_distance.hpp).
   ShapeSeparation separation(const Posed& X_WA, const Posed& X_WB) const;
-  /// Whether spheres around the shapes, or a sphere and a half-space, overlap: otherwise there is no contact.
-  bool may_touch(const Posed& X_WA, const Posed& X_WB) const;
+  /// The distance of the shapes to which the forces belong: cylinders are prisms where the forces take them as such, or
+  /// larger; negative if they overlap [m]. There is no force while it is positive.
+  double gap(const Posed& X_WA, const Posed& X_WB) const;
+  /// A lower bound of gap() from spheres around the shapes, or a sphere and a half-space, at a small part of its cost.
+  double gap_bound(const Posed& X_WA, const Posed& X_WB) const;
+  /// ContactForce::depth in these poses; zero without contact.
+  double depth(const Posed& X_WA, const Posed& X_WB);
 
  private:
   void gather(const Posed& X_AB);

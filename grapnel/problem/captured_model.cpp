@@ -195,6 +195,7 @@ void to_world(const MovingFrame& frame, double time, BodyMotion& motion) {
 }  // namespace
 
 MovingFrame moving_frame(const CaptureProblem& problem) {
+  if (!problem.obstacles.empty()) return {};
   MovingFrame frame{problem.X_WB.p, Vector3d::zero()};
   if (problem.robot.base_mode != RobotSetup::Base::free) return frame;
   if (problem.V_WB) {

@@ -48,7 +48,7 @@ struct MovingFrame {
   Vector3d place(double time) const { return origin + time * velocity; }
 };
 
-/// For a base that is held or fixed, the frame is W.
+/// For a base that is held or fixed, the frame does not move; with obstacles it is W.
 MovingFrame moving_frame(const CaptureProblem& problem);
 
 /// The problem in that frame.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "grapnel/problem/contact_pairs.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
@@ -54,10 +55,20 @@ std::vector<int> gripper_bodies(const CaptureSystem& system, const GraspSetup& g
   return bodies;
 }
 
+// Ignores pairs of bodies that may touch.
+void ignore_contacts(const CaptureProblem& problem, const CaptureSystem& system,
+                     std::vector<std::pair<int, int>>& ignored) {
+  for (const ContactPair& pair : contact_pairs(problem, make_capture_system(problem))) {
+    for (const int a : bodies_named(problem, system, pair.a)) {
+      for (const int b : bodies_named(problem, system, pair.b)) ignored.emplace_back(a, b);
+    }
+  }
+}
+
 }  // namespace
 
 // Problem and system => pairs of shapes to check. Excluded: parts of one target, neighbouring segments of flexible
-// links, pairs of clearance.ignore, and gripper with its target unless its grasp is `checked`.
+// links, pairs of clearance.ignore, pairs that may touch, and gripper with its target unless its grasp is `checked`.
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
                                     const std::vector<bool>& checked) {
   const Model& model = system.model;
@@ -84,6 +95,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
       for (int segment_b : pieces_of(model, name_in_model(problem, b))) ignored.emplace_back(segment_a, segment_b);
     }
   }
+  if (!problem.contacts.empty()) ignore_contacts(problem, system, ignored);
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
     const GraspSetup& g = problem.grasps[i];
     if (!checked.empty() && checked[i]) continue;

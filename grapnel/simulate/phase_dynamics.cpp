@@ -78,6 +78,8 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.gyros, setup_.actuators,
                         setup_.clock, setup_.effectors);
   wrenches_.resize(wrenches_.size() + base_.wrench_count());
+  steady_wrenches_ = wrenches_.size();
+  if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + 2 * setup_.contacts->size());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
     law_vdot_.resize(model.velocities());
@@ -145,7 +147,7 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || base_.acts_from_outside() || base_.wrench_count() > 0;
+                  setup_.orbit.has_value() || setup_.contacts || base_.acts_from_outside() || base_.wrench_count() > 0;
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -164,6 +166,10 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   root_momenta<double>(model_.tree(), state.q, state.v, workspace_.kernel, momenta_);
   modes_.begin(state.q, state.v);
   hold_joints();
+  if (setup_.contacts) {
+    forward_kinematics(model_, state, workspace_.kinematics);
+    setup_.contacts->begin(t, workspace_.kinematics);
+  }
   std::vector<double> y(size(), 0.0);
   std::copy(state.q.begin(), state.q.end(), y.begin());
   std::copy(state.v.begin(), state.v.end(), y.begin() + model_.coordinates());
@@ -242,15 +248,20 @@ void PhaseDynamics::act_on_orbit(const OrbitPoint& at) {
   }
 }
 
-// Kinematics, and the wrenches of loads, the orbit's field and attitude control.
+// Kinematics, and the wrenches of loads, the orbit's field, attitude control and contacts.
 void PhaseDynamics::act_from_outside(double t) {
   forward_kinematics(model_, now_, workspace_.kinematics);
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
   if (const std::size_t count = base_.wrench_count(); count > 0)
-    base_.push(t, workspace_.kinematics.X_WB[base_.root()], std::span(wrenches_).last(count));
-  if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
+    base_.push(t, workspace_.kinematics.X_WB[base_.root()],
+               std::span(wrenches_).subspan(steady_wrenches_ - count, count));
+  if (setup_.contacts) {
+    wrenches_.resize(steady_wrenches_);
+    setup_.contacts->evaluate(workspace_.kinematics, wrenches_);
+  }
+  if (!wrenches_.empty() || setup_.contacts) gather_external(model_, wrenches_, workspace_);
 }
 
 // Friction, and the output of the control laws: efforts, or accelerations.
@@ -303,7 +314,7 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
   in.prescribed = prescribed, in.acceleration = acceleration_;
-  if (!wrenches_.empty()) in.link_wrench = workspace_.link_wrench;
+  if (steady_wrenches_ > 0 || setup_.contacts) in.link_wrench = workspace_.link_wrench;
   if (solver_) {
     solver_->accelerations(in, setup_.loop_feedback, workspace_, vdot_, workspace_.force);
   } else {
@@ -320,7 +331,7 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
   in.prescribed = commanded_, in.acceleration = acceleration_;
-  if (!wrenches_.empty()) in.link_wrench = workspace_.link_wrench;
+  if (steady_wrenches_ > 0 || setup_.contacts) in.link_wrench = workspace_.link_wrench;
   if (law_solver_) {
     law_solver_->accelerations(in, setup_.loop_feedback, *law_workspace_, law_vdot_, law_workspace_->force);
   } else {
@@ -389,6 +400,10 @@ std::span<const double> PhaseDynamics::accelerations_in(double t, std::span<cons
 double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   load(t, y);
   double least = modes_.moving_margin(now_.q, now_.v);
+  if (setup_.contacts) {
+    forward_kinematics(model_, now_, workspace_.kinematics);
+    least = std::min(least, setup_.contacts->margin(workspace_.kinematics));
+  }
   if (modes_.any_held()) {
     accelerations_in(t, y);
     least = std::min(least, modes_.holding_margin(friction_, open_efforts()));
@@ -399,6 +414,11 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
 }
 
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
+  if (setup_.contacts) {
+    load(t, y);
+    forward_kinematics(model_, now_, workspace_.kinematics);
+    setup_.contacts->choose_modes(t, workspace_.kinematics);
+  }
   if (!modes_.empty()) choose_joint_modes(t, y);
   if (!base_.switches()) return;
   base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
@@ -477,6 +497,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   }
   if (has_external_) add_external(integrals);
   add_joint_integrals(integrals);
+  add_contact_integrals(integrals);
 }
 
 const State& PhaseDynamics::unprojected_state(double t, std::span<const double> y) {

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/contact/contact_set.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/dynamics/workspace.hpp"
@@ -79,6 +80,9 @@ struct PhaseSetup {
   /// motion of the centre of mass, unless gravity, ground or a holding wrench changes them; otherwise they are
   /// integrated.
   bool recover_roots = true;
+  /// Contacts of the model's bodies. They keep modes and histories beyond a phase: two concurrent phases must not share
+  /// them. Null: none.
+  std::shared_ptr<ContactSet> contacts = {};
   std::vector<LoopClosure> closures;  // closed loops
   bool project_loops = true;          // project states onto the closures
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
@@ -110,8 +114,8 @@ class PhaseDynamics {
 
   const Model& model() const { return model_; }
   const PhaseSetup& setup() const { return setup_; }
-  /// Whether there are external effects: gravity, an orbit's field, loads, attitude control, the ground under a fixed
-  /// or held root.
+  /// Whether there are external effects: gravity, an orbit's field, loads, contacts, attitude control, the ground under
+  /// a fixed or held root.
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
@@ -155,11 +159,11 @@ class PhaseDynamics {
   void apply_stop_impacts(double t, std::span<double> y);
   /// Joints with static friction or stops.
   const JointModes& joint_modes() const { return modes_; }
-  /// Whether modes of the base's actuators or of joints can change: then choose_modes() is needed at the beginning of
-  /// each smooth piece.
-  bool switches() const { return base_.switches() || !modes_.empty(); }
+  /// Whether modes of the base's actuators, of joints or of contacts can change: then choose_modes() is needed at the
+  /// beginning of each smooth piece.
+  bool switches() const { return base_.switches() || !modes_.empty() || setup_.contacts; }
   /// Positive while the modes are valid: for wheels distances from maximum rates, and accelerations of held wheels; for
-  /// thrusters distances from their levels; for joints JointModes' margins.
+  /// thrusters distances from their levels; for joints JointModes' margins; for contacts ContactSet's.
   double switch_margin(double t, std::span<const double> y);
   /// Chooses the modes of joints and actuators, in y at t; does nothing if none can change.
   void choose_modes(double t, std::span<const double> y);
@@ -210,7 +214,10 @@ class PhaseDynamics {
   int integral_count() const {
     using namespace phase_integral;
     return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count() +
-           damper_integral_count() + exchange_count();
+           damper_integral_count() + contact_integral_count() + exchange_count();
+  }
+  int contact_integral_count() const {
+    return setup_.contacts ? phase_integral::kContactCount * static_cast<int>(setup_.contacts->groups()) : 0;
   }
   int exchange_count() const { return phase_integral::kExchangeCount * static_cast<int>(trees_.size()); }
   int damper_integral_count() const { return has_dampers_ ? static_cast<int>(trees_.size()) : 0; }
@@ -241,6 +248,7 @@ class PhaseDynamics {
   template <class Add>
   void add_ground(Add&& add) const;
   void add_joint_integrals(std::span<double> integrals);
+  void add_contact_integrals(std::span<double> integrals);
   Vector3d arms_ahead();
   std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
@@ -279,8 +287,9 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  /// Of the loads; then of an orbit's field, one per body; then of the base's effectors.
+  /// Of the loads; then of an orbit's field, one per body; then of the base's effectors; then of contacts.
   std::vector<ExternalWrench> wrenches_;
+  std::size_t steady_wrenches_ = 0;  // number without those of contacts
   BaseActuation base_;
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()
   std::vector<std::uint8_t> is_idle_;
@@ -312,7 +321,7 @@ class PhaseDynamics {
   std::vector<double> loaded_;  // scratch of project(): q and v before
   bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed
-  bool has_external_ = false;   // gravity, an orbit, loads, attitude control, a held root or a fixed one
+  bool has_external_ = false;   // gravity, an orbit, loads, contacts, attitude control, a held root or a fixed one
 };
 
 }  // namespace grapnel

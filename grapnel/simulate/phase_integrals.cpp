@@ -39,7 +39,8 @@ void PhaseDynamics::add_ground(Add&& add) const {
 // State, time and integrals so far => y of a phase that continues: the inverse of integrals(). Throws
 // std::invalid_argument if the numbers of trees or measured joints differ.
 std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
-  if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size())
+  if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size() ||
+      integrals.contacts.size() != (setup_.contacts ? setup_.contacts->groups() : 0))
     throw std::invalid_argument("PhaseDynamics: the integrals belong to another phase");
   std::vector<double> y = initial(state, t);
   double* whole = y.data() + model_.coordinates() + model_.velocities();
@@ -62,6 +63,11 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
   if (integrals.damper_work.size() == static_cast<std::size_t>(damper_integral_count()))
     std::copy(integrals.damper_work.begin(), integrals.damper_work.end(), at);
   at += damper_integral_count();
+  for (const ContactIntegrals& group : integrals.contacts) {
+    at[kContactWork] = group.work, at[kContactDamping] = group.damping, at[kContactFriction] = group.friction;
+    at[kContactImpulse] = group.impulse, at[kContactSlip] = group.slip;
+    at += kContactCount;
+  }
   for (const TreeExchange& tree : integrals.exchanged) {
     at[kExchangedImpulse] = tree.impulse, at[kExchangedMoment] = tree.angular_impulse, at[kExchangedWork] = tree.work;
     at += kExchangeCount;
@@ -81,7 +87,7 @@ void PhaseDynamics::book_impulses(std::span<double> y) {
   };
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) integrals[kMotorWork] += work_of_motor(j);
   double* exchanged = integrals.data() + integrals.size() - exchange_count();
-  double* of_joint = exchanged - damper_integral_count() - joint_integral_count();
+  double* of_joint = exchanged - contact_integral_count() - damper_integral_count() - joint_integral_count();
   for (std::size_t n = 0; n < measured_.size(); ++n)
     of_joint[kJointCount * n + kJointMotor] += work_of_motor(measured_[n]);
   if (!has_external_) return;
@@ -107,8 +113,8 @@ void PhaseDynamics::measure_trees() {
   }
 }
 
-// Power and impulse rates of gravity, loads, the orbit's field and attitude control, of the ground under a fixed root,
-// and of the wrench that holds a root; in total and of each tree.
+// Power and impulse rates of gravity, loads, the orbit's field, contacts and attitude control, of the ground under a
+// fixed root, and of the wrench that holds a root; in total and of each tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
   const Kinematics& k = workspace_.kinematics;
@@ -137,7 +143,8 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
 // Last evaluation => rates of the damper work per tree and, per measured joint, of motor work, friction work and copper
 // loss (19.14) [W].
 void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
-  double* dampers = integrals.data() + integrals.size() - exchange_count() - damper_integral_count();
+  double* dampers =
+      integrals.data() + integrals.size() - exchange_count() - contact_integral_count() - damper_integral_count();
   for (const int body : has_dampers_ ? model_.springs() : std::vector<int>{}) {
     const Body& b = model_.bodies()[body];
     dampers[tree_of_[body]] -= b.description.joint.spring->damping * now_.v[b.v] * now_.v[b.v];
@@ -150,6 +157,20 @@ void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
     at[kJointFriction] = friction_[j] * rate;
     at[kJointCopper] = joint_motor::copper_power(body.description.joint, smooth_effort_[j]);
     at += kJointCount;
+  }
+}
+
+// Last evaluation => rates of the integrals of each group of contacts.
+void PhaseDynamics::add_contact_integrals(std::span<double> integrals) {
+  double* at = integrals.data() + integrals.size() - exchange_count() - contact_integral_count();
+  for (std::size_t g = 0; setup_.contacts && g < setup_.contacts->groups(); ++g) {
+    const GroupContact& group = setup_.contacts->group(g);
+    at[kContactWork] = group.power;
+    at[kContactDamping] = group.damping_power;
+    at[kContactFriction] = group.friction_power;
+    at[kContactImpulse] = group.normal_force;
+    at[kContactSlip] = group.slip_speed;
+    at += kContactCount;
   }
 }
 
@@ -169,12 +190,15 @@ MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
 // (9.3), from the layout of phase_integral.
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
-  const std::size_t common = numbers.size() - exchange_count() - joint_integral_count() - damper_integral_count();
+  const std::size_t common =
+      numbers.size() - exchange_count() - contact_integral_count() - joint_integral_count() - damper_integral_count();
   PhaseIntegrals integrals = phase_integrals(numbers.first(common));
   const std::span<const double> exchanged = numbers.last(exchange_count());
-  const std::span<const double> dampers =
-      numbers.first(numbers.size() - exchange_count()).last(damper_integral_count());
-  integrals.damper_work.assign(dampers.begin(), dampers.end());
+  const double* contact = exchanged.data() - contact_integral_count();
+  integrals.damper_work.assign(contact - damper_integral_count(), contact);
+  for (; contact != exchanged.data(); contact += kContactCount)
+    integrals.contacts.push_back({contact[kContactWork], contact[kContactDamping], contact[kContactFriction],
+                                  contact[kContactImpulse], contact[kContactSlip]});
   for (std::size_t t = 0; t < trees_.size(); ++t) {
     const double* of_tree = exchanged.data() + kExchangeCount * t;
     integrals.exchanged.push_back({of_tree[kExchangedImpulse], of_tree[kExchangedMoment], of_tree[kExchangedWork]});

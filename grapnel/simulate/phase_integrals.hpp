@@ -39,18 +39,28 @@ struct JointIntegrals {
   double copper_loss = 0;    // [J]; zero if its motor's torque constant is unknown
 };
 
+/// Integrals of a group of contacts.
+struct ContactIntegrals {
+  double work = 0;      // of the forces on both bodies [J]
+  double damping = 0;   // dissipated by normal forces [J]
+  double friction = 0;  // dissipated by friction [J]
+  double impulse = 0;   // of the magnitude of the normal forces [N s]
+  double slip = 0;      // path of the mean slip velocity [m]
+};
+
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
   double motor_work = 0;     // [J]; of drives, prescribed joints included
   double friction_work = 0;  // [J]; negative; of friction, and of impacts at stops
-  double external_work = 0;  // [J]; of gravity, loads, attitude control and a holding wrench
+  double external_work = 0;  // [J]; of gravity, loads, contacts, attitude control and a holding wrench
   /// Of these and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
   std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty without external effects
   /// Of dampers at joints with springs, part of friction_work, per tree; empty if there are none [J].
   std::vector<double> damper_work = {};
-  std::vector<JointIntegrals> joints = {};   // with static friction, stops or a motor (JointDescription)
-  std::vector<TreeExchange> exchanged = {};  // in the order of the roots; empty: not measured
+  std::vector<JointIntegrals> joints = {};      // with static friction, stops or a motor (JointDescription)
+  std::vector<ContactIntegrals> contacts = {};  // per group of contacts
+  std::vector<TreeExchange> exchanged = {};     // in the order of the roots; empty: not measured
 };
 
 namespace phase_integral {
@@ -65,6 +75,9 @@ inline constexpr int kTreeCount = 7;
 // Then, of joints with static friction, stops or a motor: work of motor and friction, copper loss [J].
 inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
 inline constexpr int kJointCount = 3;
+// Then, of groups of contacts (ContactIntegrals).
+inline constexpr int kContactWork = 0, kContactDamping = 1, kContactFriction = 2, kContactImpulse = 3, kContactSlip = 4;
+inline constexpr int kContactCount = 5;
 // At the end, tree by tree, the magnitudes of TreeExchange. They are not under error control.
 inline constexpr int kExchangedImpulse = 0, kExchangedMoment = 1, kExchangedWork = 2;
 inline constexpr int kExchangeCount = 3;

@@ -217,9 +217,8 @@ class PhaseRun {
     constexpr long kMaxSwitches = 100'000;
     if (++switches_ > kMaxSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels, thrusters or joints (at maximum rates, levels, stops or in static friction) "
-          "change "
-          "their modes more than {} times up to t = {:.9g} s",
+          "reaction wheels, thrusters, joints or contacts (at maximum rates, levels, stops, in static friction or "
+          "touching) change their modes more than {} times up to t = {:.9g} s",
           kMaxSwitches, t);
       return;
     }

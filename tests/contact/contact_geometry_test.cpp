@@ -125,23 +125,27 @@ TEST(ContactGeometry, TwoHalfSpacesAndInvalidShapesAreRefused) {
 TEST(ContactGeometry, SetSumsThePairsOfAModel) {
   ContactMaterial m;
   m.modulus = 1e6;
-  const ContactSurface ball{0, ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), m};
-  const ContactSurface block{1, box(0.2, 0.2, 0.2), m}, floor{-1, ground(), m};
-  ContactSet set({ball, block, floor}, {{0, 1}, {0, 2}, {1, 2}});
+  const ContactLaw law = combine(m, m);
+  const ContactSurface ball{0, ContactShape(primitive(Shape::sphere, {0.1, 0, 0}))};
+  const ContactSurface block{1, box(0.2, 0.2, 0.2)}, floor{-1, ground()};
+  ContactSet set({ball, block, floor}, {{0, 1, law}, {0, 2, law}, {1, 2, law}}, 1);
   Kinematics kinematics;
   kinematics.X_WB = {at(0, 0, 0.2), at(0.199, 0, 0.2)};
   kinematics.V_WB = {kRest, kRest};
   std::vector<ExternalWrench> wrenches;
-  EXPECT_EQ(set.evaluate(kinematics, wrenches).touching, 1);
+  set.begin(0, kinematics);
+  set.evaluate(kinematics, wrenches);
   ASSERT_EQ(wrenches.size(), 2u);
   EXPECT_LT(wrenches[0].F_W.linear[0], 0);
   EXPECT_EQ(wrenches[0].F_W.linear[0], -wrenches[1].F_W.linear[0]);
-  EXPECT_TRUE(set.force(0).touches);
-  EXPECT_FALSE(set.force(1).touches);
+  EXPECT_TRUE(set.group(0).touches);
+  EXPECT_EQ(set.mode(0), ContactSet::Mode::touching);
+  EXPECT_EQ(set.mode(1), ContactSet::Mode::apart);
+  EXPECT_NEAR(set.margin(kinematics), 1e-3, 1e-15);
   EXPECT_GT(set.elastic_energy(0, kinematics), 0);
   EXPECT_NEAR(set.separation(1, kinematics).distance, 0.1, 1e-15);
-  EXPECT_THROW(ContactSet({ball, ball}, {{0, 1}}), std::invalid_argument);
-  EXPECT_THROW(ContactSet({ball, block}, {{0, 2}}), std::invalid_argument);
+  EXPECT_THROW(ContactSet({ball, ball}, {{0, 1, law}}, 1), std::invalid_argument);
+  EXPECT_THROW(ContactSet({ball, block}, {{0, 2, law}}, 1), std::invalid_argument);
 }
 
 }  // namespace

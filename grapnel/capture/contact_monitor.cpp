@@ -1,0 +1,128 @@
+#include "grapnel/capture/contact_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+// Instants per step at which peaks are sought, beyond its begin.
+constexpr int kPeakParts = 4;
+
+std::vector<ContactPairReport> reports_of(const CaptureProblem& problem, const CaptureSystem& free) {
+  std::vector<ContactPairReport> reports;
+  for (const ContactPair& pair : contact_pairs(problem, free)) {
+    ContactPairReport& report = reports.emplace_back();
+    report.body_a = contact_name(problem, pair.a), report.body_b = contact_name(problem, pair.b);
+  }
+  return reports;
+}
+
+std::vector<std::pair<std::string, std::string>> names_of(const std::vector<ContactPairReport>& reports) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const ContactPairReport& report : reports) names.emplace_back(report.body_a, report.body_b);
+  return names;
+}
+
+}  // namespace
+
+ContactMonitor::ContactMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame)
+    : frame_(frame), reports_(reports_of(problem, free)), series_(names_of(reports_)) {}
+
+void ContactMonitor::put(const CaptureSystem&, const PhaseSample& sample, SeriesRow& row) const {
+  const ContactSet* set = sample.dynamics ? sample.dynamics->setup().contacts.get() : nullptr;
+  std::vector<ContactSample> samples;
+  for (std::size_t g = 0; set && g < set->groups(); ++g) {
+    const GroupContact& group = set->group(g);
+    samples.push_back(
+        {group.touches, frame_.place(sample.time) + group.p_WC, group.force_on_b, group.normal_force, group.depth});
+  }
+  series_.put(samples, row);
+}
+
+void ContactMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) {
+  system_ = &system, set_ = dynamics.setup().contacts.get();
+  kinematics_ = Kinematics(system.model);
+  integrals_.assign(reports_.size(), {});
+  stored_.assign(reports_.size(), std::nan(""));
+}
+
+// Step => the integrals so far, peaks, and the energy balance of each pair in contact.
+void ContactMonitor::step(const PhaseStep& step) {
+  if (!set_) return;
+  const auto move_to = [&](double t) { forward_kinematics(system_->model, step.state_at(t), kinematics_); };
+  bool any = false;
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    if (!set_->history(g).since) continue;
+    any = true;
+    if (!std::isnan(stored_[g])) continue;
+    move_to(step.begin);
+    stored_[g] = set_->elastic_energy(g, kinematics_);
+  }
+  if (!any) return;
+  for (int i = 1; i <= kPeakParts; ++i) {
+    const double t = i == kPeakParts ? step.end : step.begin + (step.end - step.begin) * i / kPeakParts;
+    move_to(t);
+    note_peaks(t);
+  }
+  const PhaseSample end = step.at(step.end);
+  integrals_ = end.integrals.contacts;
+  forward_kinematics(system_->model, end.state, kinematics_);
+  for (std::size_t g = 0; g < reports_.size(); ++g) check_energy(g);
+  time_ = step.end;
+}
+
+// Largest force and depth at an instant; the kinematics are those of its state.
+void ContactMonitor::note_peaks(double time) {
+  wrenches_.clear();
+  set_->evaluate(kinematics_, wrenches_);
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    const GroupContact& group = set_->group(g);
+    ContactPairReport& report = reports_[g];
+    report.largest_depth = std::max(report.largest_depth, group.depth);
+    report.beyond_model = report.beyond_model || group.beyond_model;
+    if (group.normal_force <= report.peak_force) continue;
+    report.peak_force = group.normal_force, report.peak_time = time;
+    report.peak_point = frame_.place(time) + group.p_WC;
+  }
+}
+
+// Work of the forces + change of elastic energy + dissipated energy = 0 (23.1).
+void ContactMonitor::check_energy(std::size_t group) {
+  if (std::isnan(stored_[group])) return;
+  const ContactIntegrals& sum = integrals_[group];
+  const double stored = set_->elastic_energy(group, kinematics_);
+  const double error = std::abs(sum.work + stored - stored_[group] + sum.damping + sum.friction);
+  if (!(error <= residual_)) residual_ = error;
+  exchanged_ = std::max({exchanged_, stored, std::abs(sum.work), sum.damping, sum.friction});
+  reports_[group].elastic_energy = stored;
+}
+
+void ContactMonitor::end_phase(double) {
+  if (!set_) return;
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    ContactPairReport& report = reports_[g];
+    const ContactIntegrals& sum = integrals_[g];
+    report.impulse += sum.impulse, report.slip_distance += sum.slip;
+    report.damping_loss += sum.damping, report.friction_loss += sum.friction;
+    const GroupHistory& history = set_->history(g);
+    report.touches = history.touches, report.first_time = history.first_time;
+    report.touches_at_end = history.since.has_value();
+    report.duration = history.duration + (history.since ? time_ - *history.since : 0);
+    if (!report.touches_at_end) report.elastic_energy = 0;
+  }
+  set_ = nullptr;
+}
+
+void ContactMonitor::write(CaptureResult& result) const {
+  if (reports_.empty()) return;
+  result.contacts = reports_;
+  const double scale = std::max(exchanged_, result.ledger.scale.energy);
+  result.ledger.entries.push_back(
+      {"contact_energy_residual", residual_ > 0 ? residual_ / scale : residual_, 1e-9, "1",
+       "largest |work of the contact forces + elastic energy + energy dissipated by damping and friction| of a pair, "
+       "over the largest of these and the kinetic energy",
+       exchanged_ > 0});
+}
+
+}  // namespace grapnel

@@ -1,0 +1,48 @@
+#pragma once
+
+/// @file
+/// Observes contacts between shapes: time series, the report of each pair of bodies, and the energy check of the
+/// ledger. Thread safety: one thread at a time.
+
+#include <vector>
+
+#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/contact_series.hpp"
+#include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/contact_pairs.hpp"
+
+namespace grapnel {
+
+class ContactMonitor final : public ActuatorMonitor {
+ public:
+  /// `free`: the system with free targets.
+  ContactMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame);
+
+  std::vector<Series> series() const override { return series_.series(); }
+  void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const override;
+  void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) override;
+  bool observes() const override { return !reports_.empty(); }
+  void step(const PhaseStep& step) override;
+  void end_phase(double duration) override;
+  void write(CaptureResult& result) const override;
+
+ private:
+  void note_peaks(double time);
+  void check_energy(std::size_t group);
+
+  MovingFrame frame_;
+  std::vector<ContactPairReport> reports_;  // integrals and histories: of completed phases
+  ContactSeries series_;
+  // The current phase:
+  const CaptureSystem* system_ = nullptr;
+  ContactSet* set_ = nullptr;
+  Kinematics kinematics_;
+  std::vector<ExternalWrench> wrenches_;     // scratch
+  std::vector<ContactIntegrals> integrals_;  // of the phase, per pair
+  std::vector<double> stored_;               // elastic energy at the begin, per pair [J]
+  double time_ = 0;                          // reached [s]
+  // Of the whole run:
+  double residual_ = 0, exchanged_ = 0;  // largest error of an energy balance, and its largest term [J]
+};
+
+}  // namespace grapnel

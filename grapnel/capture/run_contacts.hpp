@@ -1,0 +1,37 @@
+#pragma once
+
+/// @file
+/// The contacts between shapes in a run: the surfaces of the current system, and the modes of all pairs from one motion
+/// segment to the next. Thread safety: one thread at a time.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grapnel/contact/contact_set.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/contact_pairs.hpp"
+
+namespace grapnel {
+
+class RunContacts {
+ public:
+  /// `free`: the system with free targets.
+  RunContacts(const CaptureProblem& problem, const CaptureSystem& free);
+
+  bool any() const { return !pairs_.empty(); }
+  /// The contacts of a system of the problem, one group per pair of bodies (contact_pairs()), with the modes of the
+  /// last one; null without pairs.
+  std::shared_ptr<ContactSet> in(const CaptureSystem& system);
+  /// Checks the initial state. Returns a description of all overlaps with their depths; empty: none.
+  std::string overlaps(const CaptureSystem& system, const State& state);
+  /// A grasp closes: shapes of its gripper that overlap its target pass through it until they are apart.
+  void close(std::size_t grasp, const CaptureSystem& system, const State& state, double time);
+
+ private:
+  const CaptureProblem& problem_;
+  const std::vector<ContactPair> pairs_;
+  std::shared_ptr<ContactSet> last_;
+};
+
+}  // namespace grapnel

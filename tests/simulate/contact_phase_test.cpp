@@ -1,0 +1,158 @@
+/// Contacts between shapes in a phase: closed forms, conservation, and modes.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace contact_phase_test {
+
+using Shape = Geometry::Shape;
+constexpr double kRadius = 0.1, kMass = 2;
+
+Geometry primitive(Shape shape, const Vector3d& size) {
+  Geometry g;
+  g.shape = shape, g.size = size;
+  return g;
+}
+BodyDescription free_body(const std::string& name, double mass, const Symmetric3d& inertia) {
+  BodyDescription d;
+  d.name = name, d.mass = mass, d.inertia = inertia;
+  d.joint.type = JointType::free, d.joint.name = name + "_root";
+  return d;
+}
+BodyDescription ball(const std::string& name, double mass = kMass, double radius = kRadius) {
+  const double I = 0.4 * mass * radius * radius;
+  return free_body(name, mass, Symmetric3d::diagonal(I, I, I));
+}
+ContactLaw linear_law(double stiffness) {
+  ContactMaterial m;
+  m.stiffness = 2 * stiffness;
+  return combine(m, m);
+}
+
+Model model_of(const std::vector<BodyDescription>& bodies) {
+  ModelBuilder builder;
+  for (const BodyDescription& body : bodies) builder.add(body);
+  return builder.build();
+}
+
+// Bodies with one shape each, and the floor z <= 0 as the last surface.
+struct Scene {
+  explicit Scene(const std::vector<BodyDescription>& bodies) : model(model_of(bodies)), state(zero_state(model)) {}
+
+  void add(const Geometry& shape) { surfaces.push_back({static_cast<int>(surfaces.size()), ContactShape(shape)}); }
+  void add_floor() { surfaces.push_back({-1, ContactShape::half_space(Posed::identity())}); }
+  void pair(int a, int b, const ContactLaw& law) { pairs.push_back({a, b, law, static_cast<int>(pairs.size())}); }
+  void place(int body, const Vector3d& p, const Twistd& V = Twistd::zero()) {
+    set_root_pose(model, body, {Rotationd::identity(), p}, state);
+    set_root_twist(model, body, V, state);
+  }
+  PhaseOutcome run(double duration, const PhaseObservers& observers = {}) {
+    contacts = std::make_shared<ContactSet>(surfaces, pairs, static_cast<int>(pairs.size()));
+    PhaseSetup setup;
+    setup.gravity = gravity;
+    setup.contacts = contacts;
+    dynamics = std::make_unique<PhaseDynamics>(model, setup);
+    IntegrationSetup integration;
+    integration.relative_tolerance = integration.absolute_tolerance = tolerance;
+    return simulate_phase(*dynamics, {state, 0, duration}, integration, observers);
+  }
+  double elastic_energy(const State& at) {
+    const Kinematics k = forward_kinematics(model, at);
+    double sum = 0;
+    for (std::size_t g = 0; g < contacts->groups(); ++g) sum += contacts->elastic_energy(g, k);
+    return sum;
+  }
+
+  Model model;
+  State state;
+  std::vector<ContactSurface> surfaces;
+  std::vector<SurfacePair> pairs;
+  Vector3d gravity = Vector3d::zero();
+  double tolerance = 1e-13;
+  std::shared_ptr<ContactSet> contacts;
+  std::unique_ptr<PhaseDynamics> dynamics;
+};
+
+Twistd moving(const Vector3d& v, const Vector3d& w = Vector3d::zero()) { return {w, v}; }
+Vector3d place_of(const Scene& scene, const State& state, int body) {
+  return forward_kinematics(scene.model, state).X_WB[body].p;
+}
+Twistd twist_of(const Scene& scene, const State& state, int body) {
+  return forward_kinematics(scene.model, state).V_WB[body];
+}
+
+// A linear spring: half a period of contact, and the speed reversed.
+TEST(ContactPhase, LinearBallReboundsAfterHalfAPeriod) {
+  Scene s({ball("ball")});
+  s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add_floor();
+  const double k = 1e4, v = 0.3, gap = 0.05;
+  s.pair(0, 1, linear_law(k));
+  s.place(0, {0, 0, kRadius + gap}, moving({0, 0, -v}));
+  const double omega = std::sqrt(k / kMass), contact = M_PI / omega, end = 0.4;
+  const PhaseOutcome outcome = s.run(end);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  EXPECT_NEAR(twist_of(s, outcome.end_state, 0).linear[2], v, 1e-11);
+  EXPECT_NEAR(place_of(s, outcome.end_state, 0)[2], kRadius + v * (end - gap / v - contact), 1e-11);
+  const GroupHistory& history = s.contacts->history(0);
+  EXPECT_EQ(history.touches, 1);
+  EXPECT_NEAR(*history.first_time, gap / v, 1e-12);
+  EXPECT_NEAR(history.duration, contact, 1e-10);
+  ASSERT_EQ(outcome.integrals.contacts.size(), 1u);
+  EXPECT_NEAR(outcome.integrals.contacts[0].impulse, 2 * kMass * v, 1e-11);
+  EXPECT_NEAR(outcome.integrals.contacts[0].work, 0, 1e-11);
+}
+
+// A ball at rest on the floor with gap zero falls into its equilibrium.
+TEST(ContactPhase, BallAtGapZeroUnderGravityOscillates) {
+  Scene s({ball("ball")});
+  s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add_floor();
+  const double k = 1e4, g = 9.81;
+  s.pair(0, 1, linear_law(k));
+  s.gravity = {0, 0, -g};
+  s.place(0, {0, 0, kRadius});
+  const double omega = std::sqrt(k / kMass), t = 0.0123;
+  const PhaseOutcome outcome = s.run(t);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  EXPECT_NEAR(place_of(s, outcome.end_state, 0)[2], kRadius - kMass * g / k * (1 - std::cos(omega * t)), 1e-12);
+  EXPECT_EQ(s.contacts->mode(0), ContactSet::Mode::touching);
+}
+
+// Two free balls collide off centre: momentum, and energy with the elastic part, are conserved.
+TEST(ContactPhase, FreeBodiesConserveMomentumAndEnergy) {
+  Scene s({ball("a"), ball("b", 3, 0.15)});
+  s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add(primitive(Shape::sphere, {0.15, 0, 0}));
+  ContactMaterial m;
+  m.modulus = 1e7, m.static_friction = 0.3, m.kinetic_friction = 0.2, m.dissipation = 0.5;
+  s.pair(0, 1, combine(m, m));
+  s.place(0, {-0.4, 0.05, 0}, moving({0.5, 0, 0}, {0, 0, 3}));
+  s.place(1, {0, 0, 0.02}, moving({-0.1, 0.02, 0}, {0, 1, 0}));
+  const auto totals = [&](const State& state) {
+    return momentum_about(s.model, forward_kinematics(s.model, state), Vector3d::zero());
+  };
+  const auto energy = [&](const State& state) {
+    return kinetic_energy(s.model, forward_kinematics(s.model, state), state);
+  };
+  const Momentumd before = totals(s.state);
+  const double energy_before = energy(s.state);
+  const PhaseOutcome outcome = s.run(1);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  EXPECT_EQ(s.contacts->history(0).touches, 1);
+  const Momentumd after = totals(outcome.end_state);
+  EXPECT_LT(norm(after.linear - before.linear), 1e-11);    // measured 2.1e-12
+  EXPECT_LT(norm(after.angular - before.angular), 1e-11);  // measured 1e-12
+  const ContactIntegrals& contact = outcome.integrals.contacts[0];
+  EXPECT_GT(contact.friction, 1e-4);
+  EXPECT_GT(contact.damping, 1e-4);
+  EXPECT_NEAR(energy(outcome.end_state), energy_before - contact.friction - contact.damping, 1e-11);
+  EXPECT_NEAR(contact.work, -contact.friction - contact.damping, 1e-11);
+}
+
+}  // namespace contact_phase_test
+}  // namespace grapnel::testing
