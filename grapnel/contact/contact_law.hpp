@@ -44,17 +44,21 @@ GRAPNEL_INLINE S normal_force(const S& elastic, const S& dissipation, const S& d
                          damping * smooth_step(relative_depth) * approach_speed);
 }
 
-/// Friction force per normal force and slip speed [s/m] (23.7). The friction coefficient rises to the static one at the
-/// stiction speed, with slope zero there, and falls to the kinetic one at three times that speed. It has a continuous
-/// derivative.
+/// Friction coefficient at a slip speed (23.7): the static one at rest, the mean of both at the stiction speed, the
+/// kinetic one far beyond it.
 template <class S>
-GRAPNEL_INLINE S friction_ratio(const S& static_friction, const S& kinetic_friction, const S& stiction_speed,
-                                const S& slip_speed) {
-  const S stuck = min(S(1.0), slip_speed / stiction_speed);
-  const S slipping = smooth_step<S>(S(0.5) * (slip_speed / stiction_speed - S(1.0)));
-  // stuck / slip_speed = 1 / max(slip_speed, stiction_speed), also at rest.
-  return (static_friction * (S(2.0) - stuck) + (kinetic_friction - static_friction) * slipping) /
-         max(slip_speed, stiction_speed);
+GRAPNEL_INLINE S friction_coefficient(const S& static_friction, const S& kinetic_friction, const S& stiction_speed,
+                                      const S& slip_speed) {
+  const S ratio = slip_speed / stiction_speed;
+  return kinetic_friction + (static_friction - kinetic_friction) / (S(1.0) + ratio * ratio);
+}
+
+/// Couple against rolling per length, normal force and angular rate [s/rad]: it rises to 1 / rate at stiction_rate, and
+/// falls with the rate beyond, so that the couple stays constant. Continuously differentiable.
+template <class S>
+GRAPNEL_INLINE S rolling_ratio(const S& stiction_rate, const S& rate) {
+  const S stuck = min(S(1.0), rate / stiction_rate);
+  return (S(2.0) - stuck) / max(rate, stiction_rate);
 }
 
 }  // namespace grapnel::contact_law

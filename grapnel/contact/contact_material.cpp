@@ -16,8 +16,10 @@ void check(const ContactMaterial& m) {
     throw std::invalid_argument("ContactMaterial: a value is negative or not finite");
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
-  if (!positive(m.damping_depth) || !positive(m.stiction_speed) || !positive(m.stiction_rate)) {
-    throw std::invalid_argument("ContactMaterial: damping_depth, stiction_speed and stiction_rate must be positive");
+  if (!positive(m.damping_depth) || !positive(m.stiction_speed) || !positive(m.stiction_displacement) ||
+      !positive(m.stiction_rate)) {
+    throw std::invalid_argument(
+        "ContactMaterial: damping_depth, stiction_speed, stiction_displacement and stiction_rate must be positive");
   }
   if (!(m.poisson_ratio > -1 && m.poisson_ratio <= 0.5)) {
     throw std::invalid_argument("ContactMaterial: poisson_ratio must be within (-1, 0.5]");
@@ -75,6 +77,7 @@ ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b) {
   law.static_friction = std::sqrt(a.static_friction * b.static_friction);
   law.kinetic_friction = std::sqrt(a.kinetic_friction * b.kinetic_friction);
   law.stiction_speed = std::max(a.stiction_speed, b.stiction_speed);
+  law.stiction_displacement = std::max(a.stiction_displacement, b.stiction_displacement);
   law.rolling_length = std::sqrt(a.rolling_length * b.rolling_length);
   law.torsional_length = std::sqrt(a.torsional_length * b.torsional_length);
   law.stiction_rate = std::max(a.stiction_rate, b.stiction_rate);

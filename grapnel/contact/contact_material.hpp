@@ -20,10 +20,12 @@ struct ContactMaterial {
   double dissipation = 0;       // a of Hunt and Crossley [s/m]: the elastic force times (1 + a * approach speed)
   double static_friction = 0;   // coefficients
   double kinetic_friction = 0;
-  double stiction_speed = 1e-4;  // of the maximum of friction [m/s]
-  double rolling_length = 0;     // couple against rolling per normal force [m]
-  double torsional_length = 0;   // couple against spinning about the normal per normal force [m]
-  double stiction_rate = 1e-3;   // of the maximum of both couples [rad/s]
+  double stiction_speed = 1e-2;  // slip speed around which friction falls from static to kinetic [m/s]
+  /// Elastic tangential displacement up to the static friction [m]: bodies stick up to it (23.8).
+  double stiction_displacement = 1e-4;
+  double rolling_length = 0;    // couple against rolling per normal force [m]
+  double torsional_length = 0;  // couple against spinning about the normal per normal force [m]
+  double stiction_rate = 1e-3;  // of the maximum of the couple against rolling [rad/s]
 };
 
 /// Two materials in contact.
@@ -37,16 +39,18 @@ struct ContactLaw {
   double static_friction = 0;
   double kinetic_friction = 0;
   double stiction_speed = 0;
+  double stiction_displacement = 0;
   double rolling_length = 0;
   double torsional_length = 0;
   double stiction_rate = 0;
 };
 
 /// The law of two materials (23.3): elasticities in series; damping and dissipation weighted by each one's part of the
-/// deformation; geometric means of friction coefficients and of lengths; the larger speed, rate and depth. Independent
+/// deformation; geometric means of friction coefficients and of lengths; the larger speed, rate, displacement and
+/// depth. Independent
 /// of the order, except elastic_a and elastic_b. @throws std::invalid_argument if a value is negative or not finite, if
-/// a Poisson's ratio is not within (-1, 0.5], if a stiction speed or rate or a damping depth is not positive, or if not
-/// both materials state a modulus, or both a stiffness.
+/// a Poisson's ratio is not within (-1, 0.5], if a stiction speed, rate or displacement or a damping depth is not
+/// positive, or if not both materials state a modulus, or both a stiffness.
 ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b);
 
 /// The dissipation a [s/m] with which a collision of `approach_speed` [m/s] has the coefficient of restitution e: a

@@ -81,6 +81,10 @@ void ContactSet::set_mode(Pair& pair, Mode mode, double t) {
     history.since = t;
     if (!history.first_time) history.first_time = t;
   }
+  if (mode == Mode::touching) {  // undeformed at first
+    pair.base.slip += pair.stick.slip, pair.base.spin += pair.stick.spin;
+    pair.stick = {};
+  }
   pair.mode = mode;
 }
 
@@ -95,7 +99,9 @@ void ContactSet::begin(double t, const Kinematics& kinematics) {
 void ContactSet::take(const ContactSet& other) {
   if (other.size() != size() || other.groups() != groups())
     throw std::invalid_argument("ContactSet: the other set has other pairs");
-  for (std::size_t i = 0; i < size(); ++i) pairs_[i].mode = other.pairs_[i].mode;
+  for (std::size_t i = 0; i < size(); ++i)
+    pairs_[i].mode = other.pairs_[i].mode, pairs_[i].stick = other.pairs_[i].stick,
+    pairs_[i].base = other.pairs_[i].base;
   histories_ = other.histories_, touching_ = other.touching_;
 }
 
@@ -139,7 +145,7 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
   for (Pair& pair : pairs_) {
     if (pair.mode != Mode::touching) continue;
     const ContactForce& force =
-        pair.contact.evaluate(motion_of(pair.body_a, kinematics), motion_of(pair.body_b, kinematics));
+        pair.contact.evaluate(motion_of(pair.body_a, kinematics), motion_of(pair.body_b, kinematics), pair.stick);
     if (!force.touches) continue;
     if (pair.body_a >= 0) wrenches.push_back({pair.body_a, force.p_WC, force.on_a});
     if (pair.body_b >= 0) wrenches.push_back({pair.body_b, force.p_WC, force.on_b});
@@ -150,6 +156,30 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
   for (GroupContact& group : groups_) {
     if (!(group.normal_force > 0)) continue;
     group.p_WC *= 1 / group.normal_force, group.slip_speed /= group.normal_force;
+  }
+}
+
+void ContactSet::set_stick(std::span<const double> numbers) {
+  const double* at = numbers.data();
+  for (Pair& pair : pairs_) {
+    pair.stick.slip = Vector3d{at[0], at[1], at[2]} - pair.base.slip;
+    pair.stick.spin = at[3] - pair.base.spin;
+    at += kStickCount;
+  }
+}
+
+void ContactSet::rebase_stick() {
+  for (Pair& pair : pairs_) pair.base = {-pair.stick.slip, -pair.stick.spin};
+}
+
+void ContactSet::stick_rates(std::span<double> rates) const {
+  double* at = rates.data();
+  for (const Pair& pair : pairs_) {
+    const bool touches = pair.mode == Mode::touching;
+    const StickState rate = touches ? pair.contact.last().stick_rate : StickState{};
+    std::copy(rate.slip.e, rate.slip.e + 3, at);
+    at[3] = rate.spin;
+    at += kStickCount;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "grapnel/contact/pair_contact.hpp"
@@ -83,6 +84,16 @@ class ContactSet {
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
   /// `wrenches` has room for two per pair.
   void evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
+  /// Numbers of a pair's StickState among those of stick().
+  static constexpr int kStickCount = 4;
+  /// Numbers that a system integrates besides its state, all zero at first.
+  std::size_t stick_count() const { return kStickCount * pairs_.size(); }
+  /// Sets these numbers for the following evaluations and changes of modes.
+  void set_stick(std::span<const double> numbers);
+  /// Sets the present deformations as those that belong to zero numbers.
+  void rebase_stick();
+  /// Their rates at the last evaluate().
+  void stick_rates(std::span<double> rates) const;
   const GroupContact& group(std::size_t group) const { return groups_[group]; }
   const GroupHistory& history(std::size_t group) const { return histories_[group]; }
   /// The elastic energy of a group's touching pairs [J].
@@ -95,6 +106,8 @@ class ContactSet {
     int body_a, body_b, group;
     PairContact contact;
     Mode mode = Mode::unknown;
+    /// Present deformation, and what the integrated numbers must be less for it.
+    StickState stick = {}, base = {};
   };
   double margin_of(Pair& pair, const Kinematics& kinematics);
   bool parts(const Pair& pair, const Kinematics& kinematics) const;

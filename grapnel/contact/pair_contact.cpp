@@ -59,6 +59,7 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
   if (shapes_.a.kind() == Kind::half_space) throw std::invalid_argument("PairContact: two half-spaces");
   const bool is_polyhedral = shapes_.a.kind() >= Kind::cylinder;
   elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 256);
+  normal_.reserve(elements_.list.capacity());
   force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
 }
 
@@ -88,80 +89,124 @@ void PairContact::gather(const Posed& X_AB) {
   }
 }
 
-// An element and the relative twist of B at A's origin, in A => its force on B, added to the wrench about A's origin,
-// to the powers and to its patch.
-void PairContact::add_force(const ContactElement& e, const Twistd& V_AB, Wrenchd& on_b) {
+// Elements => the direction of the sum of their elastic forces; zero if these cancel (beyond the model).
+Vector3d PairContact::mean_normal() const {
+  Vector3d sum = Vector3d::zero();
+  double total = 0;
+  for (const ContactElement& e : elements_.list) sum += e.elastic * e.normal, total += e.elastic;
+  const double resultant = norm(sum);
+  return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
+}
+
+// An element, the contact's normal n, and the relative twist of B at A's origin, in A => elastic force along the
+// element's normal and dissipative force along n, on B, added to the wrench about A's origin, to the power, to its
+// patch and to the centre of the contact. At edges, elements' normals differ from n; damping along them would resist
+// sliding.
+void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
   const ContactLaw& law = shapes_.law;
-  const Vector3d v = V_AB.linear + cross(V_AB.angular, e.point);
-  const double approach = -dot(v, e.normal);
-  const double normal = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
-                                                  e.depth / law.damping_depth, approach);
-  const Vector3d slip = v + approach * e.normal;
-  const double speed = norm(slip);
-  const double ratio =
-      contact_law::friction_ratio(law.static_friction, law.kinetic_friction, law.stiction_speed, speed);
-  const Vector3d force = normal * e.normal - (normal * ratio) * slip;
+  const double approach = -dot(V_AB.linear + cross(V_AB.angular, e.point), n);
+  const double dissipative = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
+                                                       e.depth / law.damping_depth, approach) -
+                             e.elastic;
+  const Vector3d force = e.elastic * e.normal + dissipative * n;
+  const double normal = std::max(0.0, dot(force, n));
   on_b.linear += force;
   on_b.angular += cross(e.point, force);
-  force_.damping_power += (normal - e.elastic) * approach;
-  force_.friction_power += normal * ratio * speed * speed;
-
-  if (law.rolling_length > 0 || law.torsional_length > 0) {
-    const Vector3d& w = V_AB.angular;
-    const double spin = dot(w, e.normal);
-    const Vector3d roll = w - spin * e.normal;
-    const auto couple = [&](double length, double rate) {
-      return normal * contact_law::friction_ratio(length, length, law.stiction_rate, rate);
-    };
-    const double of_roll = couple(law.rolling_length, norm(roll)),
-                 of_spin = couple(law.torsional_length, std::abs(spin));
-    on_b.angular -= of_roll * roll + (of_spin * spin) * e.normal;
-    force_.friction_power += of_roll * dot(roll, roll) + of_spin * spin * spin;
-  }
+  force_.damping_power += dissipative * approach;
+  force_.normal_force += normal;
+  force_.p_WC += normal * e.point;
+  force_.depth = std::max(force_.depth, e.depth);
+  normal_.push_back(normal);
 
   PatchForce& patch = force_.patches[e.patch];
   patch.p_WC += normal * e.point;
-  patch.normal += normal * e.normal;
-  patch.force += force;
+  patch.normal += force;
   patch.normal_force += normal;
   patch.area += e.area;
   patch.depth = std::max(patch.depth, e.depth);
-  patch.slip_speed += normal * speed;
+}
+
+// Mean distance of the normal forces from their centre [m].
+double PairContact::lever(const Vector3d& center) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < normal_.size(); ++i) sum += normal_[i] * norm(elements_.list[i].point - center);
+  return sum / force_.normal_force;
+}
+
+// Normal forces, the contact's normal, relative twist at A's origin and deformation, in A => friction on B at the
+// centre of the normal forces, added to the wrench about A's origin, and the rate of the deformation. Force and couple
+// about the normal share one ellipsoid (23.8): chi = [slip; spin], of size 1 when it slips, with the rates [u; lever *
+// w_n] / displacement.
+void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b) {
+  const ContactLaw& law = shapes_.law;
+  const Vector3d& center = force_.p_WC;
+  const auto tangential = [&](const Vector3d& x) { return x - dot(x, n) * n; };
+  const Vector3d u = tangential(V_AB.linear + cross(V_AB.angular, center));
+  force_.slip_speed = norm(u);
+  add_rolling(n, V_AB.angular, on_b);
+  if (!(law.static_friction > 0)) return;
+
+  // Rates of chi with elastic deformation, and less the outward part where it slips.
+  constexpr double kElastic = 0.8;  // size up to which the deformation is elastic
+  const double spin_lever = lever(center) + law.torsional_length / law.static_friction;
+  const double spin_speed = spin_lever * dot(V_AB.angular, n), per_length = 1 / law.stiction_displacement;
+  const Vector3d slip = tangential(stick.slip);
+  const double size = std::hypot(norm(slip), stick.spin);
+  const double outward = size > 0 ? std::max(0.0, (dot(slip, u) + stick.spin * spin_speed) / size) : 0.0;
+  const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0) * outward;
+  const double relief = size > 0 ? slipping / size : 0.0;
+  const Vector3d slip_rate = per_length * (u - relief * slip);
+  const double spin_rate = per_length * (spin_speed - relief * stick.spin);
+
+  // Force and couple, with damping, within the ellipsoid.
+  const double delay = law.stiction_displacement / law.stiction_speed;
+  const Vector3d toward = slip + delay * slip_rate;
+  const double spin_toward = stick.spin + delay * spin_rate, length = std::hypot(norm(toward), spin_toward);
+  const double coefficient = contact_law::friction_coefficient(law.static_friction, law.kinetic_friction,
+                                                               law.stiction_speed, std::hypot(norm(u), spin_speed));
+  const double scale = coefficient * force_.normal_force / std::max(1.0, length);
+  const Vector3d force = -scale * toward, couple = (-scale * spin_lever * spin_toward) * n;
+  on_b.linear += force;
+  on_b.angular += cross(center, force) + couple;
+  force_.friction_power -= dot(force, u) + dot(couple, V_AB.angular);
+  // The normal part, from the rolling of the contact over both bodies, decays.
+  force_.stick_rate = {slip_rate - (dot(stick.slip, n) / delay) * n, spin_rate};
+}
+
+// A couple against rolling.
+void PairContact::add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd& on_b) {
+  const ContactLaw& law = shapes_.law;
+  if (!(law.rolling_length > 0)) return;
+  const Vector3d roll = w - dot(w, normal) * normal;
+  const double factor =
+      force_.normal_force * law.rolling_length * contact_law::rolling_ratio(law.stiction_rate, norm(roll));
+  on_b.angular -= factor * roll;
+  force_.friction_power += factor * dot(roll, roll);
 }
 
 // Sums in A's core frame, with the sense from the first core to the second => results in W, from the first shape to the
-// second.
-void PairContact::finish(const Posed& X_WA, Wrenchd on_b) {
-  Vector3d center = Vector3d::zero();
-  for (const PatchForce& p : force_.patches) {
-    center += p.p_WC;
-    force_.normal_force += p.normal_force, force_.slip_speed += p.slip_speed;
-    force_.depth = std::max(force_.depth, p.depth);
-  }
+// second. `mean_rate`: of both bodies' angular velocities, in W, with which the deformation turns.
+void PairContact::finish(const Posed& X_WA, const Vector3d& mean_rate, const StickState& stick, const Wrenchd& on_b) {
   std::erase_if(force_.patches, [](const PatchForce& p) { return !(p.normal_force > 0); });
-  if (force_.normal_force > 0) {
-    center *= 1 / force_.normal_force, force_.slip_speed /= force_.normal_force;
-  } else if (!elements_.list.empty()) {
-    center = elements_.list.front().point;
-  }
+  const Vector3d center = force_.p_WC;
   const double sign = exchanged_ ? -1 : 1;
   force_.p_WC = X_WA * center;
   force_.on_b = sign * (X_WA.R * shift(on_b, center));
   force_.on_a = -force_.on_b;
+  force_.stick_rate.slip = X_WA.R * force_.stick_rate.slip + cross(mean_rate, stick.slip);
   for (PatchForce& p : force_.patches) {
-    const double scale = 1 / p.normal_force;
-    p.p_WC = X_WA * (scale * p.p_WC);
+    p.p_WC = X_WA * ((1 / p.normal_force) * p.p_WC);
     p.normal = (sign / norm(p.normal)) * (X_WA.R * p.normal);
-    p.force = sign * (X_WA.R * p.force);
-    p.slip_speed *= scale;
   }
 }
 
-const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b) {
+// Poses, twists and deformation => forces. The deformation is that of the second core relative to the first.
+const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick) {
   force_.touches = force_.beyond_model = false;
   force_.on_a = force_.on_b = Wrenchd::zero();
   force_.p_WC = Vector3d::zero();
   force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
+  force_.stick_rate = {};
   force_.patches.clear();
   if (gap_bound(a.X_WB, b.X_WB) > 0) return force_;
 
@@ -174,11 +219,20 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   const Twistd V_W = shift(second.V_WB, X_WA.p - second.X_WB.p) - shift(first.V_WB, X_WA.p - first.X_WB.p);
   const Twistd V_AB = transposed_times(X_WA.R, V_W);
 
+  // Normal forces and their centre, then friction there.
   force_.touches = true;
-  force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), Vector3d::zero(), 0, 0, 0, 0});
+  force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), 0, 0, 0});
+  normal_.clear();
   Wrenchd on_b = Wrenchd::zero();
-  for (const ContactElement& e : elements_.list) add_force(e, V_AB, on_b);
-  finish(X_WA, on_b);
+  const Vector3d n = mean_normal();
+  for (const ContactElement& e : elements_.list) add_normal_force(e, n, V_AB, on_b);
+  if (force_.normal_force > 0) {
+    force_.p_WC *= 1 / force_.normal_force;
+    add_friction(n, V_AB, {transposed_times(X_WA.R, stick.slip), stick.spin}, on_b);
+  } else {
+    force_.p_WC = elements_.list.front().point;
+  }
+  finish(X_WA, 0.5 * (first.V_WB.angular + second.V_WB.angular), stick, on_b);
   return force_;
 }
 

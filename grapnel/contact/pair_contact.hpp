@@ -17,15 +17,20 @@ struct MovingBody {
   Twistd V_WB;  // at B's origin, in W [rad/s, m/s]
 };
 
+/// Elastic tangential deformation of a contact, as a fraction of that at which it slips (23.8). Part of the state of a
+/// system: its rate is ContactForce::stick_rate. Zero when contact begins.
+struct StickState {
+  Vector3d slip = Vector3d::zero();  // in W
+  double spin = 0;                   // about the normal
+};
+
 /// A patch of contact with one normal, or a point or line; on the second shape, in W.
 struct PatchForce {
   Vector3d p_WC;        // centre of the normal force
   Vector3d normal;      // mean unit normal, from the first shape to the second
-  Vector3d force;       // normal and friction force [N]
   double normal_force;  // [N]
   double area;          // [m^2]; zero for points and lines
   double depth;         // maximum, of both surfaces together [m]
-  double slip_speed;    // mean, weighted by the normal force [m/s]
 };
 
 struct ContactForce {
@@ -37,9 +42,10 @@ struct ContactForce {
   Wrenchd on_b = Wrenchd::zero();
   double normal_force = 0;    // sum over the patches [N]
   double depth = 0;           // maximum [m]
-  double slip_speed = 0;      // mean, weighted by the normal force [m/s]
+  double slip_speed = 0;      // at p_WC [m/s]
   double damping_power = 0;   // dissipated, >= 0 [W]
-  double friction_power = 0;  // dissipated by friction, rolling and torsional friction, >= 0 [W]
+  double friction_power = 0;  // given up to friction, rolling and torsional friction; < 0 while sticking relaxes [W]
+  StickState stick_rate;      // [1/s]
   std::vector<PatchForce> patches;
 };
 
@@ -58,7 +64,7 @@ class PairContact {
   PairContact(ContactShape a, ContactShape b, ContactLaw law);
 
   /// Forces in this state; valid until the next call. Does not allocate.
-  const ContactForce& evaluate(const MovingBody& a, const MovingBody& b);
+  const ContactForce& evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
   /// The result of the last evaluate(); no contact before the first.
   const ContactForce& last() const { return force_; }
   /// The elastic energy [J]. For polyhedra it takes a few times as long as the forces, and its relative accuracy is
@@ -76,13 +82,18 @@ class PairContact {
 
  private:
   void gather(const Posed& X_AB);
-  void add_force(const ContactElement& element, const Twistd& V_AB, Wrenchd& on_b);
-  void finish(const Posed& X_WA, Wrenchd on_b);
+  Vector3d mean_normal() const;
+  void add_normal_force(const ContactElement& element, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
+  void add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b);
+  void add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd& on_b);
+  double lever(const Vector3d& center) const;
+  void finish(const Posed& X_WA, const Vector3d& mean_rate, const StickState& stick, const Wrenchd& on_b);
 
   bool exchanged_;  // shapes_.a is the second shape
   ContactShapes shapes_;
   PressureContact pressure_;
   ContactElements elements_;
+  std::vector<double> normal_;  // normal forces of the elements [N]
   ContactForce force_;
 };
 

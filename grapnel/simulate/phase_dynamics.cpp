@@ -169,6 +169,7 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   if (setup_.contacts) {
     forward_kinematics(model_, state, workspace_.kinematics);
     setup_.contacts->begin(t, workspace_.kinematics);
+    setup_.contacts->rebase_stick();
   }
   std::vector<double> y(size(), 0.0);
   std::copy(state.q.begin(), state.q.end(), y.begin());
@@ -181,6 +182,7 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   std::copy(y.begin(), y.begin() + nq, now_.q.begin());
   std::copy(y.begin() + nq, y.begin() + nq + nv, now_.v.begin());
+  if (setup_.contacts) setup_.contacts->set_stick(y.last(exchange_count() + stick_count()).first(stick_count()));
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;

@@ -4,12 +4,12 @@
 /// A model with joint controllers and gravity, or the field near an orbit, as a differential equation, including the
 /// integrals for its conservation checks.
 ///
-/// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
-/// the external impulse; likewise for each tree, if there are external effects. They are under error control: for
-/// prescribed joint motion, little else limits the step. The exchanged magnitudes (TreeExchange) are also integrated.
-/// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
-/// attitude control; loads may act on any body; closures keep loops of the tree closed. Thread safety: one thread at a
-/// time (it owns a workspace).
+/// State vector y = [q; v; integrals], with the deformations of sticking contacts among the integrals. These are the
+/// work of motors, of friction and of external forces, and the external impulse; likewise for each tree, if there are
+/// external effects. They are under error control: for prescribed joint motion, little else limits the step. The
+/// exchanged magnitudes (TreeExchange) are also integrated. Joints are free, driven by a controller, or move as
+/// prescribed; a root may be held by an ideal wrench or be under attitude control; loads may act on any body; closures
+/// keep loops of the tree closed. Thread safety: one thread at a time (it owns a workspace).
 
 #include <memory>
 #include <optional>
@@ -217,8 +217,10 @@ class PhaseDynamics {
            damper_integral_count() + contact_integral_count() + exchange_count();
   }
   int contact_integral_count() const {
-    return setup_.contacts ? phase_integral::kContactCount * static_cast<int>(setup_.contacts->groups()) : 0;
+    if (!setup_.contacts) return 0;
+    return phase_integral::kContactCount * static_cast<int>(setup_.contacts->groups()) + stick_count();
   }
+  int stick_count() const { return setup_.contacts ? static_cast<int>(setup_.contacts->stick_count()) : 0; }
   int exchange_count() const { return phase_integral::kExchangeCount * static_cast<int>(trees_.size()); }
   int damper_integral_count() const { return has_dampers_ ? static_cast<int>(trees_.size()) : 0; }
   int joint_integral_count() const { return phase_integral::kJointCount * static_cast<int>(measured_.size()); }

@@ -68,6 +68,7 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
     at[kContactImpulse] = group.impulse, at[kContactSlip] = group.slip;
     at += kContactCount;
   }
+  at += stick_count();
   for (const TreeExchange& tree : integrals.exchanged) {
     at[kExchangedImpulse] = tree.impulse, at[kExchangedMoment] = tree.angular_impulse, at[kExchangedWork] = tree.work;
     at += kExchangeCount;
@@ -160,7 +161,7 @@ void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
   }
 }
 
-// Last evaluation => rates of the integrals of each group of contacts.
+// Last evaluation => rates of the integrals of each group of contacts, and of deformations.
 void PhaseDynamics::add_contact_integrals(std::span<double> integrals) {
   double* at = integrals.data() + integrals.size() - exchange_count() - contact_integral_count();
   for (std::size_t g = 0; setup_.contacts && g < setup_.contacts->groups(); ++g) {
@@ -172,6 +173,7 @@ void PhaseDynamics::add_contact_integrals(std::span<double> integrals) {
     at[kContactSlip] = group.slip_speed;
     at += kContactCount;
   }
+  if (setup_.contacts) setup_.contacts->stick_rates({at, setup_.contacts->stick_count()});
 }
 
 MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
@@ -196,7 +198,7 @@ PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> exchanged = numbers.last(exchange_count());
   const double* contact = exchanged.data() - contact_integral_count();
   integrals.damper_work.assign(contact - damper_integral_count(), contact);
-  for (; contact != exchanged.data(); contact += kContactCount)
+  for (; contact != exchanged.data() - stick_count(); contact += kContactCount)
     integrals.contacts.push_back({contact[kContactWork], contact[kContactDamping], contact[kContactFriction],
                                   contact[kContactImpulse], contact[kContactSlip]});
   for (std::size_t t = 0; t < trees_.size(); ++t) {

@@ -75,7 +75,7 @@ inline constexpr int kTreeCount = 7;
 // Then, of joints with static friction, stops or a motor: work of motor and friction, copper loss [J].
 inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
 inline constexpr int kJointCount = 3;
-// Then, of groups of contacts (ContactIntegrals).
+// Then, of groups of contacts (ContactIntegrals); then the deformations of contacts (ContactSet::stick_count()).
 inline constexpr int kContactWork = 0, kContactDamping = 1, kContactFriction = 2, kContactImpulse = 3, kContactSlip = 4;
 inline constexpr int kContactCount = 5;
 // At the end, tree by tree, the magnitudes of TreeExchange. They are not under error control.
