@@ -21,7 +21,7 @@ struct ContactMaterial {
   double static_friction = 0;   // coefficients
   double kinetic_friction = 0;
   double stiction_speed = 1e-2;  // slip speed around which friction falls from static to kinetic [m/s]
-  /// Elastic tangential displacement up to the static friction [m]: bodies stick up to it (23.8).
+  /// Elastic tangential displacement up to the static friction [m]: bodies stick up to it (23.7a).
   double stiction_displacement = 1e-4;
   double rolling_length = 0;    // couple against rolling per normal force [m]
   double torsional_length = 0;  // couple against spinning about the normal per normal force [m]

@@ -17,7 +17,7 @@ struct MovingBody {
   Twistd V_WB;  // at B's origin, in W [rad/s, m/s]
 };
 
-/// Elastic tangential deformation of a contact, as a fraction of that at which it slips (23.8). Part of the state of a
+/// Elastic tangential deformation of a contact, as a fraction of that at which it slips (23.7a). Part of the state of a
 /// system: its rate is ContactForce::stick_rate. Zero when contact begins.
 struct StickState {
   Vector3d slip = Vector3d::zero();  // in W
