@@ -13,14 +13,21 @@ using Path = std::optional<std::string>;
 
 Path path_in(const Type& type, const void* value, bool also_unknown);
 
-// By its name if it has one: "[left]".
+// By its name or names if it has any: "[left]", "[left, right]".
 std::string place_of(const Type& type, const void* item, std::size_t i) {
-  std::string name = std::to_string(i);
-  if (!type.fields.empty() && type.fields[0].type().kind == Type::Kind::text) {
-    const auto take = [&](const void* text) { name = *static_cast<const std::string*>(text); };
-    type.fields[0].show(item, visitor_of(take));
-  }
-  return "[" + name + "]";
+  if (type.fields.empty()) return "[" + std::to_string(i) + "]";
+  const Type& first = type.fields[0].type();
+  std::string name;
+  const auto add_text = [&](const void* text) {
+    name += (name.empty() ? "" : ", ") + *static_cast<const std::string*>(text);
+  };
+  const auto add_texts = [&](const void* texts) {
+    for (std::size_t k = 0; k < first.size(texts); ++k) first.show_item(texts, k, visitor_of(add_text));
+  };
+  if (first.kind == Type::Kind::text) type.fields[0].show(item, visitor_of(add_text));
+  if (first.kind == Type::Kind::list && first.of().kind == Type::Kind::text)
+    type.fields[0].show(item, visitor_of(add_texts));
+  return "[" + (name.empty() ? std::to_string(i) : name) + "]";
 }
 
 // List and its type => path of its first number that is not finite. Of lists of three numbers the sum of squares must
@@ -119,6 +126,7 @@ std::string first_not_finite(const CaptureResult& result) {
   if (result.gyros) finder.check("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
   finder.check("joints", result.joints);
   finder.check("stop_impacts", result.stop_impacts);
+  finder.check("contacts", result.contacts);
   if (result.thrusters) finder.check("thrusters.propellant", result.thrusters->propellant);
   finder.check("ledger.scale", result.ledger.scale);
   return finder.found();

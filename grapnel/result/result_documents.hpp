@@ -50,7 +50,8 @@ std::string source_texts_json(const SourceTexts& texts, std::string_view scenari
 
 // Descriptions of summary.json: every structure of a result has one table of its fields, with key, unit and meaning.
 // The writer, the schema and the documentation follow from this table. motion_fields.cpp: bodies, plans, grasps;
-// impact_fields.cpp: impacts; summary_fields.cpp: the rest and the document.
+// impact_fields.cpp: impacts; contact_fields.cpp: contacts between shapes; summary_fields.cpp: the rest and the
+// document.
 
 template <>
 const Type& type_of<Captured>();
@@ -108,6 +109,8 @@ template <>
 const Type& type_of<RestReport>();
 template <>
 const Type& type_of<StopImpact>();
+template <>
+const Type& type_of<ContactPairReport>();
 template <>
 const Type& type_of<WheelReport>();
 template <>

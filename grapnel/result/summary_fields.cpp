@@ -563,6 +563,10 @@ const Type& type_of<Summary>() {
       derived<[](const S& s) { return *worst_margin(*s.result); }>(
           "worst_margin", "", "entry of `loads` with the smallest margin over all phases; absent without ratings")
           .when<[](const S& s) { return worst_margin(*s.result) != nullptr; }>(),
+      list_part<&S::result, &CaptureResult::contacts>(
+          "contacts", "",
+          "contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent "
+          "if there are none"),
       derived<[](const S& s) { return Clearances{s.result}; }>(
           "clearance", "", "distances between bodies with shapes; absent if fewer than two bodies have shapes")
           .when<[](const S& s) { return !s.result->clearance.empty(); }>(),

@@ -366,6 +366,24 @@ std::string ratings_sentence(const CaptureResult& result) {
   return text;
 }
 
+std::string contact_sentence(const CaptureResult& result) {
+  if (result.contacts.empty()) return "";
+  const auto touching = std::ranges::count_if(result.contacts, [](const auto& pair) { return pair.touches > 0; });
+  std::string text = fmt::format("contacts: {} of {} pairs touched", touching, result.contacts.size());
+  if (touching == 0) return text;
+  const ContactPairReport& hardest = *std::ranges::max_element(result.contacts, {}, &ContactPairReport::peak_force);
+  text += fmt::format("; largest force {} N between {} and {} at t = {} s", short_number(hardest.peak_force),
+                      hardest.body_a, hardest.body_b, short_number(hardest.peak_time));
+  std::vector<std::string> deep;
+  for (const ContactPairReport& pair : result.contacts) {
+    if (pair.beyond_model) deep.push_back(pair.body_a + " and " + pair.body_b);
+  }
+  if (deep.empty()) return text;
+  text += "; TOO DEEP for the contact model: " + deep.front();
+  if (deep.size() > 1) text += fmt::format(" ({} more)", deep.size() - 1);
+  return text;
+}
+
 std::string ledger_sentence(const Ledger& ledger) {
   std::size_t checked = 0, failing = 0;
   for (const LedgerEntry& e : ledger.entries) {
@@ -497,6 +515,9 @@ Answer control_answer(const CaptureResult& result) {
   const std::string ratings = ratings_sentence(result);
   add(Tone::bad, "Ratings exceeded", ratings);
   if (!at_rest) add(Tone::bad, "Not at rest", rest_sentence(result));
+  const std::string contacts = contact_sentence(result);
+  const bool too_deep = std::ranges::any_of(result.contacts, &ContactPairReport::beyond_model);
+  if (too_deep) add(Tone::warn, "Contact too deep", contacts);
   add(Tone::warn, "Saturated", saturation_sentence(result));
   if (at_rest) add(Tone::good, "At rest", rest_sentence(result));
   const bool unclear = !result.stability.empty() && result.stability.back().verdict != Stability::stable;
@@ -509,6 +530,7 @@ Answer control_answer(const CaptureResult& result) {
   if (findings.empty())
     add(Tone::none, "Not evaluated",
         complete ? "no ratings and no feedback control" : "the run ended before loads and control were evaluated");
+  if (!too_deep) add(Tone::none, "Contacts", contacts);
   Answer answer{"Loads and control", findings.front().tone, findings.front().word, findings.front().text, {}};
   for (std::size_t i = 1; i < findings.size(); ++i) answer.remarks.push_back({findings[i].tone, "", findings[i].text});
   return answer;

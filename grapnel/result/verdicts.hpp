@@ -100,6 +100,9 @@ std::string window_sentence(const WindowReport& window);
 /// "ratings: EXCEEDED, 2 of 14; worst ..." Empty: nothing is rated or nothing is exceeded.
 std::string ratings_sentence(const CaptureResult& result);
 
+/// "contacts: 2 of 5 pairs touched; largest force 12.3 N between base and debris at t = 3 s". Empty: no pair may touch.
+std::string contact_sentence(const CaptureResult& result);
+
 /// "ledger: every conserved quantity is within its bound".
 std::string ledger_sentence(const Ledger& ledger);
 

@@ -62,6 +62,8 @@ export interface Summary {
   stability?: StabilityReport[];
   /** entry of `loads` with the smallest margin over all phases; absent without ratings */
   worst_margin?: PeakLoad;
+  /** contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none */
+  contacts?: ContactPairReport[];
   /** distances between bodies with shapes; absent if fewer than two bodies have shapes */
   clearance?: Clearances;
   /** limits of joints and drives */
@@ -103,6 +105,7 @@ export const kSummary: FieldNote[] = [
   ["saturation","","saturated actuators, the longest saturation first; absent if there are none"],
   ["stability","","stability of control loops, per phase of motion; absent if it was not evaluated"],
   ["worst_margin","","entry of `loads` with the smallest margin over all phases; absent without ratings"],
+  ["contacts","","contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none"],
   ["clearance","","distances between bodies with shapes; absent if fewer than two bodies have shapes"],
   ["limits","","limits of joints and drives"],
   ["feasibility","","whether a real robot could perform this motion"],
@@ -2303,6 +2306,57 @@ export const kStabilityReport: FieldNote[] = [
 ];
 
 export type Stability = "unstable" | "not_evaluated" | "stable";
+
+// contact between two bodies over the whole run. The normal force is the sum over all places where they touch.
+export interface ContactPairReport {
+  /** pair of bodies, or of a body and an obstacle */
+  bodies: [string, string];
+  /** number of times that the contact began [1] */
+  touches: number;
+  /** whether the bodies touched at the end of the run */
+  touches_at_end: boolean;
+  /** start of the first contact; absent: no contact [s] */
+  first_time?: number;
+  /** total time with contact [s] */
+  duration: number;
+  /** time integral of the normal force [N s] */
+  impulse: number;
+  /** largest normal force [N] */
+  peak_force: number;
+  /** time of the largest normal force; absent: no contact [s] */
+  peak_time?: number;
+  /** centre of the normal forces at that time, in W; absent: no contact [m] */
+  peak_point?: [number, number, number];
+  /** largest penetration, of both surfaces together [m] */
+  largest_depth: number;
+  /** path of the mean slip velocity during contact [m] */
+  slip_distance: number;
+  /** energy dissipated by the normal forces [J] */
+  damping_loss: number;
+  /** energy dissipated by friction [J] */
+  friction_loss: number;
+  /** elastic energy of the surfaces at the end of the run [J] */
+  elastic_energy: number;
+  /** whether an overlap was too deep for the contact model; then forces are not reliable */
+  beyond_model: boolean;
+}
+export const kContactPairReport: FieldNote[] = [
+  ["bodies","","pair of bodies, or of a body and an obstacle"],
+  ["touches","1","number of times that the contact began"],
+  ["touches_at_end","","whether the bodies touched at the end of the run"],
+  ["first_time","s","start of the first contact; absent: no contact"],
+  ["duration","s","total time with contact"],
+  ["impulse","N s","time integral of the normal force"],
+  ["peak_force","N","largest normal force"],
+  ["peak_time","s","time of the largest normal force; absent: no contact"],
+  ["peak_point","m","centre of the normal forces at that time, in W; absent: no contact"],
+  ["largest_depth","m","largest penetration, of both surfaces together"],
+  ["slip_distance","m","path of the mean slip velocity during contact"],
+  ["damping_loss","J","energy dissipated by the normal forces"],
+  ["friction_loss","J","energy dissipated by friction"],
+  ["elastic_energy","J","elastic energy of the surfaces at the end of the run"],
+  ["beyond_model","","whether an overlap was too deep for the contact model; then forces are not reliable"],
+];
 
 // distances between bodies with shapes.
 export interface Clearances {

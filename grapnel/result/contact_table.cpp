@@ -1,0 +1,57 @@
+#include "grapnel/result/contact_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "grapnel/result/text_table.hpp"
+
+namespace grapnel {
+namespace {
+
+// "base, debris *"; the mark: beyond the contact model.
+std::string pair_name(const ContactPairReport& pair) {
+  return pair.body_a + ", " + pair.body_b + (pair.beyond_model ? " *" : "");
+}
+
+// The pairs that touched, in the order of the problem.
+std::vector<const ContactPairReport*> touching_pairs(const CaptureResult& result) {
+  std::vector<const ContactPairReport*> touching;
+  for (const ContactPairReport& pair : result.contacts) {
+    if (pair.touches > 0) touching.push_back(&pair);
+  }
+  return touching;
+}
+
+}  // namespace
+
+std::string contact_table(const CaptureResult& result) {
+  constexpr std::size_t kMaxShown = 20;
+  if (result.contacts.empty()) return "";
+  const std::vector<const ContactPairReport*> touching = touching_pairs(result);
+  std::string out = fmt::format("\ncontacts, {} of {} pairs that may touch\n", touching.size(), result.contacts.size());
+  if (touching.empty()) return out;
+  TextTable forces, losses;
+  forces.row({"bodies", "touches", "first at", "duration", "impulse", "peak force", "at"});
+  forces.row({"", "", "s", "s", "N s", "N", "s"});
+  losses.row({"bodies", "depth", "slip", "damping loss", "friction loss", "elastic energy", "at the end"});
+  losses.row({"", "m", "m", "J", "J", "J", ""});
+  const std::size_t shown = std::min(kMaxShown, touching.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const ContactPairReport& pair = *touching[i];
+    forces.row({pair_name(pair), std::to_string(pair.touches), pair.first_time ? short_number(*pair.first_time) : "-",
+                short_number(pair.duration), short_number(pair.impulse), short_number(pair.peak_force),
+                short_number(pair.peak_time)});
+    losses.row({pair_name(pair), short_number(pair.largest_depth), short_number(pair.slip_distance),
+                short_number(pair.damping_loss), short_number(pair.friction_loss), short_number(pair.elastic_energy),
+                pair.touches_at_end ? "contact" : "apart"});
+  }
+  out += forces.text() + losses.text();
+  if (shown < touching.size()) out += fmt::format("  {} more, see contacts in summary.json\n", touching.size() - shown);
+  if (std::ranges::any_of(touching, [](const ContactPairReport* pair) { return pair->beyond_model; }))
+    out += paragraph("* an overlap was too deep for the contact model: these forces are not reliable", "  ");
+  return out;
+}
+
+}  // namespace grapnel
