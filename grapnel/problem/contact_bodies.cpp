@@ -29,6 +29,104 @@ ContactLaw contact_law_of(const MaterialSetup& a, const MaterialSetup& b, bool s
   return combine(surface_a, surface_b);
 }
 
+// ---- Bodies as the problem states them ----
+
+bool has_shape(const CaptureProblem& problem, const BodyName& body) {
+  const auto is_shape = [](const Geometry& g) { return g.shape != Geometry::Shape::none; };
+  if (body.obstacle) {
+    const std::vector<Geometry>& shapes = problem.obstacles.at(*body.obstacle).geometry;
+    return shapes.empty() || std::ranges::any_of(shapes, is_shape);
+  }
+  if (!body.target) {
+    return std::ranges::any_of(problem.robot.geometry,
+                               [&](const auto& one) { return one.first == body.name && is_shape(one.second); });
+  }
+  const TargetSetup& target = problem.targets.at(*body.target);
+  if (body.name.empty()) return std::ranges::any_of(target.geometry, is_shape);
+  const auto panel = std::ranges::find(target.panels, body.name, &PanelSetup::name);
+  return panel != target.panels.end() && std::ranges::any_of(panel->geometry, is_shape);
+}
+
+namespace {
+
+// The robot's links, in groups that fixed joints connect.
+class StatedLinks {
+ public:
+  explicit StatedLinks(const CaptureProblem& problem) : problem_(problem) {}
+
+  // The body of a group that a moving joint carries. Null: there is no such body.
+  const BodyDescription* group_of(const std::string& name) const {
+    const BodyDescription* body = find(name);
+    for (std::size_t k = 0; body && k < count() && !is_base(*body) && body->joint.type == JointType::fixed; ++k)
+      body = find(body->parent);
+    return body;
+  }
+  // The next group towards the base that has shapes; null: there is none.
+  const BodyDescription* carrier_of(const BodyDescription* group) const {
+    for (std::size_t k = 0; group && k < count(); ++k) {
+      group = is_base(*group) ? nullptr : group_of(group->parent);
+      if (group && is_shaped(*group)) return group;
+    }
+    return nullptr;
+  }
+  bool is_fixed(const std::string& name) const {
+    const BodyDescription* group = group_of(name);
+    return group && is_base(*group) && problem_.robot.base_mode == RobotSetup::Base::fixed;
+  }
+
+ private:
+  std::size_t count() const { return problem_.robot.bodies.size(); }
+  bool is_base(const BodyDescription& body) const { return body.name == problem_.robot.base; }
+  const BodyDescription* find(const std::string& name) const {
+    const auto found = std::ranges::find(problem_.robot.bodies, name, &BodyDescription::name);
+    return found == problem_.robot.bodies.end() ? nullptr : &*found;
+  }
+  bool is_shaped(const BodyDescription& group) const {
+    return std::ranges::any_of(problem_.robot.bodies, [&](const BodyDescription& body) {
+      return has_shape(problem_, body.name) && group_of(body.name) == &group;
+    });
+  }
+
+  const CaptureProblem& problem_;
+};
+
+// Whether a panel is a rigid part of its target.
+bool is_rigid(const TargetSetup& target, const std::string& panel) {
+  const auto found = std::ranges::find(target.panels, panel, &PanelSetup::name);
+  return found == target.panels.end() || (!found->hinge && !found->beam && found->modes.empty());
+}
+
+}  // namespace
+
+std::string contact_pair_fault(const CaptureProblem& problem, const BodyName& a, const BodyName& b) {
+  const char* const kFixed = "are fixed to each other, so they cannot touch";
+  const char* const kStill = "are both fixed in W, so they cannot touch";
+  if (a == b) return "are one body";
+  const StatedLinks links(problem);
+  const auto is_still = [&](const BodyName& body) {
+    return body.obstacle || (!body.target && links.is_fixed(body.name));
+  };
+  if (is_still(a) && is_still(b)) return kStill;
+  if (a.obstacle || b.obstacle || a.target != b.target) return {};
+  if (a.target) {
+    const TargetSetup& target = problem.targets.at(*a.target);
+    const bool rigid_a = a.name.empty() || is_rigid(target, a.name);
+    const bool rigid_b = b.name.empty() || is_rigid(target, b.name);
+    if (rigid_a && rigid_b) return kFixed;
+    return a.name.empty() || b.name.empty() ? "are connected, and their shapes may overlap there" : "";
+  }
+  const BodyDescription *group_a = links.group_of(a.name), *group_b = links.group_of(b.name);
+  if (!group_a || !group_b) return {};
+  if (group_a == group_b) return kFixed;
+  const BodyDescription* moving = links.carrier_of(group_a) == group_b   ? group_a
+                                  : links.carrier_of(group_b) == group_a ? group_b
+                                                                         : nullptr;
+  if (!moving) return {};
+  return fmt::format("are connected by joint '{}', and their shapes may overlap there", moving->joint.name);
+}
+
+// ---- Pairs ----
+
 namespace {
 
 // The pairs in a system, in the order of the rules.
@@ -46,7 +144,9 @@ class ContactPairs {
     };
     for (const auto& [a, b] : rule.pairs) for_all(a, b, place);
     for (const BodyName& a : rule.first_group) {
-      for (const BodyName& b : rule.second_group) for_all(a, b, place);
+      for (const BodyName& b : rule.second_group) {
+        if (contact_pair_fault(problem_, a, b).empty()) for_all(a, b, place);
+      }
     }
     if (rule.all) for_monitored(place);
   }

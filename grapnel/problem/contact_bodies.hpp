@@ -3,6 +3,7 @@
 /// @file
 /// The pairs of bodies of a problem that may touch, and the laws of their surfaces.
 
+#include <string>
 #include <vector>
 
 #include "grapnel/contact/contact_material.hpp"
@@ -23,10 +24,16 @@ struct ContactBodies {
 
 /// All pairs of CaptureProblem::contacts in a system of the problem, before or after captures. Each pair is listed
 /// once; a later rule replaces the law of an earlier one. A flexible link or panel stands for all its pieces. Left out:
-/// bodies without shapes, and pairs that are one rigid body in this system, such as a target in a rigid grasp with its
-/// gripper, or a fixed base with an obstacle. @throws std::out_of_range for an unknown name, std::invalid_argument as
-/// contact_law_of(); problem_conflicts() finds both before.
+/// bodies without shapes; pairs of two groups that contact_pair_fault() rejects; and pairs that are one rigid body in
+/// this system, such as a target in a rigid grasp with its gripper. @throws std::out_of_range for an unknown name,
+/// std::invalid_argument as contact_law_of(); problem_conflicts() finds both before.
 std::vector<ContactBodies> contact_bodies(const CaptureProblem& problem, const CaptureSystem& system);
+
+/// Whether a body of the problem has a shape; a half-space is one.
+bool has_shape(const CaptureProblem& problem, const BodyName& body);
+/// Why two bodies cannot be a pair: they are one body, have no relative motion, or are connected by a joint, where
+/// their shapes overlap. The end of a sentence: "are ..."; empty: they can be one. Both must exist.
+std::string contact_pair_fault(const CaptureProblem& problem, const BodyName& a, const BodyName& b);
 
 /// The surface of a material, with the dissipation of its coefficient of restitution. @throws std::invalid_argument as
 /// dissipation_for().
