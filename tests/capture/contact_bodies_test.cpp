@@ -147,6 +147,39 @@ TEST(ContactBodies, RejectUnknownNames) {
   EXPECT_THROW(contact_bodies(p, system), std::out_of_range);
 }
 
+// Groups leave out what cannot be a pair; the reasons are those that pairs named one by one are rejected for.
+TEST(ContactBodies, GroupsLeaveOutConnectedBodies) {
+  CaptureProblem p = two_fingers();
+  p.robot.bodies.push_back(body("nail", "left", {0.1, 0, 0}));
+  p.robot.bodies.back().joint.type = JointType::fixed;
+  p.robot.geometry.emplace_back("nail", ball(0.1));
+  p.contacts = {rule({"soft"})};
+  p.contacts[0].first_group = {"bus", "left", "nail", kStage, kFloor};
+  p.contacts[0].second_group = {"bus", "right", "nail", kStage, kWing, kPost};
+  // A pair that the groups select in both orders has the later one.
+  EXPECT_THAT(names(p), UnorderedElementsAre("stage-bus", "bus-stage/wing", "bus-post", "left-right", "left-stage",
+                                             "left-stage/wing", "left-post", "nail-right", "stage-nail",
+                                             "nail-stage/wing", "nail-post", "stage-right", "stage-post", "floor-bus",
+                                             "floor-right", "floor-nail", "floor-stage", "floor-stage/wing"));
+}
+
+TEST(ContactPairFault, NamesTheReason) {
+  CaptureProblem p = two_fingers();
+  EXPECT_EQ(contact_pair_fault(p, "left", "right"), "");
+  EXPECT_EQ(contact_pair_fault(p, "left", kStage), "");
+  EXPECT_EQ(contact_pair_fault(p, "left", "left"), "are one body");
+  EXPECT_EQ(contact_pair_fault(p, "bus", "left"),
+            "are connected by joint 'left_joint', and their shapes may overlap there");
+  EXPECT_EQ(contact_pair_fault(p, kStage, kWing), "are fixed to each other, so they cannot touch");
+  p.targets[0].panels[0].hinge.emplace();
+  EXPECT_EQ(contact_pair_fault(p, kStage, kWing), "are connected, and their shapes may overlap there");
+  EXPECT_EQ(contact_pair_fault(p, kFloor, kPost), "are both fixed in W, so they cannot touch");
+  EXPECT_EQ(contact_pair_fault(p, "bus", kPost), "");
+  p.robot.base_mode = RobotSetup::Base::fixed;
+  EXPECT_EQ(contact_pair_fault(p, "bus", kPost), "are both fixed in W, so they cannot touch");
+  EXPECT_EQ(contact_pair_fault(p, "left", kPost), "");
+}
+
 // One material states the law of the contact; two state those of their surfaces, in series.
 TEST(ContactLawOf, OneMaterialIsThatOfTheContact) {
   const MaterialSetup soft = pad("soft", 1e4), hard = pad("hard", 3e4);
