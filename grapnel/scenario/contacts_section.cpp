@@ -104,7 +104,7 @@ struct Described<ObstacleSetup> {
   using T = ObstacleSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "Name, unique among obstacles, links and targets.").required(),
-      key<bool>("half_space", "", "true: all points with z <= 0 in its frame, such as a floor or a wall.").optional(),
+      key<bool>("half_space", "", "`true`: all points with z <= 0 in its frame, such as a floor or a wall.").optional(),
       field<&T::geometry>(&shapes_description, "geometry", "One or several shapes, in its frame.")
           .one_or_list(kShapesTitles)
           .optional(),
@@ -132,7 +132,7 @@ struct Described<ContactPairsSetup> {
           .as("two groups of names")
           .optional(),
       field<&T::all>("all", "",
-                     "true: every pair that `clearance` monitors, end-effectors and their "
+                     "`true`: every pair that `clearance` monitors, end-effectors and their "
                      "targets included, and every body with every obstacle.")
           .optional(),
       field<&T::exclude>("exclude", "", "Pairs that `between` or `all` leaves out.")
@@ -145,7 +145,7 @@ struct Described<ContactPairsSetup> {
           .optional(),
       field<&T::materials>("materials", "",
                            "Materials of the first and of the second body of each pair, in series: both with a "
-                           "stiffness, or both with a modulus. Not with `all`.")
+                           "stiffness, or both with a modulus.")
           .items(2, 2)
           .optional(),
   });

@@ -275,7 +275,7 @@ Json pairs_schema(const Field&, const TypeReference&) {
 Json groups_schema(const Field&, const TypeReference&) {
   const Json group{{"type", "array"}, {"title", "a list of names"}, {"items", name_schema()}, {"minItems", 1}};
   return {
-      {"type", "array"}, {"title", "a list of 2 groups of names"}, {"items", group}, {"minItems", 2}, {"maxItems", 2}};
+      {"type", "array"}, {"title", "a list of groups of names"}, {"items", group}, {"minItems", 2}, {"maxItems", 2}};
 }
 
 // ---- Rows [t, Fx, Fy, Fz, Mx, My, Mz] ----
