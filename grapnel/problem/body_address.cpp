@@ -30,6 +30,7 @@ std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const Rob
 }
 
 int body_named(const CaptureSystem& system, const BodyName& body) {
+  if (body.obstacle) return -1;
   if (body.target && body.name.empty()) return body_at(system, {BodyAddress::Owner::target, *body.target, 0});
   for (std::size_t i = 0; i < system.addresses.size(); ++i) {
     const std::string& name = system.model.bodies()[i].description.name;

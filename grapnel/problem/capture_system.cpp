@@ -134,11 +134,49 @@ void check_motion_form(const CaptureProblem& problem, std::size_t joints, std::v
   if (approach.straight_in) check_straight_in(problem, faults);
 }
 
-// Checks external loads, the orbit and clearances.
+// Checks obstacles, and names in rules of contact. `check_body`: checks that a body of the model exists.
+template <class CheckBody>
+void check_contacts(const CaptureProblem& problem, const CheckBody& check_body, std::vector<std::string>& faults) {
+  for (std::size_t i = 0; i < problem.obstacles.size(); ++i) {
+    const std::string& name = problem.obstacles[i].name;
+    if (name.empty()) faults.push_back(fmt::format("obstacles: obstacle {} has no name", i));
+    if (find_named(problem.obstacles, name) != problem.obstacles.begin() + static_cast<std::ptrdiff_t>(i))
+      faults.push_back(fmt::format("obstacles: duplicate name '{}'", name));
+  }
+  for (std::size_t i = 0; i < problem.materials.size(); ++i) {
+    if (find_named(problem.materials, problem.materials[i].name) !=
+        problem.materials.begin() + static_cast<std::ptrdiff_t>(i))
+      faults.push_back(fmt::format("materials: duplicate name '{}'", problem.materials[i].name));
+  }
+  const auto check = [&](const BodyName& body) {
+    if (!body.obstacle)
+      check_body("contacts", body);
+    else if (*body.obstacle >= problem.obstacles.size())
+      faults.push_back(fmt::format("contacts: there is no obstacle {}", *body.obstacle));
+  };
+  for (const ContactPairsSetup& rule : problem.contacts) {
+    const int forms = (rule.pairs.empty() ? 0 : 1) + (rule.all ? 1 : 0) +
+                      (rule.first_group.empty() && rule.second_group.empty() ? 0 : 1);
+    if (forms != 1) faults.push_back("contacts: give one of pairs, two groups and all");
+    if (rule.first_group.empty() != rule.second_group.empty()) faults.push_back("contacts: one of two groups is empty");
+    for (const auto* pairs : {&rule.pairs, &rule.exclude}) {
+      for (const auto& [a, b] : *pairs) check(a), check(b);
+    }
+    for (const auto* group : {&rule.first_group, &rule.second_group}) {
+      for (const BodyName& body : *group) check(body);
+    }
+  }
+}
+
+// Checks external loads, the orbit, clearances and contacts.
 void check_surroundings(const CaptureProblem& problem, const Model& model, std::vector<std::string>& faults) {
   const auto check_body = [&](const char* what, const BodyName& body) {
     if (body.target && *body.target >= problem.targets.size()) {
       faults.push_back(fmt::format("{}: there is no target {}", what, *body.target));
+      return;
+    }
+    if (body.obstacle) {
+      faults.push_back(fmt::format("{}: obstacle {} is not allowed", what, *body.obstacle));
       return;
     }
     const std::string name = name_in_model(problem, body);
@@ -156,6 +194,7 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   for (const auto& [a, b] : problem.clearance.ignore) {
     for (const BodyName& body : {a, b}) check_body("clearance", body);
   }
+  check_contacts(problem, check_body, faults);
 }
 
 // Checks one phase after the approach. `check_size`: checks a list of values per joint.
@@ -388,6 +427,7 @@ std::string name_in_model(const CaptureProblem& problem, const BodyName& body) {
 }
 
 std::string shown_name(const CaptureProblem& problem, const BodyName& body) {
+  if (body.obstacle) return problem.obstacles.at(*body.obstacle).name;
   const std::string name = name_in_model(problem, body);
   return body.target ? name.substr(target_body_name("").size()) : name;
 }

@@ -17,14 +17,24 @@ struct ContactPair {
   ContactLaw law;
 };
 
-/// The law of the surfaces of two materials. `is_one`: a single material is stated for both surfaces; its linear
-/// stiffness and damping are then those of the contact. @throws std::invalid_argument as combine() and
+/// Whether a body of the problem has a shape; a half-space is one.
+bool has_shape(const CaptureProblem& problem, const BodyName& body);
+/// Why two bodies cannot be a pair: they are one body, have no relative motion, or are connected by a joint, where
+/// their shapes overlap. The end of a sentence: "are ..."; empty: they can be one. Both must exist.
+std::string contact_pair_fault(const CaptureProblem& problem, const BodyName& a, const BodyName& b);
+
+/// The surface of a material, with the dissipation of its coefficient of restitution. @throws std::invalid_argument as
 /// dissipation_for().
-ContactLaw contact_law(const MaterialSetup& a, const MaterialSetup& b, bool is_one);
+ContactMaterial surface_of(const MaterialSetup& material);
+/// The law of two materials, in series. `same`: one material states the law of the contact, so that a linear stiffness
+/// and a damping are those of both surfaces together (ContactPairsSetup::materials). @throws std::invalid_argument as
+/// combine() and dissipation_for().
+ContactLaw contact_law_of(const MaterialSetup& a, const MaterialSetup& b, bool same);
 
 /// The pairs of all entries of CaptureProblem::contacts, each once, in their order; the last entry that contains a pair
-/// states its law. `free`: the system with free targets. @throws std::invalid_argument if a material is unknown or
-/// invalid.
+/// states its law. Groups leave out pairs that contact_pair_fault() rejects; bodies without shapes are left out.
+/// `free`: the system with free targets. @throws std::out_of_range for an unknown name, std::invalid_argument as
+/// contact_law_of(); problem_conflicts() finds both before.
 std::vector<ContactPair> contact_pairs(const CaptureProblem& problem, const CaptureSystem& free);
 
 /// The name of a body in results.

@@ -57,6 +57,7 @@ class Conflicts : ConflictFinder {
     find_control_conflicts(problem_, found_);
     find_sensor_conflicts(problem_, found_);
     find_load_conflicts(problem_, found_);
+    find_contact_conflicts(problem_, found_);
     check_shapes();
     check_panels();
     check_lengths();
@@ -72,8 +73,10 @@ class Conflicts : ConflictFinder {
     const std::size_t of_robot = problem_.robot.geometry.size();
     std::size_t all = of_robot;
     for (const TargetSetup& target : problem_.targets) all += target.geometry.size();
+    for (const ObstacleSetup& obstacle : problem_.obstacles) all += obstacle.geometry.size();
     if (all <= kMostShapes || of_robot > kMostShapes) return;
-    add("targets", "targets and robot have {} shapes in total, at most {} are allowed", all, kMostShapes);
+    add("targets", "targets{} and robot have {} shapes in total, at most {} are allowed",
+        problem_.obstacles.empty() ? "" : ", obstacles", all, kMostShapes);
   }
 
   void check_panels() {

@@ -177,6 +177,55 @@ NumberWriter restitution_writer(const NumberPlace& at) {
   };
 }
 
+Json friction_schema(const Field& field, const TypeReference&) {
+  const Json part = number_schema(field.range);
+  return {{"anyOf",
+           {titled(part, "a number"),
+            {{"type", "object"},
+             {"title", "{static: mu_s, kinetic: mu_k}"},
+             {"required", {"static", "kinetic"}},
+             {"additionalProperties", false},
+             {"properties", {{"static", part}, {"kinetic", part}}}}}}};
+}
+void read_friction(const ValueToRead& at) {
+  auto& surface = *static_cast<ContactMaterial*>(at.place);
+  if (const auto both = number_of(at.node); both && !std::isnan(*both))
+    surface.static_friction = surface.kinetic_friction = *both;
+  if (!at.node.is_mapping()) return;
+  surface.static_friction = number_at(at.node, "static").value_or(0);
+  surface.kinetic_friction = number_at(at.node, "kinetic").value_or(0);
+}
+// A number for both, or {static, kinetic}, or one of these.
+NumberWriter friction_writer(const NumberPlace& at) {
+  std::vector<std::string> keys;
+  if (at.rest.empty() && at.form.is_mapping()) {
+    for (const NodeEntry& entry : at.form.entries) keys.push_back(entry.key);
+  } else if (at.rest.size() == 1 && !at.rest[0].is_index) {
+    keys.push_back(at.rest[0].key);
+  } else if (!at.is_number()) {
+    return nullptr;
+  }
+  return [field = at.field, keys](CaptureProblem&, void* place, Numbers numbers) {
+    auto& surface = *static_cast<ContactMaterial*>(place);
+    if (numbers.size() != std::max<std::size_t>(keys.size(), 1) || !allows(field, numbers)) return false;
+    if (keys.empty()) surface.static_friction = surface.kinetic_friction = numbers[0];
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      (keys[i] == "kinetic" ? surface.kinetic_friction : surface.static_friction) = numbers[i];
+    return true;
+  };
+}
+
+Json ready_made_material_schema(const Field&, const TypeReference&) {
+  Json names = Json::array();
+  for (const PublishedMaterial& one : published_materials()) names.push_back(one.name);
+  return {{"enum", std::move(names)}};
+}
+void read_ready_made_material(const ValueToRead& at) {
+  if (!is_text(at.node)) return;
+  if (const PublishedMaterial* found = published_material(at.node.text))
+    *static_cast<ContactMaterial*>(at.place) = found->material;
+}
+
 Json number_or_any_schema(const Field& field, const TypeReference&) {
   return {{"anyOf",
            {titled(number_schema(field.range), "a number"),
@@ -221,6 +270,12 @@ Json pairs_schema(const Field&, const TypeReference&) {
             {"items", name_schema()},
             {"minItems", 2},
             {"maxItems", 2}}}};
+}
+
+Json groups_schema(const Field&, const TypeReference&) {
+  const Json group{{"type", "array"}, {"title", "a list of names"}, {"items", name_schema()}, {"minItems", 1}};
+  return {
+      {"type", "array"}, {"title", "a list of groups of names"}, {"items", group}, {"minItems", 2}, {"maxItems", 2}};
 }
 
 // ---- Rows [t, Fx, Fy, Fz, Mx, My, Mz] ----
@@ -378,11 +433,14 @@ const Form kForms[] = {
          }},
     {.name = "axis gains", .schema = axis_gains_schema, .read = read_axis_gains, .numbers = axis_gains_writer},
     {.name = "restitution", .schema = restitution_schema, .read = read_restitution, .numbers = restitution_writer},
+    {.name = "friction coefficients", .schema = friction_schema, .read = read_friction, .numbers = friction_writer},
+    {.name = "ready-made material", .schema = ready_made_material_schema, .read = read_ready_made_material},
     {.name = "number or any", .schema = number_or_any_schema, .read = read_number_or_any, .numbers = number_writer},
     {.name = "number or infinity", .schema = number_or_infinity_schema, .read = read_number, .numbers = number_writer},
     {.name = "one of rigid, hinge, point, contact", .schema = one_of_schema, .read = read_grasp_model},
     {.name = "one of ", .schema = one_of_schema},
     {.name = "pairs of names", .schema = pairs_schema},
+    {.name = "two groups of names", .schema = groups_schema},
     {.name = "load table", .schema = load_table_schema, .read = read_load_table, .numbers = load_table_writer},
     {.name = "places by end-effector", .schema = places_schema, .read = read_places},
     {.name = "robot", .schema = robot_schema_of},

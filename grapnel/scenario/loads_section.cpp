@@ -215,10 +215,11 @@ void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, R
   }
 }
 
-// A link, the base, a target or a panel; an error if there is none.
-std::optional<BodyName> body_named(const Node& node, const std::string& path, Reading& reading) {
+}  // namespace
+
+std::optional<BodyName> named_body(const Node& node, const std::string& path, Reading& reading, bool with_obstacles) {
   if (!is_text(node) || node.text.empty()) return {};
-  const NameTable &links = reading.robot.links, &targets = reading.targets;
+  const NameTable &links = reading.robot.links, &targets = reading.targets, &obstacles = reading.obstacles;
   if (links.contains(node.text)) return node.text;
   if (const auto target = index_of_target(reading.problem, node.text)) return BodyName::of_target(*target);
   std::vector<std::string> panels;
@@ -229,17 +230,19 @@ std::optional<BodyName> body_named(const Node& node, const std::string& path, Re
       if (panels.back() == node.text) return BodyName::of_target(t, panel.name);
     }
   }
-  if (links.complete() && targets.complete()) {
+  for (std::size_t k = 0; with_obstacles && k < reading.problem.obstacles.size(); ++k) {
+    if (reading.problem.obstacles[k].name == node.text) return BodyName::of_obstacle(k);
+  }
+  if (links.complete() && targets.complete() && (!with_obstacles || obstacles.complete())) {
     std::vector<std::string> names = links.names();
     names.insert(names.end(), targets.names().begin(), targets.names().end());
     names.insert(names.end(), panels.begin(), panels.end());
+    if (with_obstacles) names.insert(names.end(), obstacles.names().begin(), obstacles.names().end());
     reading.faults.add(node.mark, fmt::format("unknown body {} in {}{}", in_quotes(node.text), path,
                                               suggestion(node.text, names, "bodies")));
   }
   return {};
 }
-
-}  // namespace
 
 void finish_external_wrenches(Reading& reading) {
   const Node& list = part(reading.root, "external_wrenches");
@@ -253,7 +256,8 @@ void finish_clearance(Reading& reading) {
     const Node& pair = pairs.items[i];
     if (pair.items.size() != 2) continue;
     const std::string path = item("clearance.ignore", i);
-    const auto first = body_named(pair.items[0], path, reading), second = body_named(pair.items[1], path, reading);
+    const auto first = named_body(pair.items[0], path, reading, false);
+    const auto second = named_body(pair.items[1], path, reading, false);
     if (!first || !second) continue;
     if (*first == *second) {
       reading.faults.add(pair.items[1].mark, fmt::format("{} names {} twice", path, in_quotes(pair.items[1].text)));

@@ -88,6 +88,7 @@ std::vector<Node*> mesh_file_nodes(Node& tree) {
     add_files_of_list(*robot, "links", files);
   }
   add_files_of_list(tree, "targets", files);
+  add_files_of_list(tree, "obstacles", files);
   return files;
 }
 

@@ -340,7 +340,7 @@ class Bytes {
     if (undeformed) put(*undeformed);
   }
   void put(const std::shared_ptr<const SourceTexts>&) {}  // origin of a problem, not part of its value
-  void put(const BodyName& body) { put(body.name), put(body.target); }
+  void put(const BodyName& body) { put(body.name), put(body.target), put(body.obstacle); }
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);
   }

@@ -197,6 +197,16 @@ struct Described<CaptureProblem> {
       field<&T::loads>(&external_wrenches_description, "external_wrenches",
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
+      field<&T::materials>(&materials_description, "materials", "Surface materials of `contacts`.").items(0, 1000),
+      field<&T::obstacles>(&obstacles_description, "obstacles",
+                           "Bodies fixed in W that others may touch. Not with `orbit`.")
+          .items(0, 1000),
+      field<&T::contacts>(
+          &contacts_description, "contacts",
+          "Bodies that may touch, and their materials. A later rule overrides earlier ones for the same "
+          "pair.")
+          .one_or_list("a mapping of one rule; a list of rules")
+          .optional(),
       field<&T::control>(&control_description, "control", "").optional(),
       field<&T::sensors>(&sensors_description, "sensors", "").optional(),
       field<&T::impedance>(&impedance_description, "impedance", "").optional(),
@@ -288,6 +298,7 @@ class ScenarioReader {
     finish_impact(reading_);
     finish_post_impact(reading_);
     finish_external_wrenches(reading_);
+    finish_contacts(reading_);
     finish_clearance(reading_);
     finish_control(torques_, reading_);
     finish_sensors(reading_);

@@ -113,6 +113,9 @@ const Type& phases_description();  ///< of CaptureProblem::post_impact, as a lis
 const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();
+const Type& materials_description();
+const Type& obstacles_description();
+const Type& contacts_description();
 const Type& control_description();
 const Type& impedance_description();
 const Type& sensors_description();
@@ -181,6 +184,8 @@ struct Reading {
   CaptureProblem problem;
   NameTable targets{"target"};
   std::map<std::string, NameTable, std::less<>> points;  // by target
+  NameTable obstacles{"obstacle"};
+  NameTable materials{"material"};
 
   /// What a name of the scenario refers to; null if there is none.
   const EndEffectorSetup* end_effector(const std::string& name) const;
@@ -194,9 +199,13 @@ void finish_approach(const TrajectoryFile* file, Reading& reading);
 void finish_impact(Reading& reading);
 void finish_post_impact(Reading& reading);
 void finish_external_wrenches(Reading& reading);
+void finish_contacts(Reading& reading);
 void finish_clearance(Reading& reading);
 void finish_control(const TrajectoryFile* torques, Reading& reading);
 void finish_sensors(Reading& reading);
+
+/// A link, the base, a target, a panel or, if allowed, an obstacle; an error at `path` if there is none.
+std::optional<BodyName> named_body(const Node& node, const std::string& path, Reading& reading, bool with_obstacles);
 
 /// Adds conflicts at their places in the tree, except those of absent keys and those that depend on values that are
 /// faulty.

@@ -137,6 +137,22 @@ TEST(ProblemSetter, MatchesTheReader) {
     expect_set(base, path, q);
 }
 
+TEST(ProblemSetter, OfContacts) {
+  Base base{
+      "scenarios/thesis/open-loop-case-1.yaml",
+      {{"materials",
+        "[{name: pad, stiffness: 2e4, damping: 50, restitution: 0.5, friction: {static: 0.4, kinetic: 0.3}}, "
+        "{name: rim, youngs_modulus: 7e10, poisson_ratio: 0.3, dissipation: 0.1, friction: 0.2}]"},
+       {"obstacles", "[{name: post, geometry: {shape: sphere, radius: 0.1}, position: [9, 9, 0], rpy: [0, 0, 0.1]}]"},
+       {"contacts", "{all: true, material: pad}"}}};
+  for (const char* path :
+       {"materials.pad.stiffness", "materials[0].damping", "materials.pad.friction.kinetic", "materials.pad.friction",
+        "materials.rim.youngs_modulus", "materials.rim.poisson_ratio", "materials.rim.dissipation",
+        "materials.rim.friction", "materials.pad.restitution", "obstacles.post.position", "obstacles.post.position[1]",
+        "obstacles.post.rpy", "obstacles.post.geometry.radius"})
+    expect_set(base, path);
+}
+
 TEST(ProblemSetter, OfImpactLaws) {
   Base contact("scenarios/contact-rebound.yaml", {});
   expect_set(contact, "impact.restitution", 0.9375);

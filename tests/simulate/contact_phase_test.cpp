@@ -58,6 +58,7 @@ struct Scene {
     PhaseSetup setup;
     setup.gravity = gravity;
     setup.contacts = contacts;
+    setup.loads = loads;
     dynamics = std::make_unique<PhaseDynamics>(model, setup);
     IntegrationSetup integration;
     integration.relative_tolerance = integration.absolute_tolerance = tolerance;
@@ -75,6 +76,7 @@ struct Scene {
   std::vector<ContactSurface> surfaces;
   std::vector<SurfacePair> pairs;
   Vector3d gravity = Vector3d::zero();
+  std::vector<ExternalLoad> loads;
   double tolerance = 1e-13;
   std::shared_ptr<ContactSet> contacts;
   std::unique_ptr<PhaseDynamics> dynamics;
@@ -192,6 +194,73 @@ TEST(ContactPhase, BoxOnAnInclineSticksOrSlides) {
       const double slope = kWeight * (std::sin(angle) - kFriction * std::cos(angle));
       EXPECT_NEAR(V.linear[0], slope * end, 1e-3 * slope * end);  // measured 2e-4, until it slips
     }
+  }
+}
+
+// Newton's cradle with gaps: the impacts follow each other, and the last ball takes the whole momentum.
+TEST(ContactPhase, CradlePassesTheMomentumOn) {
+  Scene s({ball("a"), ball("b"), ball("c"), ball("d")});
+  for (int i = 0; i < 4; ++i) s.add(primitive(Shape::sphere, {kRadius, 0, 0}));
+  for (int i = 0; i < 3; ++i) s.pair(i, i + 1, linear_law(1e5));
+  const double gap = 0.02, v = 0.5;
+  for (int i = 0; i < 4; ++i) s.place(i, {i * (2 * kRadius + gap), 0, 0}, moving({i == 0 ? v : 0, 0, 0}));
+  const PhaseOutcome outcome = s.run(1);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(twist_of(s, outcome.end_state, i).linear[0], 0, 1e-10) << i;  // measured 2e-11
+    EXPECT_EQ(s.contacts->history(i).touches, 1);
+  }
+  EXPECT_NEAR(twist_of(s, outcome.end_state, 3).linear[0], v, 1e-10);
+}
+
+// A ball that rolls keeps its speed; one that slides at first rolls with 5/7 of it afterwards.
+TEST(ContactPhase, BallRollsWithoutLossAfterSliding) {
+  for (const bool rolls : {true, false}) {
+    Scene s({ball("ball")});
+    s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add_floor();
+    s.pair(0, 1, rough_law(2e4, 100, 0.2));
+    s.gravity = {0, 0, -9.81};
+    // Friction acts in the middle of the overlap.
+    const double v = 0.7, sag = kMass * 9.81 / 2e4, lever = kRadius - 0.5 * sag;
+    s.place(0, {0, 0, kRadius - sag}, moving({v, 0, 0}, {0, rolls ? v / lever : 0, 0}));
+    s.tolerance = 1e-11;
+    const PhaseOutcome outcome = s.run(10);
+    ASSERT_TRUE(outcome.finished) << outcome.failure;
+    const Twistd V = twist_of(s, outcome.end_state, 0);
+    const double ratio = lever * lever / (0.4 * kRadius * kRadius);  // of both inertias
+    const double expected = rolls ? v : v * ratio / (1 + ratio);
+    EXPECT_NEAR(V.linear[0], expected, 1e-8) << rolls;
+    EXPECT_NEAR(V.angular[1] * lever, V.linear[0], 1e-8);
+  }
+}
+
+// A block between two fingers, each pressed with 10 N: it holds 90 % of the friction of both and slips at 110 %.
+TEST(ContactPhase, BlockBetweenTwoFingersSlipsBeyondItsFriction) {
+  constexpr double kPress = 10, kFriction = 0.5;
+  for (const double share : {0.9, 1.1}) {
+    const Symmetric3d heavy = Symmetric3d::diagonal(1e9, 1e9, 1e9);  // so that the fingers do not roll
+    Scene s({free_body("left", 1, heavy), block("block", 2, {0.1, 0.1, 0.1}), free_body("right", 1, heavy)});
+    s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add(primitive(Shape::box, {0.1, 0.1, 0.1}));
+    s.add(primitive(Shape::sphere, {kRadius, 0, 0}));
+    s.pair(0, 1, rough_law(1e4, 200, kFriction)), s.pair(2, 1, rough_law(1e4, 200, kFriction));
+    s.place(0, {-0.15, 0, 0}), s.place(2, {0.15, 0, 0});
+    // The fingers are pulled back with the same force as the block, so that only friction holds it.
+    const double pull = share * 2 * kFriction * kPress;
+    const auto push = [&](int body, const Vector3d& force, double start) {
+      ExternalLoad load;
+      load.body = body, load.amplitude.linear = force, load.profile.start = start;
+      s.loads.push_back(load);
+    };
+    push(0, {kPress, 0, 0}, 0), push(2, {-kPress, 0, 0}, 0);
+    push(1, {0, 0, pull}, 1), push(0, {0, 0, -0.5 * pull}, 1), push(2, {0, 0, -0.5 * pull}, 1);
+    s.tolerance = 1e-10;
+    const PhaseOutcome outcome = s.run(2);
+    ASSERT_TRUE(outcome.finished) << outcome.failure;
+    const double slip = twist_of(s, outcome.end_state, 1).linear[2] - twist_of(s, outcome.end_state, 0).linear[2];
+    if (share < 1)
+      EXPECT_LT(std::abs(slip), 1e-9);
+    else
+      EXPECT_NEAR(slip, (pull - 2 * kFriction * kPress) * (1.0 / 2 + 1.0 / 2), 0.05) << share;
   }
 }
 
