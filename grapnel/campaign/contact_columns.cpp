@@ -62,14 +62,16 @@ std::vector<Column> totals() {
 }  // namespace
 
 std::vector<Column> contact_columns(const CaptureProblem& problem) {
-  const auto pairs = contact_pair_names(problem);
+  if (problem.contacts.empty()) return {};
+  const std::vector<ContactPair> pairs = contact_pairs(problem, make_capture_system(problem));
   if (pairs.empty()) return {};
   std::vector<Column> columns = totals();
-  for (const auto& [a, b] : pairs) {
+  for (const ContactPair& bodies : pairs) {
+    const std::string a = contact_name(problem, bodies.a), b = contact_name(problem, bodies.b);
     for (const char* key : {"touches", "touches_at_end", "first_time", "duration", "impulse", "peak_force",
                             "largest_depth", "slip_distance", "damping_loss", "friction_loss"}) {
       const Field& field = *field_named(type_of<ContactPairReport>(), key);
-      const auto value = [a = a, b = b, &field](const StudyCase&, const CaptureResult& r) {
+      const auto value = [a, b, &field](const StudyCase&, const CaptureResult& r) {
         for (const ContactPairReport& pair : r.contacts) {
           if (pair.body_a == a && pair.body_b == b) return number_in(field, &pair, 0);
         }

@@ -28,7 +28,12 @@ StudyCase touching() {
   StudyCase point;
   point.problem = load_scenario(folder.write("touching.yaml", kText));
   point.problem.obstacles = {{"wall", Posed::identity(), {}}};
+  MaterialSetup rubber;
+  rubber.name = "rubber";
+  rubber.surface.stiffness = 1e4;
+  point.problem.materials = {rubber};
   ContactPairsSetup pairs;
+  pairs.materials = {"rubber"};
   pairs.pairs = {{"base", BodyName::of_target(0)}, {BodyName::of_target(0), BodyName::of_obstacle(0)}};
   point.problem.contacts = {pairs};
   return point;
