@@ -28,17 +28,14 @@ double number_in(const Type& type, const void* value, std::size_t component) {
   const auto take = [&](const void* item) { number = *static_cast<const double*>(item); };
   if (type.kind == Type::Kind::list) {
     type.show_item(value, component, visitor_of(take));
+  } else if (type.kind == Type::Kind::optional) {
+    const auto take_item = [&](const void* item) { number = number_in(type.of(), item, component); };
+    if (type.size(value) == 1) type.show_item(value, 0, visitor_of(take_item));
   } else if (type.kind == Type::Kind::real) {
     take(value);
   } else {
     number = static_cast<double>(type.whole(value));
   }
-  return number;
-}
-double number_in(const Field& field, const void* owner, std::size_t component) {
-  double number = NAN;
-  const auto take = [&](const void* value) { number = number_in(field.type(), value, component); };
-  field.show(owner, visitor_of(take));
   return number;
 }
 
@@ -206,6 +203,9 @@ class Builder {
           for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
           return least;
         });
+    for (Column& column : contact_columns(problem_)) {
+      if (column.by_default) columns_.push_back(std::move(column));
+    }
   }
 
   // Final state of a simulation without a capture.
@@ -528,6 +528,13 @@ class Builder {
 
 }  // namespace
 
+double number_in(const Field& field, const void* owner, std::size_t component) {
+  double number = NAN;
+  const auto take = [&](const void* value) { number = number_in(field.type(), value, component); };
+  field.show(owner, visitor_of(take));
+  return number;
+}
+
 template <>
 const Type& type_of<Column>() {
   static constexpr Field fields[] = {
@@ -605,6 +612,7 @@ std::vector<Column> control_columns(const CaptureProblem& problem) {
 std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   std::vector<Column> columns = standard_columns(problem, with_motion_afterwards);
   merge_columns(columns, load_columns(problem, with_motion_afterwards));
+  if (with_motion_afterwards) merge_columns(columns, contact_columns(problem));
   if (with_motion_afterwards) merge_columns(columns, control_columns(problem));
   return columns;
 }

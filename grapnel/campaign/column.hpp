@@ -78,6 +78,12 @@ bool is_rated(const CaptureProblem& problem);
 /// Without motion, margins are those of impacts.
 std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion);
 
+/// `contacts/A/B/KEY` of every pair of bodies that may touch, by default of at most ten pairs, and totals of all pairs.
+std::vector<Column> contact_columns(const CaptureProblem& problem);
+
+/// The number or boolean of a described field of `owner`, or a component of its vector; NaN if it is absent.
+double number_in(const Field& field, const void* owner, std::size_t component);
+
 /// Adds columns with new names.
 void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more);
 

@@ -25,7 +25,7 @@ struct ContactSample {
 /// Declares the series of all pairs and writes their samples.
 class ContactSeries {
  public:
-  /// Names of the pairs, as in contact_pair_names().
+  /// Names of the pairs, as in CaptureResult::contacts.
   explicit ContactSeries(std::vector<std::pair<std::string, std::string>> pairs) : pairs_(std::move(pairs)) {}
 
   /// contacts/A--B/force, normal_force, point and depth of each pair, without values.

@@ -276,7 +276,9 @@ void mark_peak(const Series& series, std::size_t first, std::size_t last, std::v
   if (largest > 0) marked[at] = true;
 }
 
-bool is_grasp_load(const std::string& path) {
+// Of grasps, and of contacts between shapes.
+bool is_contact_load(const std::string& path) {
+  if (path.starts_with("contacts/")) return path.ends_with("/force") || path.ends_with("/normal_force");
   return path.starts_with("grasps/") && (path.ends_with("/force") || path.ends_with("/moment"));
 }
 
@@ -319,7 +321,7 @@ std::vector<std::size_t> samples_that_matter(const TimeSeries& series) {
   }
   for (const Series& one : series.series) {
     const bool peaks = shows_peaks(one.path);
-    if (!peaks && !is_grasp_load(one.path)) continue;
+    if (!peaks && !is_contact_load(one.path)) continue;
     for (const Stretch& span : spans) mark_peak(one, span.first, span.last, marked);
     if (!peaks) continue;
     for (const Stretch& stretch : stretches) mark_peak(one, stretch.first, stretch.last, marked);

@@ -143,7 +143,7 @@ TEST(Decimate, PhasesAndEqualTimesStay) {
   EXPECT_EQ(*retained_samples(s, 1e-2), (std::vector<std::size_t>{0, 39, 40, 41, 42, 70, 71, 99}));
 }
 
-TEST(Decimate, GraspForcePeaksStay) {
+TEST(Decimate, PeaksOfContactForcesStay) {
   // A peak that a coarse line may omit: 1e-3 of the range above its neighbours.
   const auto force = [](double t) { return t < 0.25 ? 100.0 : t == 0.5 ? 10.001 : 10.0; };
   TimeSeries s = over_unit_time(101, force, "grasps/tip/force");
@@ -151,6 +151,10 @@ TEST(Decimate, GraspForcePeaksStay) {
   for (std::size_t i = 0; i < 101; ++i) s.phase[i] = i < 30 ? 0 : 1;
   const auto retained = *retained_samples(s, 1e-2);
   EXPECT_TRUE(std::count(retained.begin(), retained.end(), 50u));
+  for (const char* path : {"contacts/tip--debris/force", "contacts/tip--debris/normal_force"}) {
+    s.series[0].path = path;
+    EXPECT_EQ(*retained_samples(s, 1e-2), retained) << path;
+  }
   s.series[0].path = "grasps/tip/distance";
   const auto without = *retained_samples(s, 1e-2);
   EXPECT_FALSE(std::count(without.begin(), without.end(), 50u));

@@ -250,6 +250,46 @@ test("two runs share equal limits and mark different ones", () => {
   assert.deepEqual(joined.limits, [{ label: "contact", value: 0 }, { label: "rating, A", value: 100 }, { label: "rating, B", value: 200 }]);
 });
 
+// ---- Contacts between shapes ----
+
+// The finger touches at the samples 1 to 3 of six; the palm never does.
+function touchingRun() {
+  const six = (...values) => values.map((one) => [one].flat());
+  const xyz = ["x", "y", "z"], none = [NaN, NaN, NaN], zero = [0, 0, 0];
+  const pair = (name, force, normal, point, depth) => [
+    [`contacts/${name}/force`, "N", xyz, force], [`contacts/${name}/normal_force`, "N", ["normal_force"], normal],
+    [`contacts/${name}/point`, "m", xyz, point], [`contacts/${name}/depth`, "m", ["depth"], depth],
+  ];
+  const finger = pair(
+    "finger--debris", six(zero, [0, 3, 4], [0, 6, 8], [0, 3, 4], zero, zero), six(0, 5, 10, 5, 0, 0),
+    six(none, [1, 0, 0], [1, 1, 0], [1, 2, 0], none, none), six(0, 1, 2, 1, 0, 0),
+  );
+  const palm = pair("palm--debris", six(zero, zero, zero, zero, zero, zero), six(0, 0, 0, 0, 0, 0), six(none, none, none, none, none, none), six(0, 0, 0, 0, 0, 0));
+  return impactRun(null, [...finger, ...palm]);
+}
+
+test("contacts that occur have plots of forces and depths", () => {
+  const { plots } = v.plotsOf(touchingRun(), 0);
+  const contacts = plots.filter((plot) => plot.group === "Contacts");
+  assert.deepEqual(contacts.map((plot) => plot.id), ["contacts-normal_force", "contacts-depth", "contact-force-finger-debris"]);
+  assert.deepEqual(contacts[0].lines.map((line) => [line.label, [...line.values()]]), [["finger – debris", [0, 5, 10, 5, 0, 0]]]);
+  assert.deepEqual([...contacts[1].lines[0].values()], [0, 1, 2, 1, 0, 0]);
+  assert.deepEqual(contacts[2].lines.map((line) => line.label), ["x", "y", "z"]);
+  assert.deepEqual(plots.filter((plot) => plot.group === "Other"), []);
+  assert.equal(v.plotsOf(impactRun(), 0).plots.some((plot) => plot.group === "Contacts"), false);
+});
+
+test("arrows of contact forces begin at points of contact, also beside samples without contact", () => {
+  const run = touchingRun();
+  const forces = v.contactForces(run);
+  assert.deepEqual(forces.map(({ force }) => force.path), ["contacts/finger--debris/force"]);
+  const at = (index, fraction) => v.knownPoint(run, forces[0].point, { index, fraction });
+  assert.deepEqual(at(1, 0.5), [1, 0.5, 0]);
+  assert.deepEqual(at(0, 0.5), [1, 0, 0]); // contact begins before the next sample
+  assert.deepEqual(at(3, 0.5), [1, 2, 0]);
+  assert.deepEqual(at(5, 0), [0, 0, 0]); // no arrow: the force is zero
+});
+
 // ---- Texts ----
 
 test("texts are compared by lines", () => {

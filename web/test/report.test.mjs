@@ -1,7 +1,7 @@
 // Reports in a browser: every kind opens without errors and requests, the replay moves, plots and replay share one
 // instant, and the drawing agrees with summary.json.
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import { cpSync, mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, describe, test } from "node:test";
 import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
@@ -176,6 +176,41 @@ describe("control and actuators", () => {
   test("a run with only ideal joints has no such section", async () => {
     const { page, context } = await open(browser, reportOf(openLoop()));
     assert.equal(await page.locator("#driven").count(), 0);
+    await context.close();
+  });
+});
+
+describe("contacts between shapes", () => {
+  // The open loop's result with two pairs, of which one touched.
+  const touching = () => {
+    const out = path.join(folder, "touching");
+    cpSync(openLoop(), out, { recursive: true });
+    const file = path.join(out, "summary.json");
+    const none = { touches: 0, touches_at_end: false, duration: 0, impulse: 0, peak_force: 0, largest_depth: 0, slip_distance: 0, damping_loss: 0, friction_loss: 0, elastic_energy: 0, beyond_model: false };
+    const contacts = [
+      { ...none, bodies: ["palm", "debris"] },
+      { ...none, bodies: ["finger", "debris"], touches: 3, first_time: 2.25, duration: 0.875, peak_force: 12.3, peak_time: 2.5, peak_point: [0.1, -0.2, 0.3], beyond_model: true },
+    ];
+    writeFileSync(file, JSON.stringify({ ...JSON.parse(readFileSync(file, "utf8")), contacts }));
+    grapnel(["report", out]);
+    return reportOf(out);
+  };
+
+  test("the section lists the pairs that touched, with units and a warning", async () => {
+    const { page, context, faults } = await open(browser, touching());
+    const section = page.locator("#contacts");
+    const text = (await section.innerText()).replace(/\s+/g, " ");
+    for (const part of ["finger – debris", "12.3", "0.875", "Peak force [N]", "Largest depth [m]", "too deep for the contact model", "1 pair did not touch"])
+      assert.ok(text.includes(part), `${part} is not in ${text}`);
+    assert.equal(await section.locator("tbody tr").count(), 1);
+    assert.match(await section.locator("details").textContent(), /palm – debris/);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("a run without such pairs has no such section", async () => {
+    const { page, context } = await open(browser, reportOf(openLoop()));
+    assert.equal(await page.locator("#contacts").count(), 0);
     await context.close();
   });
 });

@@ -8,6 +8,7 @@ import { createReplay } from "../replay/replay";
 import { roving } from "../roving";
 import { Run } from "../run";
 import { answers, differingScenarios, keyNumbers } from "./compare";
+import { contactsSection, hasContacts } from "./contacts";
 import { drivenSection, isDriven } from "./driven";
 import { loadsSection } from "./loads";
 import { afterSection, costSection, feasibilitySection } from "./feasibility";
@@ -113,6 +114,9 @@ function runSections(run: Run): Section[] {
       : []),
     { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
     { id: "loads", title: "Loads over all phases", short: "Loads", build: () => loadsSection(s) },
+    ...(hasContacts(s)
+      ? [{ id: "contacts", title: "Contacts", short: "Contacts", build: () => contactsSection(s) }]
+      : []),
     ...(isDriven(s)
       ? [{ id: "driven", title: "Control and actuators", short: "Control", build: () => drivenSection(s) }]
       : []),

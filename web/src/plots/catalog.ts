@@ -6,6 +6,7 @@ import { label } from "../format";
 import { controlPlots } from "./catalog_control";
 import { armPlots } from "./catalog_joints";
 import { overviewOf } from "./catalog_key";
+import { touchPlots } from "./catalog_contacts";
 import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grasps";
 import { rotationVectors } from "./kinematics";
 import {
@@ -27,6 +28,7 @@ const kGroups = [
   "Joints",
   "End-effectors",
   "Grasp loads",
+  "Contacts",
   "Momentum",
   "Base",
   "Energy",
@@ -51,6 +53,7 @@ export function plotsOf(run: Run, index: number): Catalog {
     ...armPlots(context),
     ...endEffectorPlots(context),
     ...contactPlots(context),
+    ...touchPlots(context),
     ...momentumPlots(context),
     ...basePlots(context),
     ...targetPlots(context),

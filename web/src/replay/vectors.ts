@@ -161,7 +161,8 @@ export function momentumArrows(run: Run, bodies: BodyView[], paints: Paints, lab
   return made;
 }
 
-// During a compliant impact the grasp forces are displayed; later ones have the same scale.
+// During a compliant impact the grasp forces are displayed; later ones, and those of contacts between shapes, have the
+// same scale.
 export function forceArrows(run: Run, names: string[], paints: Paints, labels: Labels, span: number): SeriesArrows {
   const made = new SeriesArrows(run, 0.34 * span, "N");
   for (const name of names) {
@@ -170,7 +171,24 @@ export function forceArrows(run: Run, names: string[], paints: Paints, labels: L
     const origin = (instant: Instant) => inWorld(track, instant, new Vector3(), [0, 0, 0]);
     made.add(run.series(`grasps/${name}/force`), "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), origin);
   }
+  for (const { force, point } of contactForces(run)) {
+    made.add(force, "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), (at) => new Vector3(...knownPoint(run, point, at)));
+  }
   return made;
+}
+
+// Of the pairs of bodies that touch at any sample.
+export function contactForces(run: Run): { force: Series; point: Series }[] {
+  return run.all().flatMap((point) => {
+    const force = /^contacts\/.+\/point$/.test(point.path) ? run.series(point.path.replace(/point$/, "force")) : undefined;
+    return force && point.width === 3 && force.data.some((value) => value !== 0) ? [{ force, point }] : [];
+  });
+}
+
+// Bodies that are apart have no point: beside such a sample that of the other sample.
+export function knownPoint(run: Run, point: Series, instant: Instant): number[] {
+  const samples = [run.at(point, instant), ...[0, 1].map((step) => run.at(point, { index: Math.min(instant.index + step, run.samples - 1), fraction: 0 }))];
+  return samples.find((one) => one.every(Number.isFinite)) ?? [0, 0, 0];
 }
 
 // Centre of mass of a body as drawn.
