@@ -76,6 +76,8 @@ class PressureContact {
   struct Region {
     Vector3d center;
     double radius;
+    Vector3d axes[3];  // of the box
+    Vector3d half;     // half extents along them
   };
   bool collect(const ContactShapes& shapes, const Posed& X_AB);
   bool find_direction(const ContactShapes& shapes, const Posed& X_AB);
@@ -83,7 +85,8 @@ class PressureContact {
   void descend(const ContactShapes& shapes, const Posed& X_AB);
   void narrow(const ContactShapes& shapes, const Posed& X_AB);
   void prune(std::size_t first);
-  bool begin_polygon(const Vector3d& normal, double offset, double radius);
+  bool begin_polygon(const Vector3d& normal, double offset, double margin);
+  double region_reach(const Vector3d& normal, double margin) const;
   bool cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j);
   bool clip(const Field& field);
   double area_and_centroid(const Vector3d& normal, Vector3d& centroid) const;
@@ -97,6 +100,7 @@ class PressureContact {
   std::vector<Vector3d> clipped_;       // scratch of clip()
   std::vector<double> inside_;          // scratch of clip()
   Region region_{};                     // contains the overlap
+  bool boxed_ = false;                  // polygons are cut to the region's box; otherwise its sphere is used
   Vector3d direction_{};                // A to B, with a small overlap along it
   double overlap_ = 0;                  // along direction_ [m]: a bound of the depth
   double bound_ = 0;                    // of the pressure [Pa]

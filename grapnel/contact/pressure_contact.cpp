@@ -52,20 +52,24 @@ void PressureContact::offer(const Vector3d& n, double overlap) {
   if (overlap < overlap_) overlap_ = overlap, direction_ = n;
 }
 
-// Steps along the subgradient of the overlap h(n) = h_A(n) + h_B(-n), shorter after each failure.
+// Improves the direction of overlap: after a translation along it that separates both shapes, their nearest points give
+// a better one. No step depends on an earlier call.
 void PressureContact::descend(const ContactShapes& shapes, const Posed& X_AB) {
-  const double distance = norm(X_AB.p);
-  offer(direction_, reach_along(shapes.a, direction_) + reach_along(shapes.b, X_AB, -direction_));
-  if (!(distance > 0)) return;
-  double step = 1 / distance;
-  for (int round = 0; round < 12 && overlap_ > 0; ++round) {
-    const Vector3d n = direction_, n_B = transposed_times(X_AB.R, -n);
-    const Vector3d w = shapes.a.support_point(n) - X_AB * shapes.b.support_point(n_B);
-    Vector3d trial = n - step * (w - dot(w, n) * n);
-    trial *= 1 / norm(trial);
+  const auto overlap_along = [&](const Vector3d& n) {
+    return reach_along(shapes.a, n) + reach_along(shapes.b, X_AB, -n);
+  };
+  offer(direction_, overlap_along(direction_));
+  CorePair apart{shapes.a.bounding_core(), shapes.b.bounding_core(), X_AB};
+  const double gap = 1e-4 * apart.scale();
+  for (int round = 0; round < 8 && overlap_ > 0; ++round) {
+    apart.X_AB.p = X_AB.p + (1.1 * overlap_ + gap) * direction_;
+    const ConvexDistance touch = convex_distance(apart);
+    const double length = norm(touch.difference);
+    if (!(length > 0)) return;
+    const Vector3d n = (-1 / length) * touch.difference;
     const double before = overlap_;
-    offer(trial, reach_along(shapes.a, trial) + reach_along(shapes.b, X_AB, -trial));
-    if (!(overlap_ < before)) step *= 0.4;
+    offer(n, overlap_along(n));
+    if (!(overlap_ < 0.95 * before)) return;
   }
 }
 
@@ -101,7 +105,7 @@ bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X
   return overlap_ > 0;
 }
 
-// Direction and overlap => a smaller sphere around it: for each lateral direction t and any factor s >= 0, points x of
+// Direction and overlap => a smaller sphere and, for shapes of many faces, a box around it: for each lateral direction t and any factor s >= 0, points x of
 // the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap), and likewise for B.
 void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   const Vector3d& n = direction_;
@@ -110,9 +114,9 @@ void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   const double top_b = plane ? 0 : reach_along(shapes.b, X_AB, -n);
   Vector3d side[2];
   sides_of(n, side[0], side[1]);
-  Vector3d center = (top_a - 0.5 * overlap_) * n;
-  double square = 0.25 * overlap_ * overlap_;
-  for (const Vector3d& t : side) {
+  Vector3d center = (top_a - 0.5 * overlap_) * n, half{0, 0, 0.5 * overlap_};
+  for (int k = 0; k < 2; ++k) {
+    const Vector3d& t = side[k];
     double limit[2];
     for (int sign = 0; sign < 2; ++sign) {
       const Vector3d d = sign ? -t : t;
@@ -124,19 +128,20 @@ void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
       }
     }
     center += 0.5 * (limit[0] - limit[1]) * t;
-    const double half = 0.5 * (limit[0] + limit[1]);
-    square += half * half;
+    half[k] = 0.5 * (limit[0] + limit[1]);
   }
-  const double radius = std::sqrt(square);
-  if (radius < region_.radius) region_ = {center, radius};
+  half = 1.001 * half;  // faces of the shapes may lie in the box's sides
+  const double radius = norm(half);
+  if (boxed_ || radius < region_.radius) region_ = {center, radius, {side[0], side[1], n}, half};
 }
 
 // Shapes => the fields of the faces near the overlap, A's before B's; false if there is no overlap.
 bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
   fields_.clear();
   if (!find_direction(shapes, X_AB)) return false;
+  boxed_ = !is_simple(shapes.a) || !is_simple(shapes.b);
   const Vector3d& a = shapes.a.half_extents();
-  region_ = {Vector3d::zero(), norm(a)};
+  region_ = {Vector3d::zero(), norm(a), {}, Vector3d::zero()};
   if (shapes.b.kind() != ContactShape::Kind::half_space) {
     const Vector3d b = turned_extents(X_AB.R, shapes.b.half_extents());
     Vector3d half;
@@ -147,12 +152,10 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
     region_.radius = norm(half);
   }
   narrow(shapes, X_AB);
-  // A square around the sphere's section reaches at most sqrt(3) of its radius from its centre.
-  const double radius = 1.7321 * region_.radius;
   bound_ = shapes.pressure * overlap_ * (1 + 1e-9);
   const auto add = [&](double slope, const Vector3d& normal, double offset) {
     const Field field{slope * normal, slope * offset};
-    if (field.at(region_.center) - slope * radius <= bound_) fields_.push_back(field);
+    if (field.at(region_.center) - slope * region_reach(normal, 0) <= bound_) fields_.push_back(field);
   };
   for (const FacePlane& face : shapes.a.faces()) add(shapes.pressure_a, face.normal, face.offset);
   too_many_ = false;
@@ -182,7 +185,7 @@ void PressureContact::prune(std::size_t first) {
   for (std::size_t i = first; i < fields_.size(); ++i) {
     const double slope = norm(fields_[i].gradient);
     is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope,
-                                 1.7321 * region_.radius + bound_ / slope);
+                                 bound_ / slope);
     for (std::size_t k = first; is_least_[i] && k < fields_.size(); ++k) {
       if (k != i) is_least_[i] = clip(fields_[k]);
     }
@@ -192,6 +195,15 @@ void PressureContact::prune(std::size_t first) {
     if (is_least_[i]) fields_[kept++] = fields_[i];
   }
   fields_.resize(kept);
+}
+
+// Farthest distance from the region's centre along a unit vector of points that polygons may have: of the box enlarged
+// by a margin, or of a square around a section of the sphere, which reaches at most sqrt(3) of its radius.
+double PressureContact::region_reach(const Vector3d& normal, double margin) const {
+  if (!boxed_) return 1.7321 * region_.radius + margin;
+  double reach = 0;
+  for (int k = 0; k < 3; ++k) reach += std::abs(dot(normal, region_.axes[k])) * (region_.half[k] + margin);
+  return reach;
 }
 
 // Keeps the part of the polygon where the field is not negative; false if there is none.
@@ -218,24 +230,31 @@ bool PressureContact::clip(const Field& field) {
   return polygon_.size() >= 3;
 }
 
-// A square on a plane around the section of a sphere about the region's centre => polygon_; false if the plane misses
-// it.
-bool PressureContact::begin_polygon(const Vector3d& normal, double offset, double radius) {
+// A square on a plane around its section with the region enlarged by a margin, or that section if the region is a box
+// => polygon_; false if the plane misses it.
+bool PressureContact::begin_polygon(const Vector3d& normal, double offset, double margin) {
   const double height = dot(normal, region_.center) - offset;
-  if (!(std::abs(height) <= radius)) return false;
+  const double radius = region_.radius + 1.7321 * margin;
+  if (!(std::abs(height) <= (boxed_ ? region_reach(normal, margin) : radius))) return false;
   const Vector3d foot = region_.center - height * normal;
   Vector3d u, v;
   sides_of(normal, u, v);
   polygon_.clear();
   polygon_.push_back(foot + radius * (u + v)), polygon_.push_back(foot + radius * (v - u));
   polygon_.push_back(foot - radius * (u + v)), polygon_.push_back(foot + radius * (u - v));
+  if (!boxed_) return true;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d& axis = region_.axes[k];
+    const double middle = dot(axis, region_.center), half = region_.half[k] + margin;
+    if (!clip({axis, middle + half}) || !clip({-axis, half - middle})) return false;
+  }
   return true;
 }
 
 // The part of a plane within the overlap where the pressure `base`, zero or one field's, is the least => polygon_. On
 // the plane the fields i and j equal base.
 bool PressureContact::cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j) {
-  if (!begin_polygon(normal, offset, region_.radius)) return false;
+  if (!begin_polygon(normal, offset, 0)) return false;
   if (!clip(base) || !clip({-base.gradient, bound_ - base.constant})) return false;
   for (std::size_t k = 0; k < fields_.size(); ++k) {
     if (k == i || k == j) continue;  // equal to base, but for rounding errors

@@ -25,8 +25,16 @@ void at_gauss_points(double low, double high, Function&& f) {
   }
 }
 
+// Two shapes in a given order, without copies.
+struct RoundPair {
+  const ContactShape& a;
+  const ContactShape& b;
+  const ContactLaw& law;
+  double radius;
+};
+
 // A sphere of shape A's radius about p => one element with the other shape at most, `weight` times.
-void add_point(const ContactShapes& shapes, const Posed& X_AB, const Vector3d& p, double weight,
+void add_point(const RoundPair& shapes, const Posed& X_AB, const Vector3d& p, double weight,
                ContactElements& elements) {
   const Posed X_BA = inverse(X_AB);
   const double radius = shapes.a.core().rounding, rounding = shapes.b.core().rounding;
@@ -46,7 +54,7 @@ void add_point(const ContactShapes& shapes, const Posed& X_AB, const Vector3d& p
 }  // namespace
 
 void add_sphere_contact(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements) {
-  add_point(shapes, X_AB, Vector3d::zero(), 1, elements);
+  add_point({shapes.a, shapes.b, shapes.law, shapes.radius}, X_AB, Vector3d::zero(), 1, elements);
 }
 
 namespace {
@@ -66,12 +74,53 @@ struct AxisDistance {
   double depth(double z) const { return in_touch - at(z).distance; }
 };
 
-// Coordinate of the point of the axis nearest to the core of B.
-double nearest_on_axis(const ContactShapes& shapes, const Posed& X_AB, const AxisDistance& axis) {
+// The coordinates at which a line crosses the planes of a box's faces, clamped to the axis and sorted.
+std::array<double, 8> crossings(const Vector3d& half, const AxisDistance& axis) {
+  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+  std::array<double, 8> z;
+  z[6] = -axis.half, z[7] = axis.half;
+  for (int k = 0; k < 6; ++k) {
+    const double at = ((k & 1 ? half[k / 2] : -half[k / 2]) - p[k / 2]) / d[k / 2];
+    z[k] = at > -axis.half ? std::min(at, axis.half) : -axis.half;  // also if not a number
+  }
+  std::sort(z.begin(), z.end());
+  return z;
+}
+
+// Coordinate of the point of the axis nearest to a box: a root of half the derivative of the squared distance, which
+// is monotone, and linear between the crossings.
+double nearest_to_box(const Vector3d& half, const AxisDistance& axis) {
+  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+  const auto derivative = [&](double z) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double x = p[k] + z * d[k];
+      sum += d[k] * (x - std::clamp(x, -half[k], half[k]));
+    }
+    return sum;
+  };
+  const std::array<double, 8> z = crossings(half, axis);
+  double before = derivative(z[0]);
+  if (before >= 0) return z[0];
+  for (std::size_t i = 1; i < z.size(); ++i) {
+    const double now = derivative(z[i]);
+    if (now >= 0) return now > before ? z[i - 1] - (z[i] - z[i - 1]) * before / (now - before) : z[i];
+    before = now;
+  }
+  return axis.half;
+}
+
+// Coordinate of the point of the axis nearest to the core of B; inside of a core the deepest.
+double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDistance& axis) {
   const double slope = axis.X_BA.R(2, 2);
   if (shapes.b.kind() == ContactShape::Kind::half_space) return slope > 0 ? -axis.half : axis.half;
-  const ConvexDistance nearest = convex_distance({shapes.a.core(), shapes.b.core(), X_AB});
-  if (nearest.separated) return std::clamp(nearest.point_a[2], -axis.half, axis.half);
+  const ConvexCore& core = shapes.b.core();
+  if (core.hull || core.round) {
+    const ConvexDistance nearest = convex_distance({shapes.a.core(), core, X_AB});
+    if (nearest.separated) return std::clamp(nearest.point_a[2], -axis.half, axis.half);
+  } else if (const double z = nearest_to_box(core.half, axis); axis.at(z).distance > 0) {
+    return z;
+  }
   double low = -axis.half, high = axis.half;  // the distance is convex, inside of B too
   for (int step = 0; step < 60; ++step) {
     const double third = (high - low) / 3;
@@ -105,28 +154,63 @@ double end_of_contact(const AxisDistance& axis, double inside, double end) {
   return x;
 }
 
-// Coordinates within the part at which the nearest feature of B changes, in order, between the part's ends. Hulls:
-// three points about the nearest one.
+// Coordinates within the part at which the nearest feature of B changes, in order, between the part's ends.
 struct AxisBreaks {
-  std::array<double, 10> at;
+  static constexpr int kMax = 30;
+  std::array<double, kMax> at;
   int count = 0;
 
   void add(const AxisPart& part, double z) {
-    if (z > part.low && z < part.high) at[count++] = z;
+    if (z > part.low && z < part.high && count + 1 < kMax) at[count++] = z;
   }
 };
-AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const AxisPart& part, double nearest) {
+
+// A coordinate and half the derivative of the squared distance there. As a function of the coordinate it is continuous,
+// and linear while the nearest feature of a polyhedron is the same.
+struct AxisSlope {
+  double z, value;
+};
+AxisSlope slope_at(const AxisDistance& axis, double z) {
+  const CoreDistance to = axis.at(z);
+  return {z, to.distance * dot(to.normal, axis.X_BA.R.column(2))};
+}
+
+// Adds the kinks of AxisSlope between two coordinates: where the lines through the ends intersect, if the function
+// has that value there; otherwise those of both parts.
+void add_kinks(const AxisDistance& axis, const AxisPart& whole, const AxisSlope& low, const AxisSlope& high, int level,
+               AxisBreaks& breaks) {
+  const double length = high.z - low.z, tolerance = 1e-13 * (axis.half + axis.in_touch);
+  if (!(length > 1e-9 * axis.half) || level == 0) return;
+  const double beside = length / 64;
+  const double rise_low = (slope_at(axis, low.z + beside).value - low.value) / beside;
+  const double rise_high = (high.value - slope_at(axis, high.z - beside).value) / beside;
+  if (std::abs(rise_low - rise_high) * length < 64 * tolerance &&
+      std::abs(high.value - low.value - rise_low * length) < 64 * tolerance) {
+    return;
+  }
+  const double z = low.z + (high.value - low.value - rise_high * length) / (rise_low - rise_high);
+  const bool inside = z > low.z + beside && z < high.z - beside;
+  const AxisSlope middle = slope_at(axis, inside ? z : 0.5 * (low.z + high.z));
+  if (inside && std::abs(middle.value - low.value - rise_low * (z - low.z)) < 64 * tolerance) {
+    breaks.add(whole, z);
+    return;
+  }
+  add_kinks(axis, whole, low, middle, level - 1, breaks);
+  breaks.add(whole, middle.z);
+  add_kinks(axis, whole, middle, high, level - 1, breaks);
+}
+
+AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const AxisPart& part) {
   AxisBreaks breaks;
   breaks.at[breaks.count++] = part.low;
   const Vector3d p = axis.X_BA.p, d = axis.X_BA.R.column(2);
   const ConvexCore& core = b.core();
   if (core.hull) {
-    breaks.add(part, nearest), breaks.add(part, 0.5 * (part.low + nearest)),
-        breaks.add(part, 0.5 * (part.high + nearest));
-  }
-  for (int k = core.round || core.is_segment() ? 2 : 0;
-       k < 3 && !core.hull && b.kind() != ContactShape::Kind::half_space; ++k) {
-    for (const double side : {-1.0, 1.0}) breaks.add(part, (side * core.half[k] - p[k]) / d[k]);
+    add_kinks(axis, part, slope_at(axis, part.low), slope_at(axis, part.high), 10, breaks);
+  } else if (b.kind() != ContactShape::Kind::half_space) {
+    for (int k = core.round || core.is_segment() ? 2 : 0; k < 3; ++k) {
+      for (const double side : {-1.0, 1.0}) breaks.add(part, (side * core.half[k] - p[k]) / d[k]);
+    }
   }
   if (core.round) {
     const double a = d[0] * d[0] + d[1] * d[1], h = d[0] * p[0] + d[1] * p[1];
@@ -140,7 +224,7 @@ AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const Axis
 
 // The capsule A against B: its ends as spheres, and its side as a cylinder whose force per length is linear in the
 // depth.
-void add_one_capsule(const ContactShapes& shapes, const Posed& X_AB, double weight, ContactElements& elements) {
+void add_one_capsule(const RoundPair& shapes, const Posed& X_AB, double weight, ContactElements& elements) {
   const double half = shapes.a.core().half[2], radius = shapes.a.core().rounding;
   for (const double z : {-half, half}) add_point(shapes, X_AB, {0, 0, z}, weight, elements);
 
@@ -149,7 +233,7 @@ void add_one_capsule(const ContactShapes& shapes, const Posed& X_AB, double weig
   const double nearest = nearest_on_axis(shapes, X_AB, axis);
   if (!(axis.depth(nearest) > 0)) return;
   const AxisPart part{end_of_contact(axis, nearest, -half), end_of_contact(axis, nearest, half)};
-  const AxisBreaks breaks = breaks_of(shapes.b, axis, part, nearest);
+  const AxisBreaks breaks = breaks_of(shapes.b, axis, part);
   const ContactLaw& law = shapes.law;
   const double stiffness = law.hertz ? 0.25 * std::numbers::pi * law.elastic : law.elastic / (2 * half);
   for (int i = 0; i + 1 < breaks.count; ++i) {
@@ -170,15 +254,15 @@ void add_one_capsule(const ContactShapes& shapes, const Posed& X_AB, double weig
 }  // namespace
 
 void add_capsule_contact(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements) {
+  const RoundPair pair{shapes.a, shapes.b, shapes.law, shapes.radius};
   if (shapes.b.kind() != ContactShape::Kind::capsule) {
-    add_one_capsule(shapes, X_AB, 1, elements);
+    add_one_capsule(pair, X_AB, 1, elements);
     return;
   }
   // Half of each capsule against the other.
-  add_one_capsule(shapes, X_AB, 0.5, elements);
+  add_one_capsule(pair, X_AB, 0.5, elements);
   const std::size_t first = elements.list.size();
-  const ContactShapes exchanged(shapes.b, shapes.a, shapes.law);
-  add_one_capsule(exchanged, inverse(X_AB), 0.5, elements);
+  add_one_capsule({shapes.b, shapes.a, shapes.law, shapes.radius}, inverse(X_AB), 0.5, elements);
   for (std::size_t i = first; i < elements.list.size(); ++i) {
     ContactElement& e = elements.list[i];
     e.point = X_AB * e.point, e.normal = -(X_AB.R * e.normal);

@@ -70,10 +70,17 @@ TEST(ContactGeometry, SphereOnAHalfSpaceHasHertzsForce) {
 TEST(ContactGeometry, LyingCapsuleHasTheForceOfACylinderPerLength) {
   PairContact pair(ContactShape(primitive(Shape::capsule, {0.1, 0.4, 0})), ground(), elastic_law());
   const double depth = 1e-8, line = M_PI / 4 * elastic_law().elastic * 0.4 * depth;
-  const Posed lying{rotation_about({1, 0, 0}, M_PI / 2), {0, 0, 0.1 - depth}};
+  // An exact quarter turn: the angle pi/2 in double precision would be tilted by 6e-17.
+  const Posed lying{{{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}}, {0, 0, 0.1 - depth}};
   const ContactForce& f = pair.evaluate({lying, kRest}, {Posed::identity(), kRest});
   EXPECT_NEAR(f.normal_force, line, 5e-3 * line);  // the ends add 4/3 E* sqrt(R) depth^1.5 each
-  EXPECT_NEAR(f.p_WC[1], 0, 1e-12);
+  EXPECT_NEAR(f.p_WC[1], 0, 1e-16);
+  // Tilted by less than depth over half length: the centre of the forces moves by tilt * length^2 / (12 depth).
+  for (const double tilt : {6.123e-17, 1e-10, 1e-8}) {
+    const Posed tilted{rotation_about({1, 0, 0}, tilt) * lying.R, lying.p};
+    const double center = pair.evaluate({tilted, kRest}, {Posed::identity(), kRest}).p_WC[1];
+    EXPECT_NEAR(std::abs(center), tilt * 0.16 / (12 * depth), 1e-2 * tilt * 0.16 / (12 * depth) + 1e-9);
+  }
 }
 
 TEST(ContactGeometry, SeparationHasTheDistanceAndTheNearestPoints) {

@@ -3,7 +3,9 @@
 /// @file
 /// Free rigid bodies with contacts between them, integrated by the classical Runge-Kutta method with a fixed step.
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <vector>
 
 #include "grapnel/contact/pair_contact.hpp"
@@ -61,6 +63,20 @@ class FreeBodies {
     for (Rate& r : sum) r.scale(1.0 / 6);
     advance(start, sum, h);
     dissipated += power_sum / 6 * h;
+  }
+
+  /// The derivative of the first body's state y = (q, p, w, v), for implicit integrators; the others stay.
+  void derivatives_of(const double* y, double* dydt) {
+    FreeBody& b = bodies[0];
+    const double n = std::sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]);
+    b.q = {y[0] / n, y[1] / n, y[2] / n, y[3] / n};
+    b.p = {y[4], y[5], y[6]}, b.w = {y[7], y[8], y[9]}, b.v = {y[10], y[11], y[12]};
+    std::vector<Rate> rate(bodies.size());
+    derive(rate);
+    const Rate& r = rate[0];
+    const double values[] = {r.q.w,  r.q.x,  r.q.y,  r.q.z,  r.p[0], r.p[1], r.p[2],
+                             r.w[0], r.w[1], r.w[2], r.v[0], r.v[1], r.v[2]};
+    std::copy(std::begin(values), std::end(values), dydt);
   }
 
  private:
