@@ -41,21 +41,19 @@ constexpr ContactMaterial published(double modulus, double poisson_ratio, double
   return m;
 }
 
-constexpr std::string_view kMetalSource = "ASM Handbook, vol. 2 (1990)";
 constexpr PublishedMaterial kPublished[] = {
     {"aluminium", published(68.9e9, 0.33, 1.05, 1.40), true,
-     "6061-T6: ASM Handbook, vol. 2 (1990). Friction: Marks' Standard Handbook for Mechanical Engineers, table 3.2.1"},
-    {"steel", published(207e9, 0.29, 0.74, 0.57), true,
-     "carbon steel: Shigley's Mechanical Engineering Design, table A-5. Friction: Marks' Standard Handbook for "
-     "Mechanical Engineers, table 3.2.1, mild steel on mild steel"},
-    {"titanium", published(113.8e9, 0.342), false, kMetalSource},
-    {"carbon_fibre_laminate", published(9.08e9, 0.5), false,
-     "IM7/8552, E2 and nu23 (perpendicular to the plies): P. P. Camanho, M. Lambert, Composites Science and Technology "
-     "66 (2006) 3004-3020"},
-    {"kapton", published(2.5e9, 0.34, 0.63, 0.48), true, "DuPont Kapton HN data sheet, film on film"},
-    {"rubber", published(2.2e6, 0.4996), false,
-     "natural rubber, 50 IRHD: P. B. Lindley, Engineering Design with Natural Rubber, 4th ed. (1978); nu from its bulk "
-     "modulus 1030 MPa"},
+     "6061-T6: https://www.glemco.com/capabilities/material-expertise/aluminum-6061-t6/ (Aluminum Association, "
+     "typical). Friction, dry, static 1.05 to 1.35: Lawrence Berkeley National Laboratory, "
+     "http://www-eng.lbl.gov/~ajdemell/coefficients_of_friction.html"},
+    {"steel", published(200e9, 0.29, 0.74, 0.57), true,
+     "ASTM A36, 29e6 psi: Multimedia Engineering Mechanics, appendix Material Properties, http://ecoursesbook.com. "
+     "Friction, mild steel, dry and clean: https://mech.subwiki.org/wiki/Table_of_friction_coefficients"},
+    {"titanium", published(113.8e9, 0.342), false,
+     "Ti-6Al-4V ELI, annealed: ASM, https://asm.matweb.com/search/SpecificMaterial.asp?bassnum=MTP643"},
+    {"kapton", published(2.5e9, 0.34, 0.63, 0.48), true,
+     "HN film at 23 deg C, film on film: DuPont's table at "
+     "http://mu2e.phy.duke.edu/cw/misc/0404_kapton_properties.cfm.htm"},
 };
 
 }  // namespace

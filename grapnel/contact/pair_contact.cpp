@@ -58,7 +58,7 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
       pressure_(shapes_) {
   if (shapes_.a.kind() == Kind::half_space) throw std::invalid_argument("PairContact: two half-spaces");
   const bool is_polyhedral = shapes_.a.kind() >= Kind::cylinder;
-  elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 256);
+  elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 1024);
   normal_.reserve(elements_.list.capacity());
   force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
 }

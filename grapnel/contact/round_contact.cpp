@@ -156,7 +156,7 @@ double end_of_contact(const AxisDistance& axis, double inside, double end) {
 
 // Coordinates within the part at which the nearest feature of B changes, in order, between the part's ends.
 struct AxisBreaks {
-  static constexpr int kMax = 30;
+  static constexpr int kMax = 64;
   std::array<double, kMax> at;
   int count = 0;
 
@@ -179,19 +179,19 @@ AxisSlope slope_at(const AxisDistance& axis, double z) {
 // has that value there; otherwise those of both parts.
 void add_kinks(const AxisDistance& axis, const AxisPart& whole, const AxisSlope& low, const AxisSlope& high, int level,
                AxisBreaks& breaks) {
-  const double length = high.z - low.z, tolerance = 1e-13 * (axis.half + axis.in_touch);
+  const double length = high.z - low.z, tolerance = 1e-11 * (axis.half + axis.in_touch);
   if (!(length > 1e-9 * axis.half) || level == 0) return;
   const double beside = length / 64;
   const double rise_low = (slope_at(axis, low.z + beside).value - low.value) / beside;
   const double rise_high = (high.value - slope_at(axis, high.z - beside).value) / beside;
-  if (std::abs(rise_low - rise_high) * length < 64 * tolerance &&
-      std::abs(high.value - low.value - rise_low * length) < 64 * tolerance) {
+  if (std::abs(rise_low - rise_high) * length < tolerance &&
+      std::abs(high.value - low.value - rise_low * length) < tolerance) {
     return;
   }
   const double z = low.z + (high.value - low.value - rise_high * length) / (rise_low - rise_high);
   const bool inside = z > low.z + beside && z < high.z - beside;
   const AxisSlope middle = slope_at(axis, inside ? z : 0.5 * (low.z + high.z));
-  if (inside && std::abs(middle.value - low.value - rise_low * (z - low.z)) < 64 * tolerance) {
+  if (inside && std::abs(middle.value - low.value - rise_low * (z - low.z)) < tolerance) {
     breaks.add(whole, z);
     return;
   }
