@@ -63,15 +63,31 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
   force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
 }
 
+namespace {
+
+// Farthest distance along a unit vector in W of the box around the shape from its core's origin.
+double extent_along(const ContactShape& shape, const Posed& X_WB, const Vector3d& n_W) {
+  const Vector3d n = transposed_times(shape.X_BC().R, transposed_times(X_WB.R, n_W));
+  const Vector3d& half = shape.half_extents();
+  return shape.core().rounding + std::abs(n[0]) * half[0] + std::abs(n[1]) * half[1] + std::abs(n[2]) * half[2];
+}
+
+}  // namespace
+
 double PairContact::gap_bound(const Posed& X_WA, const Posed& X_WB) const {
+  constexpr double kRounding = 1 + 1e-12;
   const Posed& X_WFirst = exchanged_ ? X_WB : X_WA;
   const Posed& X_WSecond = exchanged_ ? X_WA : X_WB;
   const Vector3d a = X_WFirst * shapes_.a.X_BC().p, b = X_WSecond * shapes_.b.X_BC().p;
   if (shapes_.b.kind() == ContactShape::Kind::half_space) {
     const Vector3d outward = X_WSecond.R * shapes_.b.X_BC().R.column(2);
-    return dot(outward, a - b) - shapes_.a.reach();
+    const double height = dot(outward, a - b), by_sphere = height - shapes_.a.reach();
+    return by_sphere > 0 ? by_sphere : height - kRounding * extent_along(shapes_.a, X_WFirst, outward);
   }
-  return norm(a - b) - shapes_.a.reach() - shapes_.b.reach();
+  const double distance = norm(a - b), by_spheres = distance - shapes_.a.reach() - shapes_.b.reach();
+  if (by_spheres > 0 || !(distance > 0)) return by_spheres;
+  const Vector3d n = (1 / distance) * (a - b);
+  return distance - kRounding * (extent_along(shapes_.a, X_WFirst, n) + extent_along(shapes_.b, X_WSecond, n));
 }
 
 void PairContact::gather(const Posed& X_AB) {

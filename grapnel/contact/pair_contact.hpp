@@ -75,7 +75,8 @@ class PairContact {
   /// The distance of the shapes to which the forces belong: cylinders are prisms where the forces take them as such, or
   /// larger; negative if they overlap [m]. There is no force while it is positive.
   double gap(const Posed& X_WA, const Posed& X_WB) const;
-  /// A lower bound of gap() from spheres around the shapes, or a sphere and a half-space, at a small part of its cost.
+  /// A lower bound of gap() from spheres around the shapes, or boxes along the line of the centres or the normal of a
+  /// half-space, at a small part of its cost.
   double gap_bound(const Posed& X_WA, const Posed& X_WB) const;
   /// ContactForce::depth in these poses; zero without contact.
   double depth(const Posed& X_WA, const Posed& X_WB);

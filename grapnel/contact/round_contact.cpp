@@ -191,7 +191,13 @@ void add_kinks(const AxisDistance& axis, const AxisPart& whole, const AxisSlope&
   const double z = low.z + (high.value - low.value - rise_high * length) / (rise_low - rise_high);
   const bool inside = z > low.z + beside && z < high.z - beside;
   const AxisSlope middle = slope_at(axis, inside ? z : 0.5 * (low.z + high.z));
-  if (inside && std::abs(middle.value - low.value - rise_low * (z - low.z)) < tolerance) {
+  // The intersection has the function's value also if it is beyond other kinks, hence the points halfway.
+  const auto on_lines = [&](double x) {
+    const double line = x <= z ? low.value + rise_low * (x - low.z) : high.value + rise_high * (x - high.z);
+    return std::abs(slope_at(axis, x).value - line) < tolerance;
+  };
+  if (inside && std::abs(middle.value - low.value - rise_low * (z - low.z)) < tolerance &&
+      on_lines(0.5 * (low.z + z)) && on_lines(0.5 * (z + high.z))) {
     breaks.add(whole, z);
     return;
   }
@@ -206,7 +212,7 @@ AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const Axis
   const Vector3d p = axis.X_BA.p, d = axis.X_BA.R.column(2);
   const ConvexCore& core = b.core();
   if (core.hull) {
-    add_kinks(axis, part, slope_at(axis, part.low), slope_at(axis, part.high), 10, breaks);
+    add_kinks(axis, part, slope_at(axis, part.low), slope_at(axis, part.high), 12, breaks);
   } else if (b.kind() != ContactShape::Kind::half_space) {
     for (int k = core.round || core.is_segment() ? 2 : 0; k < 3; ++k) {
       for (const double side : {-1.0, 1.0}) breaks.add(part, (side * core.half[k] - p[k]) / d[k]);

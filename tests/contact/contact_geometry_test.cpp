@@ -92,6 +92,26 @@ TEST(ContactGeometry, SeparationHasTheDistanceAndTheNearestPoints) {
   EXPECT_NEAR(norm(s.point_b - Vector3d{0.4, 0.05, 0}), 0, 1e-13);
 }
 
+TEST(ContactGeometry, BroadPhaseIsTightAndNeverMissesAContact) {
+  const PairContact board(box(2, 0.2, 0.02), ground(), elastic_law());
+  EXPECT_FALSE(board.may_touch(at(0, 0, 0.0101), Posed::identity()));
+  EXPECT_TRUE(board.may_touch(at(0, 0, 0.0099), Posed::identity()));
+  const PairContact boards(box(2, 0.2, 0.02), box(2, 0.2, 0.02), elastic_law());
+  EXPECT_FALSE(boards.may_touch(at(0, 0, 0), at(0, 0, 0.0201)));
+  int touching = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Random random(i);
+    const ContactShape a = random_contact_shape(kCaseShapes[random.integer(0, 3)], random);
+    const ContactShape b = random_contact_shape(kCaseShapes[random.integer(0, 3)], random);
+    const PairContact pair(a, b, elastic_law());
+    const Posed X_WA{random.rotation(), random.vector(1)}, X_WB{random.rotation(), X_WA.p + random.vector(0.4)};
+    const bool touches = pair.separation(X_WA, X_WB).distance <= 0;
+    touching += touches;
+    EXPECT_TRUE(!touches || pair.may_touch(X_WA, X_WB)) << i;
+  }
+  EXPECT_GT(touching, 200);
+}
+
 TEST(ContactGeometry, SupportMapFindsTheFarthestVertexInEveryDirection) {
   Random random(5);
   const Geometry g = ellipsoid_hull(1000, 0.3, random);

@@ -54,7 +54,7 @@ TEST_P(PairOf, HasTheForceThatIsTheGradientOfItsEnergy) {
     const double h = 2e-3 * depth;
     const double slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
     const double scale = norm(force.on_b.linear) * (norm(V_A.linear) + norm(V_B.linear));
-    EXPECT_LT(worst.note(std::abs(power + slope) / scale, i), 2e-4);
+    EXPECT_LT(worst.note(std::abs(power + slope) / scale, i), 3e-5);  // measured 1e-5
   }
   EXPECT_GT(touching, slow ? 8 : 50);
 }
@@ -98,7 +98,8 @@ TEST_P(PairOf, HasExactlyOppositeWrenchesAlikeForExchangedBodiesAndInAnyFrame) {
 
 TEST_P(PairOf, IsFiniteAtAnyPose) {
   const bool slow = GetParam().a == CaseShape::round_hull || GetParam().b == CaseShape::round_hull;
-  for (int i = 0; i < (slow ? 4 : 40); ++i) {
+  const bool slowest = GetParam().a == CaseShape::round_hull && GetParam().b == CaseShape::round_hull;
+  for (int i = 0; i < (slowest ? 2 : slow ? 4 : 40); ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(3000 + i);
     const ContactShape a = random_contact_shape(GetParam().a, random), b = random_contact_shape(GetParam().b, random);
