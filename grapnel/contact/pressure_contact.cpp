@@ -105,8 +105,9 @@ bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X
   return overlap_ > 0;
 }
 
-// Direction and overlap => a smaller sphere and, for shapes of many faces, a box around it: for each lateral direction t and any factor s >= 0, points x of
-// the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap), and likewise for B.
+// Direction and overlap => a smaller sphere and, for shapes of many faces, a box around it: for each lateral direction
+// t and any factor s >= 0, points x of the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap), and
+// likewise for B.
 void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   const Vector3d& n = direction_;
   const bool plane = shapes.b.kind() == ContactShape::Kind::half_space;
@@ -184,8 +185,7 @@ void PressureContact::prune(std::size_t first) {
   is_least_.assign(fields_.size(), 1);
   for (std::size_t i = first; i < fields_.size(); ++i) {
     const double slope = norm(fields_[i].gradient);
-    is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope,
-                                 bound_ / slope);
+    is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope, bound_ / slope);
     for (std::size_t k = first; is_least_[i] && k < fields_.size(); ++k) {
       if (k != i) is_least_[i] = clip(fields_[k]);
     }

@@ -27,6 +27,30 @@ std::string name_of_case(const ::testing::TestParamInfo<Case>& info) {
 Twistd random_twist(Random& random) { return {random.vector(5), random.vector(1)}; }
 const Twistd kRest = Twistd::zero();
 
+// The integral along the axis by midpoints, of a capsule whose ends are far from the hull or not.
+TEST(ContactEnergy, OfCapsulesOnHullsIsTheIntegralOfTheSquaredDepth) {
+  Worst worst("energy and its integral by 1e5 midpoints, relative");
+  for (int i = 0; i < 20; ++i) {
+    Random random(4000 + i);
+    const ContactShape a = random_contact_shape(CaseShape::capsule, random);
+    const ContactShape b = random_contact_shape(i % 2 ? CaseShape::hull : CaseShape::box, random);
+    const ContactLaw law = elastic_law(false);
+    PairContact pair(a, b, law);
+    const Posed X_WA{random.rotation(), random.vector(1)};
+    const Posed X_WB = overlapping_pose(a, b, X_WA, 5e-3, random);
+    const Posed X_BA = inverse(X_WB * b.X_BC()) * (X_WA * a.X_BC());
+    const double half = a.core().half[2];
+    const auto square = [&](double z) {
+      const double depth = a.core().rounding - b.distance(X_BA * Vector3d{0, 0, z}).distance;
+      return depth > 0 ? 0.5 * law.elastic * depth * depth : 0;
+    };
+    double sum = square(-half) + square(half);
+    constexpr int kPoints = 100000;
+    for (int k = 0; k < kPoints; ++k) sum += square(half * (2 * (k + 0.5) / kPoints - 1)) / kPoints;
+    EXPECT_LT(worst.note(std::abs(pair.elastic_energy(X_WA, X_WB) / sum - 1), i), 1e-7);
+  }
+}
+
 class PairOf : public ::testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(All, PairOf, ::testing::ValuesIn(all_pairs()), name_of_case);
 
@@ -108,8 +132,8 @@ TEST_P(PairOf, IsFiniteAtAnyPose) {
     PairContact pair(a, b, combine(m, m));
     const Posed X_WA{random.rotation(), random.vector(1)};
     // Cores at one place with parallel axes, then random ones.
-    const Posed X_WB = (i == 0) ? X_WA * a.X_BC() * inverse(b.X_BC())
-                                : Posed{random.rotation(), X_WA.p + random.vector(0.3)};
+    const Posed X_WB =
+        (i == 0) ? X_WA * a.X_BC() * inverse(b.X_BC()) : Posed{random.rotation(), X_WA.p + random.vector(0.3)};
     const ContactForce& f = pair.evaluate({X_WA, random_twist(random)}, {X_WB, random_twist(random)});
     EXPECT_TRUE(std::isfinite(norm(f.on_a.linear) + norm(f.on_a.angular) + norm(f.p_WC)));
     EXPECT_TRUE(std::isfinite(f.depth + f.slip_speed));

@@ -289,7 +289,7 @@ TEST(ContactMotion, EnergyErrorOfElasticContactVanishesWithTheStep) {
   };
   const double coarse = error(4e-5), fine = error(1e-5);
   std::printf("[ measured ] energy error, step 4e-5 s and 1e-5 s: %.3g %.3g\n", coarse, fine);
-  EXPECT_LT(coarse, 1e-9);  // measured 8e-11
+  EXPECT_LT(coarse, 1e-9);        // measured 8e-11
   EXPECT_LT(fine, 0.1 * coarse);  // measured 3e-13
 }
 
