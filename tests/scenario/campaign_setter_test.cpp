@@ -204,13 +204,18 @@ TEST(ProblemSetter, KnowsItsLimits) {
   }
 }
 
-// Paths of all numbers of a tree, and of all lists and mappings of numbers.
-void collect_numbers(const Node& node, const std::string& path, std::vector<std::string>& paths) {
-  if (numbers_in(node)) paths.push_back(path);
+struct Place {
+  std::string path;
+  const Node* value;
+};
+
+// All numbers of a tree, and all lists and mappings of numbers.
+void collect_numbers(const Node& node, const std::string& path, std::vector<Place>& places) {
+  if (numbers_in(node)) places.push_back({path, &node});
   for (std::size_t i = 0; i < node.items.size(); ++i)
-    collect_numbers(node.items[i], path + "[" + std::to_string(i) + "]", paths);
+    collect_numbers(node.items[i], path + "[" + std::to_string(i) + "]", places);
   for (const NodeEntry& entry : node.entries)
-    collect_numbers(entry.value, path.empty() ? entry.key : path + "." + entry.key, paths);
+    collect_numbers(entry.value, path.empty() ? entry.key : path + "." + entry.key, places);
 }
 
 // Whether a changed number requires reading the scenario again: a part of an orientation, a matrix, a piecewise motion,
@@ -231,13 +236,13 @@ TEST(ProblemSetter, OfEveryNumberShipped) {
     const std::string name = std::filesystem::relative(file, GRAPNEL_SOURCE_DIR).string();
     SCOPED_TRACE(name);
     Base base(name, {});
-    std::vector<std::string> paths;
-    collect_numbers(base.tree, "", paths);
-    for (const std::string& path : paths) {
+    std::vector<Place> places;
+    collect_numbers(base.tree, "", places);
+    for (const auto& [path, value] : places) {
       SCOPED_TRACE(path);
       const bool is_part_of_default = path.ends_with("]") && !value_at(base.given, path);
       if (is_left_to_the_reader(path, base.problem) || is_part_of_default) continue;
-      const Node form = *value_at(base.tree, path);
+      const Node& form = *value;  // value_at() copies the tree
       const ProblemSetter set = base.setter(path, form);
       if (!set) {
         EXPECT_THROW(base.read(path, form), InputError);
