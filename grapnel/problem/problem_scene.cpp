@@ -250,7 +250,7 @@ void check_actions(const CaptureProblem& problem, const CaptureSystem& system, c
 }
 
 bool is_planar(const CaptureProblem& stated) {
-  make_capture_system(stated);  // checks the problem
+  make_capture_system(stated);                 // checks the problem
   if (!stated.contacts.empty()) return false;  // contact forces depend on shapes, which may not be symmetric
   const CaptureProblem problem = rigid_problem(stated);
   const CaptureSystem system = make_servicer(problem);

@@ -197,6 +197,10 @@ struct Described<CaptureProblem> {
       field<&T::loads>(&external_wrenches_description, "external_wrenches",
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
+      field<&T::control>(&control_description, "control", "").optional(),
+      field<&T::sensors>(&sensors_description, "sensors", "").optional(),
+      field<&T::impedance>(&impedance_description, "impedance", "").optional(),
+      field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::materials>(&materials_description, "materials", "Surface materials of `contacts`.").items(0, 1000),
       field<&T::obstacles>(&obstacles_description, "obstacles",
                            "Bodies fixed in W that others may touch. Not with `orbit`.")
@@ -207,10 +211,6 @@ struct Described<CaptureProblem> {
           "pair.")
           .one_or_list("a mapping of one rule; a list of rules")
           .optional(),
-      field<&T::control>(&control_description, "control", "").optional(),
-      field<&T::sensors>(&sensors_description, "sensors", "").optional(),
-      field<&T::impedance>(&impedance_description, "impedance", "").optional(),
-      field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),
   });

@@ -4,6 +4,7 @@
 
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
+#include "grapnel/problem/problem_scene.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
@@ -106,6 +107,14 @@ TEST(Contacts, OneRuleNeedsNoListAndOneNumberIsBothFrictions) {
   EXPECT_EQ(linear.materials[1].surface.static_friction, published_material("steel")->material.static_friction);
   // The published coefficients of aluminium, of which the kinetic one is larger, are allowed.
   EXPECT_THAT(faults_of(touching("{pairs: [[lower, ball]], material: aluminium}")), IsEmpty());
+}
+
+// Contact forces depend on shapes, which need not be symmetric.
+TEST(Contacts, AreNotPlanar) {
+  CaptureProblem p = read(touching("{pairs: [[lower, ball]], material: pad}"));
+  EXPECT_FALSE(scene_of(p).planar);
+  p.contacts.clear();
+  EXPECT_TRUE(scene_of(p).planar);
 }
 
 struct Case {
