@@ -94,10 +94,10 @@ TEST(ContactGeometry, SeparationHasTheDistanceAndTheNearestPoints) {
 
 TEST(ContactGeometry, BroadPhaseIsTightAndNeverMissesAContact) {
   const PairContact board(box(2, 0.2, 0.02), ground(), elastic_law());
-  EXPECT_FALSE(board.may_touch(at(0, 0, 0.0101), Posed::identity()));
-  EXPECT_TRUE(board.may_touch(at(0, 0, 0.0099), Posed::identity()));
+  EXPECT_GT(board.gap_bound(at(0, 0, 0.0101), Posed::identity()), 0);
+  EXPECT_LT(board.gap_bound(at(0, 0, 0.0099), Posed::identity()), 0);
   const PairContact boards(box(2, 0.2, 0.02), box(2, 0.2, 0.02), elastic_law());
-  EXPECT_FALSE(boards.may_touch(at(0, 0, 0), at(0, 0, 0.0201)));
+  EXPECT_GT(boards.gap_bound(at(0, 0, 0), at(0, 0, 0.0201)), 0);
   int touching = 0;
   for (int i = 0; i < 2000; ++i) {
     Random random(i);
@@ -107,7 +107,7 @@ TEST(ContactGeometry, BroadPhaseIsTightAndNeverMissesAContact) {
     const Posed X_WA{random.rotation(), random.vector(1)}, X_WB{random.rotation(), X_WA.p + random.vector(0.4)};
     const bool touches = pair.separation(X_WA, X_WB).distance <= 0;
     touching += touches;
-    EXPECT_TRUE(!touches || pair.may_touch(X_WA, X_WB)) << i;
+    EXPECT_TRUE(!touches || pair.gap_bound(X_WA, X_WB) <= 0) << i;
   }
   EXPECT_GT(touching, 200);
 }

@@ -28,6 +28,7 @@ class FreeBodies {
   struct Link {
     int a, b;
     PairContact contact;
+    StickState stick = {};
   };
   std::vector<FreeBody> bodies;
   std::vector<Link> links;
@@ -52,31 +53,28 @@ class FreeBodies {
   }
   void step(double h) {
     const std::vector<FreeBody> start = bodies;
+    std::vector<StickState> stuck, stick_sum(links.size());
+    for (const Link& l : links) stuck.push_back(l.stick);
     std::vector<Rate> sum(bodies.size()), rate(bodies.size());
+    std::vector<StickState> stick_rate(links.size());
     double power_sum = 0;
     const double weights[] = {1, 2, 2, 1}, places[] = {0, 0.5, 0.5, 1};
     for (int stage = 0; stage < 4; ++stage) {
-      if (stage > 0) advance(start, rate, places[stage] * h);
+      if (stage > 0) advance(start, rate, places[stage] * h), advance_stick(stuck, stick_rate, places[stage] * h);
       power_sum += weights[stage] * derive(rate);
       for (std::size_t i = 0; i < bodies.size(); ++i) sum[i].add(weights[stage], rate[i]);
+      for (std::size_t i = 0; i < links.size(); ++i) {
+        stick_rate[i] = links[i].contact.last().stick_rate;
+        stick_sum[i].slip += (weights[stage] / 6) * stick_rate[i].slip;
+        stick_sum[i].spin += weights[stage] / 6 * stick_rate[i].spin;
+      }
     }
     for (Rate& r : sum) r.scale(1.0 / 6);
-    advance(start, sum, h);
+    advance(start, sum, h), advance_stick(stuck, stick_sum, h);
+    for (Link& l : links) {
+      if (!l.contact.last().touches) l.stick = {};
+    }
     dissipated += power_sum / 6 * h;
-  }
-
-  /// The derivative of the first body's state y = (q, p, w, v), for implicit integrators; the others stay.
-  void derivatives_of(const double* y, double* dydt) {
-    FreeBody& b = bodies[0];
-    const double n = std::sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]);
-    b.q = {y[0] / n, y[1] / n, y[2] / n, y[3] / n};
-    b.p = {y[4], y[5], y[6]}, b.w = {y[7], y[8], y[9]}, b.v = {y[10], y[11], y[12]};
-    std::vector<Rate> rate(bodies.size());
-    derive(rate);
-    const Rate& r = rate[0];
-    const double values[] = {r.q.w,  r.q.x,  r.q.y,  r.q.z,  r.p[0], r.p[1], r.p[2],
-                             r.w[0], r.w[1], r.w[2], r.v[0], r.v[1], r.v[2]};
-    std::copy(std::begin(values), std::end(values), dydt);
   }
 
  private:
@@ -107,12 +105,16 @@ class FreeBodies {
       b.q = {q.w / n, q.x / n, q.y / n, q.z / n};
     }
   }
+  void advance_stick(const std::vector<StickState>& start, const std::vector<StickState>& rate, double h) {
+    for (std::size_t i = 0; i < links.size(); ++i)
+      links[i].stick = {start[i].slip + h * rate[i].slip, start[i].spin + h * rate[i].spin};
+  }
   // Returns the dissipated power.
   double derive(std::vector<Rate>& rate) {
     std::vector<Wrenchd> load(bodies.size(), Wrenchd::zero());
     double power = 0;
     for (Link& l : links) {
-      const ContactForce& f = l.contact.evaluate(bodies[l.a].motion(), bodies[l.b].motion());
+      const ContactForce& f = l.contact.evaluate(bodies[l.a].motion(), bodies[l.b].motion(), l.stick);
       load[l.a] += shift(f.on_a, bodies[l.a].p - f.p_WC);
       load[l.b] += shift(f.on_b, bodies[l.b].p - f.p_WC);
       power += f.damping_power + f.friction_power;
