@@ -135,7 +135,7 @@ void ContactSet::add_to_group(const Pair& pair, const ContactForce& force, doubl
   group.force_on_b += force.on_b.linear;
   group.normal_force += force.normal_force;
   group.depth = std::max(group.depth, force.depth);
-  group.slip_speed += force.normal_force * force.slip_speed;
+  group.slip_speed = std::max(group.slip_speed, force.slip_speed);
   group.damping_power += force.damping_power, group.friction_power += force.friction_power;
   group.power += power;
 }
@@ -155,7 +155,7 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
   }
   for (GroupContact& group : groups_) {
     if (!(group.normal_force > 0)) continue;
-    group.p_WC *= 1 / group.normal_force, group.slip_speed /= group.normal_force;
+    group.p_WC *= 1 / group.normal_force;
   }
 }
 

@@ -38,7 +38,7 @@ struct GroupContact {
   Vector3d force_on_b = Vector3d::zero();  // on the second body, in W [N]
   double normal_force = 0;                 // sum of magnitudes [N]
   double depth = 0;                        // maximum [m]
-  double slip_speed = 0;                   // mean, weighted by the normal force [m/s]
+  double slip_speed = 0;                   // largest of the pairs [m/s]
   double damping_power = 0;                // dissipated [W]
   double friction_power = 0;               // dissipated [W]
   double power = 0;                        // of the forces on both bodies [W]

@@ -59,7 +59,6 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
   if (shapes_.a.kind() == Kind::half_space) throw std::invalid_argument("PairContact: two half-spaces");
   const bool is_polyhedral = shapes_.a.kind() >= Kind::cylinder;
   elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 1024);
-  normal_.reserve(elements_.list.capacity());
   force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
 }
 
@@ -105,19 +104,30 @@ void PairContact::gather(const Posed& X_AB) {
   }
 }
 
-// Elements => the direction of the sum of their elastic forces; zero if these cancel (beyond the model).
-Vector3d PairContact::mean_normal() const {
+// Elements => the centre of their elastic forces, in force_, and the direction of the sum; zero if these cancel (beyond
+// the model). Both are continuous where damping ends the normal force before the overlap ends.
+Vector3d PairContact::find_center() {
   Vector3d sum = Vector3d::zero();
   double total = 0;
-  for (const ContactElement& e : elements_.list) sum += e.elastic * e.normal, total += e.elastic;
+  for (const ContactElement& e : elements_.list) {
+    sum += e.elastic * e.normal, total += e.elastic;
+    force_.p_WC += e.elastic * e.point;
+    force_.depth = std::max(force_.depth, e.depth);
+  }
+  if (!(total > 0)) {
+    force_.p_WC = elements_.list.front().point;
+    return Vector3d::zero();
+  }
+  force_.p_WC *= 1 / total;
+  lever_ = 0;
+  for (const ContactElement& e : elements_.list) lever_ += e.elastic / total * norm(e.point - force_.p_WC);
   const double resultant = norm(sum);
   return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
 }
 
 // An element, the contact's normal n, and the relative twist of B at A's origin, in A => elastic force along the
-// element's normal and dissipative force along n, on B, added to the wrench about A's origin, to the power, to its
-// patch and to the centre of the contact. At edges, elements' normals differ from n; damping along them would resist
-// sliding.
+// element's normal and dissipative force along n, on B, added to the wrench about A's origin, to the power and to its
+// patch. At edges, elements' normals differ from n; damping along them would resist sliding.
 void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
   const ContactLaw& law = shapes_.law;
   const double approach = -dot(V_AB.linear + cross(V_AB.angular, e.point), n);
@@ -130,9 +140,6 @@ void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, c
   on_b.angular += cross(e.point, force);
   force_.damping_power += dissipative * approach;
   force_.normal_force += normal;
-  force_.p_WC += normal * e.point;
-  force_.depth = std::max(force_.depth, e.depth);
-  normal_.push_back(normal);
 
   PatchForce& patch = force_.patches[e.patch];
   patch.p_WC += normal * e.point;
@@ -140,13 +147,6 @@ void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, c
   patch.normal_force += normal;
   patch.area += e.area;
   patch.depth = std::max(patch.depth, e.depth);
-}
-
-// Mean distance of the normal forces from their centre [m].
-double PairContact::lever(const Vector3d& center) const {
-  double sum = 0;
-  for (std::size_t i = 0; i < normal_.size(); ++i) sum += normal_[i] * norm(elements_.list[i].point - center);
-  return sum / force_.normal_force;
 }
 
 // Normal forces, the contact's normal, relative twist at A's origin and deformation, in A => friction on B at the
@@ -158,14 +158,17 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d& center = force_.p_WC;
   const auto tangential = [&](const Vector3d& x) { return x - dot(x, n) * n; };
   const Vector3d u = tangential(V_AB.linear + cross(V_AB.angular, center));
-  force_.slip_speed = norm(u);
+  // Rates begin at zero with the depth, so that the derivative of the state is continuous.
+  constexpr double kOnset = 1e-3;  // depth per stiction displacement up to which they rise
+  onset_ = contact_law::smooth_step(force_.depth / (kOnset * law.stiction_displacement));
+  force_.slip_speed = onset_ * norm(u);
   add_rolling(n, V_AB.angular, on_b);
   if (!(law.static_friction > 0)) return;
 
   // Rates of chi with elastic deformation, and less the outward part where it slips.
   constexpr double kElastic = 0.8;  // size up to which the deformation is elastic
-  const double spin_lever = lever(center) + law.torsional_length / law.static_friction;
-  const double spin_speed = spin_lever * dot(V_AB.angular, n), per_length = 1 / law.stiction_displacement;
+  const double spin_lever = lever_ + law.torsional_length / law.static_friction;
+  const double spin_speed = spin_lever * dot(V_AB.angular, n), per_length = onset_ / law.stiction_displacement;
   const Vector3d slip = tangential(stick.slip);
   const double size = std::hypot(norm(slip), stick.spin);
   const double outward = size > 0 ? std::max(0.0, (dot(slip, u) + stick.spin * spin_speed) / size) : 0.0;
@@ -186,7 +189,7 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   on_b.angular += cross(center, force) + couple;
   force_.friction_power -= dot(force, u) + dot(couple, V_AB.angular);
   // The normal part, from the rolling of the contact over both bodies, decays.
-  force_.stick_rate = {slip_rate - (dot(stick.slip, n) / delay) * n, spin_rate};
+  force_.stick_rate = {slip_rate - (onset_ * dot(stick.slip, n) / delay) * n, spin_rate};
 }
 
 // A couple against rolling.
@@ -209,7 +212,7 @@ void PairContact::finish(const Posed& X_WA, const Vector3d& mean_rate, const Sti
   force_.p_WC = X_WA * center;
   force_.on_b = sign * (X_WA.R * shift(on_b, center));
   force_.on_a = -force_.on_b;
-  force_.stick_rate.slip = X_WA.R * force_.stick_rate.slip + cross(mean_rate, stick.slip);
+  force_.stick_rate.slip = X_WA.R * force_.stick_rate.slip + onset_ * cross(mean_rate, stick.slip);
   for (PatchForce& p : force_.patches) {
     p.p_WC = X_WA * ((1 / p.normal_force) * p.p_WC);
     p.normal = (sign / norm(p.normal)) * (X_WA.R * p.normal);
@@ -223,6 +226,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   force_.p_WC = Vector3d::zero();
   force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
   force_.stick_rate = {};
+  onset_ = 0;
   force_.patches.clear();
   if (gap_bound(a.X_WB, b.X_WB) > 0) return force_;
 
@@ -238,16 +242,10 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   // Normal forces and their centre, then friction there.
   force_.touches = true;
   force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), 0, 0, 0});
-  normal_.clear();
   Wrenchd on_b = Wrenchd::zero();
-  const Vector3d n = mean_normal();
+  const Vector3d n = find_center();
   for (const ContactElement& e : elements_.list) add_normal_force(e, n, V_AB, on_b);
-  if (force_.normal_force > 0) {
-    force_.p_WC *= 1 / force_.normal_force;
-    add_friction(n, V_AB, {transposed_times(X_WA.R, stick.slip), stick.spin}, on_b);
-  } else {
-    force_.p_WC = elements_.list.front().point;
-  }
+  add_friction(n, V_AB, {transposed_times(X_WA.R, stick.slip), stick.spin}, on_b);
   finish(X_WA, 0.5 * (first.V_WB.angular + second.V_WB.angular), stick, on_b);
   return force_;
 }

@@ -37,7 +37,7 @@ struct ContactForce {
   bool touches = false;
   /// The shapes overlap so deeply that normals may jump (23.14): a sign of too little stiffness.
   bool beyond_model = false;
-  Vector3d p_WC = Vector3d::zero();  // centre of the normal forces, in W [m]
+  Vector3d p_WC = Vector3d::zero();  // centre of the elastic forces, in W [m]
   Wrenchd on_a = Wrenchd::zero();    // wrench on the first shape's body about p_WC, in W [N m, N]: exactly -on_b
   Wrenchd on_b = Wrenchd::zero();
   double normal_force = 0;    // sum over the patches [N]
@@ -83,18 +83,18 @@ class PairContact {
 
  private:
   void gather(const Posed& X_AB);
-  Vector3d mean_normal() const;
+  Vector3d find_center();
   void add_normal_force(const ContactElement& element, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
   void add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b);
   void add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd& on_b);
-  double lever(const Vector3d& center) const;
   void finish(const Posed& X_WA, const Vector3d& mean_rate, const StickState& stick, const Wrenchd& on_b);
 
   bool exchanged_;  // shapes_.a is the second shape
   ContactShapes shapes_;
   PressureContact pressure_;
   ContactElements elements_;
-  std::vector<double> normal_;  // normal forces of the elements [N]
+  double lever_ = 0;  // mean distance of the elastic forces from their centre [m]
+  double onset_ = 0;  // factor of the rates at small depths
   ContactForce force_;
 };
 

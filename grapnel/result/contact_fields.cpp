@@ -23,7 +23,7 @@ const Type& type_of<ContactPairReport>() {
       field<&C::peak_point>("peak_point", "m", "centre of the normal forces at that time, in W; absent: no contact")
           .when<touched>(),
       field<&C::largest_depth>("largest_depth", "m", "largest penetration, of both surfaces together"),
-      field<&C::slip_distance>("slip_distance", "m", "path of the mean slip velocity during contact"),
+      field<&C::slip_distance>("slip_distance", "m", "path of the largest slip velocity during contact"),
       field<&C::damping_loss>("damping_loss", "J", "energy dissipated by the normal forces"),
       field<&C::friction_loss>("friction_loss", "J", "energy dissipated by friction"),
       field<&C::elastic_energy>("elastic_energy", "J", "elastic energy of the surfaces at the end of the run"),

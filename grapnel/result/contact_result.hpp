@@ -23,7 +23,7 @@ struct ContactPairReport {
   double peak_time = 0;                    // its time [s]
   Vector3d peak_point = Vector3d::zero();  // centre of the normal forces then, in W [m]
   double largest_depth = 0;                // maximum penetration of both surfaces together [m]
-  double slip_distance = 0;                // path of the mean slip velocity, in contact [m]
+  double slip_distance = 0;                // path of the largest slip velocity, in contact [m]
   double damping_loss = 0;                 // dissipated by the normal forces [J]
   double friction_loss = 0;                // dissipated by friction [J]
   double elastic_energy = 0;               // stored at the end of the run [J]

@@ -45,7 +45,7 @@ struct ContactIntegrals {
   double damping = 0;   // dissipated by normal forces [J]
   double friction = 0;  // dissipated by friction [J]
   double impulse = 0;   // of the magnitude of the normal forces [N s]
-  double slip = 0;      // path of the mean slip velocity [m]
+  double slip = 0;      // path of the largest slip velocity [m]
 };
 
 /// Integrals since the phase's start.
