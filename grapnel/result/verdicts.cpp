@@ -86,10 +86,10 @@ std::string row_words(const std::string& name) {
 }
 
 // The checks that passed, and the checks for which the model has nothing to evaluate.
-std::string satisfied_words(const Ledger& ledger) {
+std::string satisfied_words(const CaptureResult& result) {
   std::vector<std::string> satisfied, limits;
   bool clearance = false, any_limit_row = false;
-  for (const LedgerEntry& e : ledger.entries) {
+  for (const LedgerEntry& e : result.ledger.entries) {
     if (e.kind != LedgerEntry::Kind::feasibility) continue;
     const bool is_clearance = e.name == "clearance_violation";
     any_limit_row = any_limit_row || !is_clearance;
@@ -100,7 +100,8 @@ std::string satisfied_words(const Ledger& ledger) {
   if (limits.size() == 3) limits = {"joint limits"};
   satisfied.insert(satisfied.end(), limits.begin(), limits.end());
   std::string text = listed(satisfied) + (satisfied.size() == 1 && clearance ? " is kept" : " are kept");
-  if (!clearance) text += "; no two bodies can touch";
+  const bool all_may = !result.contacts.empty();
+  if (!clearance) text += all_may ? "; all pairs of bodies may touch" : "; no two bodies can touch";
   if (any_limit_row && limits.empty()) text += "; no joint limits are stated";
   return text;
 }
@@ -120,7 +121,7 @@ std::string infeasible_reason(const CaptureResult& result) {
 std::string feasibility_reason(const CaptureResult& result) {
   const Verdict verdict = result.ledger.feasibility();
   if (verdict == Verdict::no) return infeasible_reason(result);
-  if (verdict == Verdict::yes) return satisfied_words(result.ledger);
+  if (verdict == Verdict::yes) return satisfied_words(result);
   const std::vector<std::string> texts = not_checked_texts(result.ledger);
   return texts.empty() ? "there is nothing to check" : fmt::format("{}", fmt::join(texts, "; "));
 }

@@ -526,6 +526,29 @@ std::vector<Vector3d> vectors(const CaptureResult& r, const std::string& path) {
   return values;
 }
 
+// Fingers that touch a box and each other keep it between them, without any grasp.
+void expect_a_cage(const CaptureProblem& p, const CaptureResult& r) {
+  EXPECT_EQ(r.contacts.size(), 37U);
+  int touched = 0;
+  double peak = 0, lost = 0;
+  for (const ContactPairReport& pair : r.contacts) {
+    touched += pair.touches > 0;
+    peak = std::max(peak, pair.peak_force);
+    lost += pair.damping_loss + pair.friction_loss;
+    EXPECT_FALSE(pair.beyond_model) << pair.body_a << " " << pair.body_b;
+  }
+  EXPECT_GE(touched, 9);         // measured 11
+  EXPECT_NEAR(peak, 17.4, 0.5);  // measured 17.37
+  EXPECT_GT(lost, 0.1);
+  const std::vector<Vector3d> stage = vectors(r, "stage/position"), base = vectors(r, "base/position");
+  const Vector3d offset = transposed_times(pose_at(r, "base", stage.size() - 1).R, stage.back() - base.back());
+  EXPECT_LT(std::hypot(offset[0], offset[1]), 0.2);  // the fingers are at 0.55 m
+  CaptureProblem without = p;
+  without.contacts.clear();
+  const CaptureResult passing = simulate_capture(without);
+  EXPECT_EQ(passing.ledger.feasibility(), Verdict::no);  // fingers pass through the box
+}
+
 // Magnetic torquers only brake: their torque m x B is perpendicular to the field and takes power at every instant. The
 // error of a scenario without a field names the place.
 void expect_magnetic_detumbling(const CaptureProblem& p, const CaptureResult& r) {
@@ -613,6 +636,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "coast") return expect_a_coast(r);
   if (name == "attitude-manoeuvre") return expect_a_manoeuvre(r);
   if (name == "magnetic-detumble") return expect_magnetic_detumbling(p, r);
+  if (name == "four-arm-cage") return expect_a_cage(p, r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);
