@@ -257,7 +257,7 @@ bool PressureContact::cut(const Vector3d& normal, double offset, const Field& ba
   if (!begin_polygon(normal, offset, 0)) return false;
   if (!clip(base) || !clip({-base.gradient, bound_ - base.constant})) return false;
   for (std::size_t k = 0; k < fields_.size(); ++k) {
-    if (k == i || k == j) continue;  // equal to base, but for rounding errors
+    if (k == i || k == j) continue;  // equal to base except for rounding errors
     const Field& field = fields_[k];
     if (!clip({field.gradient - base.gradient, field.constant - base.constant})) return false;
   }

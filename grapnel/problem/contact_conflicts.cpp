@@ -49,7 +49,7 @@ class ContactConflicts : ConflictFinder {
                                                                        : nullptr;
       const std::string path = fmt::format("obstacles[{}].name", i);
       if (kind)
-        add(path, "{}: there is a {} {}; obstacles need names of their own", path, kind, in_quotes(name)).relies_on =
+        add(path, "{}: there is a {} {}; obstacles need other names", path, kind, in_quotes(name)).relies_on =
             path;
     }
   }

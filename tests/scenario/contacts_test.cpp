@@ -218,7 +218,7 @@ const std::vector<Case> kCases{
       "line 37"}},
     {"obstacle_named_as_a_target",
      touching(kRule, {}, "{name: ball, half_space: true}"),
-     {"scenario.yaml:38:75: error: obstacles[1].name: there is a target 'ball'; obstacles need names of their own"}},
+     {"scenario.yaml:38:75: error: obstacles[1].name: there is a target 'ball'; obstacles need other names"}},
     {"obstacle_without_shape",
      touching(kRule, {}, "{name: wall}"),
      {"scenario.yaml:38:68: error: missing key in obstacles[1]: give 'half_space' or 'geometry'"}},
