@@ -49,8 +49,7 @@ class ContactConflicts : ConflictFinder {
                                                                        : nullptr;
       const std::string path = fmt::format("obstacles[{}].name", i);
       if (kind)
-        add(path, "{}: there is a {} {}; obstacles need other names", path, kind, in_quotes(name)).relies_on =
-            path;
+        add(path, "{}: there is a {} {}; obstacles need other names", path, kind, in_quotes(name)).relies_on = path;
     }
   }
 

@@ -45,7 +45,8 @@ TEST(Contacts, EveryKeyIsRead) {
       "\n  - {between: [[lower, base], [ball, post]], materials: [rubbery, steel], exclude: [[post, base]]}"
       "\n  - {all: true, material: steel, exclude: [[ball, floor]]}",
       "{name: rubbery, youngs_modulus: 2 MPa, poisson_ratio: 0.5, damping: 3, damping_depth: 1 mm, restitution: 0.5, "
-      "restitution_speed: 0.2, friction: {static: 0.4, kinetic: 0.3}, stiction_speed: 1e-3, stiction_displacement: 1e-5, rolling_length: 2 mm, "
+      "restitution_speed: 0.2, friction: {static: 0.4, kinetic: 0.3}, stiction_speed: 1e-3, stiction_displacement: "
+      "1e-5, rolling_length: 2 mm, "
       "torsional_length: 3 mm, stiction_rate: 0.01}",
       "{name: post, geometry: [{shape: sphere, radius: 0.2}, {shape: box, size: [1, 2, 3]}], position: [5, 6, 7], rpy: "
       "[0, 0, 1.5707963267948966]}"));

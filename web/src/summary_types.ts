@@ -2329,7 +2329,7 @@ export interface ContactPairReport {
   peak_point?: [number, number, number];
   /** largest penetration, of both surfaces together [m] */
   largest_depth: number;
-  /** path of the mean slip velocity during contact [m] */
+  /** path of the largest slip velocity during contact [m] */
   slip_distance: number;
   /** energy dissipated by the normal forces [J] */
   damping_loss: number;
@@ -2351,7 +2351,7 @@ export const kContactPairReport: FieldNote[] = [
   ["peak_time","s","time of the largest normal force; absent: no contact"],
   ["peak_point","m","centre of the normal forces at that time, in W; absent: no contact"],
   ["largest_depth","m","largest penetration, of both surfaces together"],
-  ["slip_distance","m","path of the mean slip velocity during contact"],
+  ["slip_distance","m","path of the largest slip velocity during contact"],
   ["damping_loss","J","energy dissipated by the normal forces"],
   ["friction_loss","J","energy dissipated by friction"],
   ["elastic_energy","J","elastic energy of the surfaces at the end of the run"],
