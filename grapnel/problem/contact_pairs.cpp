@@ -217,7 +217,8 @@ std::vector<ContactPair> contact_pairs(const CaptureProblem& problem, const Capt
   std::vector<ContactPair> all;
   for (const ContactPairsSetup& setup : problem.contacts) {
     const ContactLaw law = law_of(setup.materials, problem);
-    for (auto& [a, b] : pairs_of(setup, problem, free)) {
+    for (const auto& pair_of_names : pairs_of(setup, problem, free)) {
+      const BodyName &a = pair_of_names.first, &b = pair_of_names.second;
       const auto is_this = [&](const auto& pair) { return is_pair(pair, a, b); };
       if (std::ranges::any_of(setup.exclude, is_this) || !can_touch(problem, a, b)) continue;
       const auto known = std::ranges::find_if(all, [&](const ContactPair& c) { return is_pair({c.a, c.b}, a, b); });

@@ -19,8 +19,9 @@ using testing::StartsWith;
 constexpr const char* kText =
     "schema: grapnel-scenario/1\n"
     "name: touching\n"
-    "robot: {name: r, base: {name: base, mass: 100, inertia: [10, 10, 10]}}\n"
-    "targets: [{name: ball, mass: 20, inertia: [2, 2, 2], state: {position: [2, 0, 0]}}]\n"
+    "robot: {name: r, base: {name: base, mass: 100, inertia: [10, 10, 10], geometry: {shape: sphere, radius: 0.2}}}\n"
+    "targets: [{name: ball, mass: 20, inertia: [2, 2, 2], geometry: {shape: sphere, radius: 0.2}, state: {position: "
+    "[2, 0, 0]}}]\n"
     "motion: {duration: 1}\n";
 
 StudyCase touching() {
