@@ -77,8 +77,10 @@ std::string RunContacts::overlaps(const CaptureSystem& system, const State& stat
   const std::shared_ptr<ContactSet> set = in(system);
   const Kinematics kinematics = forward_kinematics(system.model, state);
   std::vector<double> depth(pairs_.size(), 0);
-  for (std::size_t p = 0; p < set->size(); ++p)
-    depth[set->group_of(p)] = std::max(depth[set->group_of(p)], -set->separation(p, kinematics).distance);
+  for (std::size_t p = 0; p < set->size(); ++p) {
+    if (set->mode(p) != ContactSet::Mode::passing)
+      depth[set->group_of(p)] = std::max(depth[set->group_of(p)], -set->separation(p, kinematics).distance);
+  }
   std::string text;
   for (std::size_t g = 0; g < pairs_.size(); ++g) {
     if (depth[g] <= kTouching) continue;

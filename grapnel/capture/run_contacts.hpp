@@ -23,7 +23,8 @@ class RunContacts {
   /// The contacts of a system of the problem, one group per pair of bodies (contact_pairs()), with the modes of the
   /// last one; null without pairs.
   std::shared_ptr<ContactSet> in(const CaptureSystem& system);
-  /// Checks the initial state. Returns a description of all overlaps with their depths; empty: none.
+  /// Checks the initial state. Returns a description of all overlaps with their depths, except of shapes that pass
+  /// through each other; empty: none.
   std::string overlaps(const CaptureSystem& system, const State& state);
   /// A grasp closes: shapes of its gripper that overlap its target pass through it until they are apart.
   void close(std::size_t grasp, const CaptureSystem& system, const State& state, double time);

@@ -1,0 +1,115 @@
+/// Contacts between shapes in whole runs: grasps that close and release, overlaps at the start, obstacles, loops.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "scenario/scenario_files.hpp"
+
+namespace grapnel::testing {
+namespace contact_run_test {
+
+using ::testing::HasSubstr;
+
+// A base with one arm whose tip is a ball, and a box in front of it that drifts towards the tip.
+std::string scene(const std::string& target, const std::string& rest,
+                  const std::string& material = "restitution: 0.5") {
+  return "schema: grapnel-scenario/1\n"
+         "name: touching\n"
+         "robot:\n"
+         "  name: r\n"
+         "  base: {name: base, mass: 100, inertia: [10, 10, 10]}\n"
+         "  links:\n"
+         "    - name: arm\n"
+         "      parent: base\n"
+         "      joint: {name: slide, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, 0, 0]}}\n"
+         "      mass: 5\n"
+         "      inertia: [0.1, 0.1, 0.1]\n"
+         "      geometry: {shape: sphere, radius: 0.1, position: [0.2, 0, 0]}\n"
+         "  end_effectors: [{name: tip, link: arm, position: [0.3, 0, 0]}]\n"
+         "initial: {joints: [0]}\n"
+         "targets:\n"
+         "  - {name: box, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: " +
+         target +
+         ", grasp_points: [{name: face, position: [-0.18, 0, 0]}]}\n"
+         "materials: [{name: pad, stiffness: 2e4, " +
+         material + ", friction: 0.3}]\n" + rest;
+}
+CaptureResult run(const std::string& text) {
+  const test::TemporaryFolder folder;
+  return simulate_capture(load_scenario(folder.write("scenario.yaml", text)));
+}
+const ContactPairReport& pair(const CaptureResult& r, const std::string& a, const std::string& b) {
+  for (const ContactPairReport& one : r.contacts) {
+    if ((one.body_a == a && one.body_b == b) || (one.body_a == b && one.body_b == a)) return one;
+  }
+  throw std::out_of_range(a + ", " + b);
+}
+
+TEST(ContactRun, ABoxReboundsFromABrakedArm) {
+  const CaptureResult r = run(scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
+                                    "contacts: {pairs: [[arm, box]], material: pad}\n"
+                                    "motion: {duration: 3, joints: braked}\n"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+  const ContactPairReport& contact = pair(r, "arm", "box");
+  EXPECT_EQ(contact.touches, 1);
+  EXPECT_FALSE(contact.touches_at_end);
+  EXPECT_NEAR(contact.first_time.value(), (1.1 - 0.2 - 0.8) / 0.1, 1e-9);
+  // A central impact of 105 and 20 kg with the coefficient 0.5 of the material, stated at this speed.
+  const double reduced = 105.0 * 20 / 125;
+  EXPECT_NEAR(contact.impulse, reduced * 0.1 * 1.5, 1e-6);
+  EXPECT_NEAR(contact.damping_loss, 0.5 * reduced * 0.01 * 0.75, 1e-7);
+  EXPECT_GT(contact.peak_force, 0);
+  EXPECT_LT(contact.largest_depth, 0.1);
+}
+
+TEST(ContactRun, WithoutContactsTheBoxPassesThrough) {
+  const CaptureResult r = run(
+      scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}", "motion: {duration: 3, joints: braked}\n"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.contacts.empty());
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::no);
+}
+
+TEST(ContactRun, OverlapsAtTheStartEndItWithTheirDepths) {
+  const CaptureResult r = run(scene("{at: start, position: [0.99, 0, 0]}",
+                                    "contacts: {pairs: [[arm, box]], material: pad}\n"
+                                    "motion: {duration: 3, joints: braked}\n"));
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_THAT(r.failure, HasSubstr("arm and box overlap by 0.01 m"));
+}
+
+TEST(ContactRun, ABoxFallsOnAnObstacleAndRests) {
+  const CaptureResult r = run(scene("{at: start, position: [3, 0, 0.1], angular_velocity: [0.1, 0.2, 0.3]}",
+                                    "gravity: [0, 0, -1]\n"
+                                    "obstacles: [{name: floor, half_space: true, position: [0, 0, -0.15]}]\n"
+                                    "contacts: {pairs: [[box, floor]], material: pad}\n"
+                                    "motion: {duration: 20, joints: braked}\n",
+                                    "damping: 200"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+  EXPECT_TRUE(pair(r, "box", "floor").touches_at_end);
+  ASSERT_TRUE(r.post_impact_end);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].velocity), 1e-7);          // measured 6e-9
+  EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 1e-7);  // measured 3e-8
+}
+
+// A rigid grasp closes while the ball of the gripper overlaps the box: no force acts while it holds, nor after the
+// release until both are apart.
+TEST(ContactRun, AGripperPassesThroughItsTargetUntilTheyAreApart) {
+  const CaptureResult r = run(scene("{position: [0.98, 0, 0], velocity: [-0.02, 0, 0]}",
+                                    "contacts: {pairs: [[arm, box]], material: pad}\n"
+                                    "grasps: [{end_effector: tip, target: box, point: face}]\n"
+                                    "impact: {law: plastic}\n"
+                                    "post_impact: {duration: 4, joints: braked, release: [{after: 2}]}\n"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+  EXPECT_EQ(pair(r, "arm", "box").peak_force, 0);
+}
+
+}  // namespace contact_run_test
+}  // namespace grapnel::testing
