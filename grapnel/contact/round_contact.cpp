@@ -191,7 +191,7 @@ void add_kinks(const AxisDistance& axis, const AxisPart& whole, const AxisSlope&
   const double z = low.z + (high.value - low.value - rise_high * length) / (rise_low - rise_high);
   const bool inside = z > low.z + beside && z < high.z - beside;
   const AxisSlope middle = slope_at(axis, inside ? z : 0.5 * (low.z + high.z));
-  // The intersection has the function's value also if it is beyond other kinks, hence the points halfway.
+  // The intersection has the function's value also if it is beyond other kinks, so points halfway are added.
   const auto on_lines = [&](double x) {
     const double line = x <= z ? low.value + rise_low * (x - low.z) : high.value + rise_high * (x - high.z);
     return std::abs(slope_at(axis, x).value - line) < tolerance;

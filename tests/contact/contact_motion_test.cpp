@@ -238,7 +238,7 @@ TEST(ContactMotion, ThousandRandomPairsInFreeFlightConserveMomentumAndEnergy) {
   EXPECT_GT(dissipated, 500);
 }
 
-// Elastic boxes that tumble against each other: the energy error is that of the integrator, hence it vanishes with its
+// Elastic boxes that tumble against each other: the energy error is that of the integrator, so it vanishes with its
 // step. An inconsistent gradient would leave an error that does not.
 TEST(ContactMotion, EnergyErrorOfElasticContactVanishesWithTheStep) {
   const auto error = [](double step) {
