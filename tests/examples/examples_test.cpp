@@ -540,8 +540,9 @@ void expect_a_cage(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_GE(touched, 9);         // measured 11
   EXPECT_NEAR(peak, 17.4, 0.5);  // measured 17.37
   EXPECT_GT(lost, 0.1);
-  const std::vector<Vector3d> stage = vectors(r, "stage/position"), base = vectors(r, "base/position");
-  const Vector3d offset = transposed_times(pose_at(r, "base", stage.size() - 1).R, stage.back() - base.back());
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &base = r.post_impact_end->base, &stage = r.post_impact_end->targets[0];
+  const Vector3d offset = transposed_times(rotation_matrix(base.quaternion_wxyz), stage.position - base.position);
   EXPECT_LT(std::hypot(offset[0], offset[1]), 0.2);  // the fingers are at 0.55 m
   CaptureProblem without = p;
   without.contacts.clear();
