@@ -93,8 +93,7 @@ std::string RunContacts::overlaps(const CaptureSystem& system, const State& stat
 void RunContacts::close(std::size_t grasp, const CaptureSystem& system, const State& state, double time) {
   if (!any()) return;
   const GraspSetup& setup = problem_.grasps[grasp];
-  const std::vector<int> gripper =
-      tied_to(system.model, system.model.frames()[system.model.frame_index(setup.end_effector)].body);
+  const std::vector<int> gripper = gripper_bodies(system, setup);
   const BodyName target = BodyName::of_target(target_index(problem_, setup.target));
   const auto is_gripper = [&](const BodyName& name) {
     return std::ranges::any_of(bodies_named(problem_, system, name),

@@ -42,9 +42,9 @@ constexpr ContactMaterial published(double modulus, double poisson_ratio, double
 }
 
 constexpr PublishedMaterial kPublished[] = {
-    {"aluminium", published(68.9e9, 0.33, 1.05, 1.40), true,
+    {"aluminium", published(68.9e9, 0.33, 1.05, 1.05), true,
      "6061-T6: https://www.glemco.com/capabilities/material-expertise/aluminum-6061-t6/ (Aluminum Association, "
-     "typical). Friction, dry, static 1.05 to 1.35: Lawrence Berkeley National Laboratory, "
+     "typical). Friction, dry, static 1.05 to 1.35, the kinetic one set equal: Lawrence Berkeley National Laboratory, "
      "http://www-eng.lbl.gov/~ajdemell/coefficients_of_friction.html"},
     {"steel", published(200e9, 0.29, 0.74, 0.57), true,
      "ASTM A36, 29e6 psi: Multimedia Engineering Mechanics, appendix Material Properties, http://ecoursesbook.com. "

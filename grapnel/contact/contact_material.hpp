@@ -47,10 +47,9 @@ struct ContactLaw {
 
 /// The law of two materials (23.3): elasticities in series; damping and dissipation weighted by each one's part of the
 /// deformation; geometric means of friction coefficients and of lengths; the larger speed, rate, displacement and
-/// depth. Independent
-/// of the order, except elastic_a and elastic_b. @throws std::invalid_argument if a value is negative or not finite, if
-/// a Poisson's ratio is not within (-1, 0.5], if a stiction speed, rate or displacement or a damping depth is not
-/// positive, or if not both materials state a modulus, or both a stiffness.
+/// depth. Independent of the order, except elastic_a and elastic_b. @throws std::invalid_argument if a value is
+/// negative or not finite, if a Poisson's ratio is not within (-1, 0.5], if a stiction speed, rate or displacement or a
+/// damping depth is not positive, or if not both materials state a modulus, or both a stiffness.
 ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b);
 
 /// The dissipation a [s/m] with which a collision of `approach_speed` [m/s] has the coefficient of restitution e: a

@@ -65,8 +65,6 @@ class ContactSet {
 
   std::size_t size() const { return pairs_.size(); }
   std::size_t groups() const { return groups_.size(); }
-  int body_a(std::size_t pair) const { return pairs_[pair].body_a; }
-  int body_b(std::size_t pair) const { return pairs_[pair].body_b; }
   int group_of(std::size_t pair) const { return pairs_[pair].group; }
 
   /// Chooses unknown modes: apart or touching.

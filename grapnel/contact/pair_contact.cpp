@@ -150,7 +150,7 @@ void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, c
 }
 
 // Normal forces, the contact's normal, relative twist at A's origin and deformation, in A => friction on B at the
-// centre of the normal forces, added to the wrench about A's origin, and the rate of the deformation. Force and couple
+// centre of the elastic forces, added to the wrench about A's origin, and the rate of the deformation. Force and couple
 // about the normal share one ellipsoid (23.7a): chi = [slip; spin], of size 1 when it slips, with the rates [u; lever *
 // w_n] / displacement.
 void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b) {

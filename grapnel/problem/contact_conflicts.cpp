@@ -11,14 +11,6 @@
 namespace grapnel {
 namespace {
 
-// Whether the coefficients are those of a ready-made material, of which some are published with a larger kinetic one.
-bool is_published_friction(const ContactMaterial& surface) {
-  return std::ranges::any_of(published_materials(), [&](const PublishedMaterial& one) {
-    return one.material.static_friction == surface.static_friction &&
-           one.material.kinetic_friction == surface.kinetic_friction;
-  });
-}
-
 class ContactConflicts : ConflictFinder {
  public:
   using ConflictFinder::ConflictFinder;
@@ -61,7 +53,7 @@ class ContactConflicts : ConflictFinder {
     } else if (surface.modulus != 0 && surface.stiffness != 0) {
       add(path, "{} has both a stiffness and a Young's modulus, only one is allowed", path);
     }
-    if (surface.kinetic_friction > surface.static_friction && !is_published_friction(surface))
+    if (surface.kinetic_friction > surface.static_friction)
       add(path + ".friction", "{}.friction: kinetic is {}, must be at most static, {}", path, surface.kinetic_friction,
           surface.static_friction);
     if (found_.size() == before) {

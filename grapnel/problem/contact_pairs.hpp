@@ -3,7 +3,6 @@
 /// @file
 /// The pairs of bodies that may touch (CaptureProblem::contacts), with the laws of their surfaces.
 
-#include <span>
 #include <string>
 #include <vector>
 

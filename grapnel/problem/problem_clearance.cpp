@@ -45,16 +45,6 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
   }
 }
 
-// Bodies rigidly attached to a grasp's end-effector, and other segments of those links.
-std::vector<int> gripper_bodies(const CaptureSystem& system, const GraspSetup& grasp) {
-  const Model& model = system.model;
-  std::vector<int> bodies;
-  for (int body : tied_to(model, model.frames()[model.frame_index(grasp.end_effector)].body)) {
-    for (int segment : pieces_of(model, link_of_piece(model.bodies()[body].description))) bodies.push_back(segment);
-  }
-  return bodies;
-}
-
 // Ignores pairs of bodies that may touch.
 void ignore_contacts(const CaptureProblem& problem, const CaptureSystem& system,
                      std::vector<std::pair<int, int>>& ignored) {
@@ -66,6 +56,15 @@ void ignore_contacts(const CaptureProblem& problem, const CaptureSystem& system,
 }
 
 }  // namespace
+
+std::vector<int> gripper_bodies(const CaptureSystem& system, const GraspSetup& grasp) {
+  const Model& model = system.model;
+  std::vector<int> bodies;
+  for (int body : tied_to(model, model.frames()[model.frame_index(grasp.end_effector)].body)) {
+    for (int segment : pieces_of(model, link_of_piece(model.bodies()[body].description))) bodies.push_back(segment);
+  }
+  return bodies;
+}
 
 // Problem and system => pairs of shapes to check. Excluded: parts of one target, neighbouring segments of flexible
 // links, pairs of clearance.ignore, pairs that may touch, and gripper with its target unless its grasp is `checked`.

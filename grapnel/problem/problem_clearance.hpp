@@ -12,6 +12,8 @@ namespace grapnel {
 
 /// Bodies attached to this one by fixed joints.
 std::vector<int> tied_to(const Model& model, int body);
+/// Bodies rigidly attached to a grasp's end-effector, and other segments of those links.
+std::vector<int> gripper_bodies(const CaptureSystem& system, const GraspSetup& grasp);
 /// The clearance model of CaptureProblem::clearance in a model of the problem, captured targets included. `checked`:
 /// per grasp, whether its end-effector is also checked against its target; empty: none.
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,

@@ -106,7 +106,6 @@ TEST(Contacts, OneRuleNeedsNoListAndOneNumberIsBothFrictions) {
   EXPECT_EQ(linear.materials[1].surface.modulus, 0);
   EXPECT_EQ(linear.materials[1].surface.stiffness, 100);
   EXPECT_EQ(linear.materials[1].surface.static_friction, published_material("steel")->material.static_friction);
-  // The published coefficients of aluminium, of which the kinetic one is larger, are allowed.
   EXPECT_THAT(faults_of(touching("{pairs: [[lower, ball]], material: aluminium}")), IsEmpty());
 }
 
