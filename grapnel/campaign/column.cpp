@@ -206,6 +206,7 @@ class Builder {
     for (Column& column : contact_columns(problem_)) {
       if (column.by_default) columns_.push_back(std::move(column));
     }
+    for (Column& column : stage_columns(problem_)) columns_.push_back(std::move(column));
   }
 
   // Final state of a simulation without a capture.

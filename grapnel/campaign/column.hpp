@@ -81,6 +81,9 @@ std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion
 /// `contacts/A/B/KEY` of every pair of bodies that may touch, by default of at most ten pairs, and totals of all pairs.
 std::vector<Column> contact_columns(const CaptureProblem& problem);
 
+/// `stages/TARGET/KEY`: which stages of a capture by contacts were reached, how it failed, and times.
+std::vector<Column> stage_columns(const CaptureProblem& problem);
+
 /// The number or boolean of a described field of `owner`, or a component of its vector; NaN if it is absent.
 double number_in(const Field& field, const void* owner, std::size_t component);
 

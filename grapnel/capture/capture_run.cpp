@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -328,6 +329,20 @@ std::vector<std::size_t> GraspSchedule::arrived(const CaptureSystem& system, con
   return waiting;
 }
 
+std::vector<bool> GraspSchedule::awaited_targets() const {
+  std::vector<bool> awaited(problem_.targets.size(), false);
+  for (const std::size_t i : undecided(GraspSetup::Closes::when_settled))
+    awaited[target_index(problem_, problem_.grasps[i].target)] = true;
+  return awaited;
+}
+
+std::vector<std::size_t> GraspSchedule::settled(const StageMonitor& stages) const {
+  std::vector<std::size_t> grasps = undecided(GraspSetup::Closes::when_settled);
+  std::erase_if(grasps,
+                [&](std::size_t i) { return !stages.is_settled(target_index(problem_, problem_.grasps[i].target)); });
+  return grasps;
+}
+
 bool GraspSchedule::together_in_envelopes(const CaptureSystem& system, const State& state) const {
   const std::vector<std::size_t> together = undecided(GraspSetup::Closes::together);
   if (together.empty()) return false;
@@ -359,7 +374,9 @@ std::vector<double> GraspSchedule::stated_times() const {
 }
 
 bool GraspSchedule::any_left() const {
-  return !undecided(GraspSetup::Closes::at_time).empty() || !undecided(GraspSetup::Closes::on_arrival).empty();
+  using Closes = GraspSetup::Closes;
+  return std::ranges::any_of(std::array{Closes::at_time, Closes::on_arrival, Closes::when_settled},
+                             [&](Closes how) { return !undecided(how).empty(); });
 }
 
 GraspOutcome GraspSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
@@ -409,6 +426,9 @@ void GraspSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]
 GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const {
   const GraspSetup& g = problem_.grasps[grasp];
   const bool waits = g.closes == GraspSetup::Closes::on_arrival;
+  if (g.closes == GraspSetup::Closes::when_settled)
+    return outcome(grasp, false, "its target did not settle in the gripper before the run's end", end,
+                   at_end.deviation);
   const double time = g.closes == GraspSetup::Closes::at_time ? g.closes_at : end;
   GraspOutcome missed =
       outcome(grasp, false,

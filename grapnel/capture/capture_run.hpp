@@ -35,6 +35,9 @@ class GraspSchedule {
   std::vector<std::size_t> due_together(double now) const;
   /// Undecided grasps that close on arrival and whose end-effectors are within their envelopes.
   std::vector<std::size_t> arrived(const CaptureSystem& system, const State& state) const;
+  /// Per target: whether undecided grasps wait until it is settled, and those whose target is.
+  std::vector<bool> awaited_targets() const;
+  std::vector<std::size_t> settled(const StageMonitor& stages) const;
   /// Whether there are undecided grasps that close together, and all are within their envelopes.
   bool together_in_envelopes(const CaptureSystem& system, const State& state) const;
   /// Falls to zero when an end-effector arrives, or, with `together`, when all that close together are in their

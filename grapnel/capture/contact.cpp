@@ -86,6 +86,7 @@ std::string gap_too_wide(const CaptureProblem& problem, const GraspSetup& grasp,
                          const GraspGap& gap, const Vector3d& displacement) {
   if (problem.contact.gap == ContactSetup::Gap::refuse) return {};  // its limit has been checked
   if (judges_position(end_effector_of(problem, grasp).envelope)) return {};
+  if (grasp.closes == GraspSetup::Closes::when_settled) return {};  // the gripper holds the target anywhere
   const double reach = arm_reach(system.model, system.model.frame_index(grasp.end_effector)).length;
   const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
   const double left = norm(gap.X_WE.p - gap.X_WG.p - displacement);

@@ -119,6 +119,7 @@ void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law l
     const std::size_t i = event.closing[n];
     if (!problem.grasps[i].contact && !impact_law(law).separates) {
       run.bodies.held.push_back(hold_grasp(problem, free, k, i));
+      run.monitor.stages().latch(target_index(problem, problem.grasps[i].target), run.bodies.time);
       run.contacts.close(i, free, run.bodies.state, run.bodies.time);
       continue;
     }
@@ -388,6 +389,7 @@ bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
   if (!moves && run.joints.approaching()) return false;  // grasps due at its end close with the others
   close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
   close_grasps(run, run.schedule.due_at(bodies.time));
+  close_grasps(run, run.schedule.settled(run.monitor.stages()));
   if (!moves) return false;
   return !ends_in_envelopes(run) || !run.schedule.together_in_envelopes(bodies.system, bodies.state);
 }

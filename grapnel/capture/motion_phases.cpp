@@ -98,6 +98,7 @@ MotionPhase begin_motion_phase(CaptureRun& run) {
   run.identification.begin_post_impact(now);
   run.law.begin_post_impact(run.bodies.system, run.joints.known_posture(run.bodies));
   run.condition_met = false;
+  run.monitor.stages().begin_motion(run.phase_name(), setup, now);
   for (std::string& text : unstable_gains(run, false)) run.result.warnings.push_back(std::move(text));
   return {run.phase_name(), now, now + setup.duration};
 }
@@ -113,6 +114,7 @@ bool end_motion_phase(CaptureRun& run, const MotionPhase& phase) {
   using End = MotionPhaseReport::End;
   run.result.phases.push_back({phase.name, phase.begin, run.bodies.time,
                                run.condition_met ? End::condition : End::duration, run.describe_now()});
+  run.monitor.stages().end_motion(run.bodies.time);
   const PostImpactSetup before = *run.problem.post_impact;
   if (!run.next_motion_phase()) return false;
   run.law.next_phase(run.result);

@@ -179,6 +179,16 @@ PhaseSetup setup_of_segment(CaptureRun& run) {
   return setup;
 }
 
+// Falls to zero when a grasp closes on arrival or because its target is settled; empty: none may.
+StopCondition closing_condition(CaptureRun& run) {
+  StopCondition arrival = run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run));
+  StopCondition settling = run.monitor.stages().stop_condition(run.schedule.awaited_targets());
+  if (!arrival || !settling) return arrival ? std::move(arrival) : std::move(settling);
+  return [arrival = std::move(arrival), settling = std::move(settling)](double t, const State& state) {
+    return std::min(arrival(t, state), settling(t, state));
+  };
+}
+
 }  // namespace
 
 // Run, phase => task from the current time to the next event, with observers begun. The stop condition is the minimum
@@ -187,7 +197,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
       dynamics_(run.bodies.system.model, setup_of_segment(run)),
-      arrival_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))),
+      arrival_(closing_condition(run)),
       condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
   RunBodies& bodies = run.bodies;

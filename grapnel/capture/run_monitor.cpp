@@ -23,6 +23,9 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       stability_(problem),
       actuators_(actuator_monitors(problem)) {
   if (!problem.contacts.empty()) actuators_.push_back(std::make_unique<ContactMonitor>(problem, free, frame));
+  auto stages = std::make_unique<StageMonitor>(problem, free);
+  stages_ = stages.get();
+  actuators_.push_back(std::move(stages));
   if (detail_ != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, actuators_, result.series);
   recorder_->stream_to(recording.sink);

@@ -17,6 +17,7 @@
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/saturation_monitor.hpp"
 #include "grapnel/capture/stability_monitor.hpp"
+#include "grapnel/capture/stage_monitor.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
@@ -105,6 +106,11 @@ class RunMonitor {
   void check_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const Momentumd& from_ground);
 
+  // --- Stages of captures by contacts ---
+
+  StageMonitor& stages() { return *stages_; }
+  const StageMonitor& stages() const { return *stages_; }
+
   // --- The end ---
 
   /// Time of the last sample or evaluation [s].
@@ -146,6 +152,7 @@ class RunMonitor {
   SaturationMonitor saturation_;
   StabilityMonitor stability_;
   std::vector<std::unique_ptr<ActuatorMonitor>> actuators_;
+  StageMonitor* stages_;  // one of these
   JointMonitor joints_;
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;

@@ -142,8 +142,10 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   place_bodies(run.problem, targets, run.bodies);
   if (!run.bodies.system.elastic_joints.empty()) check_vibrations(run);
   // Without an approach, grasps close now.
-  for (std::size_t i = 0; i < run.problem.grasps.size() && !run.problem.approach; ++i)
-    run.contacts.close(i, run.bodies.system, run.bodies.state, 0);
+  for (std::size_t i = 0; i < run.problem.grasps.size() && !run.problem.approach; ++i) {
+    if (run.problem.grasps[i].closes == GraspSetup::Closes::together)
+      run.contacts.close(i, run.bodies.system, run.bodies.state, 0);
+  }
   if (const std::string overlaps = run.contacts.overlaps(run.bodies.system, run.bodies.state); !overlaps.empty())
     throw RunFailure("contacts: at the start " + overlaps + "; bodies that may touch must begin apart");
   if (!run.problem.approach) return;

@@ -136,6 +136,7 @@ void ContactSet::add_to_group(const Pair& pair, const ContactForce& force, doubl
   group.normal_force += force.normal_force;
   group.depth = std::max(group.depth, force.depth);
   group.slip_speed = std::max(group.slip_speed, force.slip_speed);
+  group.friction_use = std::max(group.friction_use, force.friction_use);
   group.damping_power += force.damping_power, group.friction_power += force.friction_power;
   group.power += power;
 }

@@ -39,6 +39,7 @@ struct GroupContact {
   double normal_force = 0;                 // sum of magnitudes [N]
   double depth = 0;                        // maximum [m]
   double slip_speed = 0;                   // largest of the pairs [m/s]
+  double friction_use = 0;                 // largest of the pairs, ContactForce::friction_use
   double damping_power = 0;                // dissipated [W]
   double friction_power = 0;               // dissipated [W]
   double power = 0;                        // of the forces on both bodies [W]

@@ -183,6 +183,7 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const double spin_toward = stick.spin + delay * spin_rate, length = std::hypot(norm(toward), spin_toward);
   const double coefficient = contact_law::friction_coefficient(law.static_friction, law.kinetic_friction,
                                                                law.stiction_speed, std::hypot(norm(u), spin_speed));
+  force_.friction_use = std::min(1.0, length);
   const double scale = coefficient * force_.normal_force / std::max(1.0, length);
   const Vector3d force = -scale * toward, couple = (-scale * spin_lever * spin_toward) * n;
   on_b.linear += force;
@@ -225,6 +226,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   force_.on_a = force_.on_b = Wrenchd::zero();
   force_.p_WC = Vector3d::zero();
   force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
+  force_.friction_use = 0;
   force_.stick_rate = {};
   onset_ = 0;
   force_.patches.clear();

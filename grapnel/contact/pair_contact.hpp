@@ -43,6 +43,7 @@ struct ContactForce {
   double normal_force = 0;    // sum over the patches [N]
   double depth = 0;           // maximum [m]
   double slip_speed = 0;      // at p_WC [m/s]
+  double friction_use = 0;    // friction and couple about the normal, over those at which it slips: at most 1
   double damping_power = 0;   // dissipated, >= 0 [W]
   double friction_power = 0;  // given up to friction, rolling and torsional friction; < 0 while sticking relaxes [W]
   StickState stick_rate;      // [1/s]

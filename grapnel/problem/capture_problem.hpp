@@ -21,6 +21,7 @@
 #include "grapnel/model/model.hpp"
 #include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/problem/base_actuators.hpp"
+#include "grapnel/problem/capture_stages.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/problem/shape_contacts.hpp"
 #include "grapnel/simulate/control_setup.hpp"
@@ -186,7 +187,8 @@ struct GraspSetup {
   Orientation orientation = Orientation::free;
   /// The time of closing. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time:
   /// at `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
-  enum class Closes { together, at_time, on_arrival };
+  /// when_settled: as soon as the target is settled in the gripper (StagesSetup), unless a way out of it was found.
+  enum class Closes { together, at_time, on_arrival, when_settled };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run
   /// Required velocity at arrival, relative to the grasp point, in W: added to the velocity of ApproachSetup::match
@@ -611,6 +613,7 @@ struct CaptureProblem {
   std::vector<MaterialSetup> materials;
   std::vector<ObstacleSetup> obstacles;
   std::vector<ContactPairsSetup> contacts;  // pairs that may touch; others pass through each other
+  std::vector<StagesSetup> stages;          // at most one per target
   std::optional<ImpactSetup> impact;
   MotionPhases post_impact;  // after the impact; without an impact after the approach, or from t = 0 (key `motion`)
   std::vector<LoadSetup> loads;

@@ -58,6 +58,7 @@ class Conflicts : ConflictFinder {
     find_sensor_conflicts(problem_, found_);
     find_load_conflicts(problem_, found_);
     find_contact_conflicts(problem_, found_);
+    find_stage_conflicts(problem_, found_);
     check_shapes();
     check_panels();
     check_lengths();
@@ -321,9 +322,13 @@ class Conflicts : ConflictFinder {
       const GraspSetup& grasp = problem_.grasps[i];
       if (grasp.closes == GraspSetup::Closes::together) continue;
       const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
-      const std::string path = fmt::format("grasps[{}].{}", i, at_time ? "closes_at" : "closes_on_arrival");
+      const bool on_arrival = grasp.closes == GraspSetup::Closes::on_arrival;
+      const std::string path = fmt::format("grasps[{}].{}", i,
+                                           at_time      ? "closes_at"
+                                           : on_arrival ? "closes_on_arrival"
+                                                        : "closes_when_settled");
       const EndEffectorSetup* effector = end_effector(grasp.end_effector);
-      if (!at_time && effector && !effector->envelope)
+      if (on_arrival && effector && !effector->envelope)
         add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(effector->name));
       if (!problem_.impact) {
         add(path, "{} needs 'impact' in the scenario: without it no grasp closes", path);

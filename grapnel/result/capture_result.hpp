@@ -420,6 +420,7 @@ struct CaptureResult {
   std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were monitored
   std::vector<ClearanceEvent> clearance_events;
   std::vector<ContactPairReport> contacts;  // per pair of bodies that may touch
+  std::vector<StagesReport> stages;         // per target with stages
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp until it opens; ignored pairs
   std::vector<LimitEvent> limit_events;

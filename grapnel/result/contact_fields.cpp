@@ -37,4 +37,77 @@ const Type& type_of<ContactPairReport>() {
   return type;
 }
 
+template <>
+const Type& type_of<StagesReport::Stage>() {
+  using S = StagesReport::Stage;
+  static constexpr Choice choices[] = {choice(S::approach, "approach"), choice(S::contact, "contact"),
+                                       choice(S::closed, "closed"),     choice(S::caged, "caged"),
+                                       choice(S::settled, "settled"),   choice(S::latched, "latched")};
+  static constexpr Type type = enumeration<S>("CaptureStage", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<StagesReport::Cage>() {
+  using C = StagesReport::Cage;
+  static constexpr Choice choices[] = {choice(C::not_searched, "not_searched"), choice(C::caged, "caged"),
+                                       choice(C::can_leave, "can_leave"), choice(C::undecided, "undecided")};
+  static constexpr Type type = enumeration<C>("CageVerdict", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<StagesReport::Failure>() {
+  using F = StagesReport::Failure;
+  static constexpr Choice choices[] = {choice(F::none, "none"),
+                                       choice(F::no_contact, "no_contact"),
+                                       choice(F::closed_on_nothing, "closed_on_nothing"),
+                                       choice(F::pushed_away, "pushed_away"),
+                                       choice(F::not_settled, "not_settled"),
+                                       choice(F::jammed, "jammed"),
+                                       choice(F::slipped, "slipped"),
+                                       choice(F::lost, "lost")};
+  static constexpr Type type = enumeration<F>("StageFailure", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<StagesReport>() {
+  using S = StagesReport;
+  constexpr auto searched = [](const S& s) { return s.cage_time.has_value(); };
+  static constexpr Field fields[] = {
+      field<&S::target>("target", "target"),
+      field<&S::reached>("reached", "last stage that was reached"),
+      field<&S::contact_time>("contact_time", "s", "first contact of gripper and target; absent: none"),
+      field<&S::closing_time>("closing_time", "s", "start of closing; absent: it did not begin"),
+      field<&S::closed_time>("closed_time", "s",
+                             "end of closing, if the gripper touched the target then; absent otherwise"),
+      field<&S::settled_time>("settled_time", "s",
+                              "time at which the target had moved less than stated for the stated time; absent: never"),
+      field<&S::latched_time>("latched_time", "s", "time at which a grasp of the target closed; absent: none"),
+      field<&S::cage>("cage",
+                      "last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: "
+                      "neither was shown"),
+      field<&S::cage_time>("cage_time", "s", "time of this search"),
+      field<&S::caged_time>("caged_time", "s", "time of the first search that found a cage; absent: none"),
+      field<&S::cage_allowance>("cage_allowance", "m", "overlap of shapes that counted as free in the last search")
+          .when<searched>(),
+      field<&S::cage_poses>("cage_poses", "1", "poses evaluated in the last search").when<searched>(),
+      field<&S::failure>(
+          "failure",
+          "`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. "
+          "`pushed_away`: contact was lost. `not_settled`: the target moves in the gripper. `jammed`: the target is "
+          "settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact"),
+      field<&S::failure_time>("failure_time", "s", "time of the failure; absent: none"),
+      field<&S::grip_force>("grip_force", "N",
+                            "sum of the normal forces of the gripper on the target, at the end of the run or of its "
+                            "last contact"),
+      field<&S::least_friction_margin>("least_friction_margin", "1",
+                                       "smallest share of friction that was left while the target was settled, over "
+                                       "the pairs of the gripper; 0: one slips; absent: not settled"),
+  };
+  static constexpr Type type = structure<S>("StagesReport", "stages of the capture of one target by contacts.", fields);
+  return type;
+}
+
 }  // namespace grapnel

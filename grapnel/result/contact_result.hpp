@@ -30,4 +30,33 @@ struct ContactPairReport {
   bool beyond_model = false;               // some overlap was too deep for the model (theory, section 23)
 };
 
+/// The stages of the capture of one target by contacts (StagesSetup), over the whole run. Times are absent for stages
+/// that were not reached [s].
+struct StagesReport {
+  std::string target;
+  enum class Stage { approach, contact, closed, caged, settled, latched };
+  Stage reached = Stage::approach;     // the last one, in this order
+  std::optional<double> contact_time;  // first contact of gripper and target
+  std::optional<double> closing_time;  // begin of closing
+  std::optional<double> closed_time;   // end of closing, if the gripper touches the target then
+  std::optional<double> settled_time;  // at the end of the stated time
+  std::optional<double> latched_time;  // a grasp has closed
+  /// Result of the last search of a way out (CageAnswer).
+  enum class Cage { not_searched, caged, can_leave, undecided };
+  Cage cage = Cage::not_searched;
+  std::optional<double> cage_time;   // of this search
+  std::optional<double> caged_time;  // of the first search that showed a cage
+  double cage_allowance = 0;         // overlap that counts as free in it [m]
+  long cage_poses = 0;               // evaluated in it
+  /// Why the capture failed. no_contact: the gripper never touched the target. closed_on_nothing: likewise, and it
+  /// closed. pushed_away: it touched the target, but does not at the end. not_settled: it touches a target that moves.
+  /// jammed: the target is settled, but a way out of the gripper was found. slipped: the target was settled and moved
+  /// again, lost: or lost contact.
+  enum class Failure { none, no_contact, closed_on_nothing, pushed_away, not_settled, jammed, slipped, lost };
+  Failure failure = Failure::none;
+  std::optional<double> failure_time;  // [s]; absent without one
+  double grip_force = 0;               // normal forces of the gripper, sum at the last contact before latching [N]
+  std::optional<double> least_friction_margin;  // after settling: 1 less the largest ContactForce::friction_use
+};
+
 }  // namespace grapnel

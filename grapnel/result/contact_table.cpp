@@ -26,6 +26,19 @@ std::vector<const ContactPairReport*> touching_pairs(const CaptureResult& result
 
 }  // namespace
 
+std::string stage_table(const CaptureResult& result) {
+  if (result.stages.empty()) return "";
+  TextTable table;
+  table.row({"target", "contact", "closing", "closed", "caged", "settled", "latched", "grip force", "friction margin"});
+  table.row({"", "s", "s", "s", "s", "s", "s", "N", ""});
+  const auto time = [](const std::optional<double>& t) { return t ? short_number(*t) : "-"; };
+  for (const StagesReport& s : result.stages) {
+    table.row({s.target, time(s.contact_time), time(s.closing_time), time(s.closed_time), time(s.caged_time),
+               time(s.settled_time), time(s.latched_time), short_number(s.grip_force), time(s.least_friction_margin)});
+  }
+  return "\nstages of captures\n" + table.text();
+}
+
 std::string contact_table(const CaptureResult& result) {
   constexpr std::size_t kMaxShown = 20;
   if (result.contacts.empty()) return "";

@@ -112,6 +112,14 @@ const Type& type_of<StopImpact>();
 template <>
 const Type& type_of<ContactPairReport>();
 template <>
+const Type& type_of<StagesReport::Stage>();
+template <>
+const Type& type_of<StagesReport::Cage>();
+template <>
+const Type& type_of<StagesReport::Failure>();
+template <>
+const Type& type_of<StagesReport>();
+template <>
 const Type& type_of<WheelReport>();
 template <>
 const Type& type_of<GyrosReport>();

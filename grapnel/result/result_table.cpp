@@ -56,7 +56,7 @@ std::string verdict(const CaptureResult& result) {
   out += capture_lines(result) + worst_margin_line(result) + ledger_sentence(result.ledger) + "\n";
   if (!result.ledger.entries.empty()) out += feasibility_lines(result);
   for (const std::string& sentence : {ratings_sentence(result), saturation_sentence(result), stability_sentence(result),
-                                      rest_sentence(result), contact_sentence(result)}) {
+                                      rest_sentence(result), contact_sentence(result), stage_sentence(result)}) {
     if (!sentence.empty()) out += paragraph(sentence, "");
   }
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
@@ -675,7 +675,8 @@ std::string result_table(const CaptureResult& result) {
          impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
          law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
          thruster_table(result) + saturation_table(result) + joint_mode_table(result) + loop_tables(result) +
-         load_table(result) + contact_table(result) + clearance_table(result) + ledger_table(result.ledger);
+         load_table(result) + stage_table(result) + contact_table(result) + clearance_table(result) +
+         ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -567,6 +567,8 @@ const Type& type_of<Summary>() {
           "contacts", "",
           "contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent "
           "if there are none"),
+      list_part<&S::result, &CaptureResult::stages>(
+          "stages", "", "stages of captures by contacts, in the order of the scenario; absent if none are stated"),
       derived<[](const S& s) { return Clearances{s.result}; }>(
           "clearance", "", "distances between bodies with shapes; absent if fewer than two bodies have shapes")
           .when<[](const S& s) { return !s.result->clearance.empty(); }>(),

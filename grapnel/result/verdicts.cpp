@@ -385,6 +385,75 @@ std::string contact_sentence(const CaptureResult& result) {
   return text;
 }
 
+namespace {
+
+std::optional<double> time_of(const StagesReport& report) {
+  using Stage = StagesReport::Stage;
+  switch (report.reached) {
+    case Stage::approach:
+      break;
+    case Stage::contact:
+      return report.contact_time;
+    case Stage::closed:
+      return report.closed_time;
+    case Stage::caged:
+      return report.caged_time;
+    case Stage::settled:
+      return report.settled_time;
+    case Stage::latched:
+      return report.latched_time;
+  }
+  return {};
+}
+
+std::string failure_words(StagesReport::Failure failure) {
+  using Failure = StagesReport::Failure;
+  switch (failure) {
+    case Failure::none:
+      break;
+    case Failure::no_contact:
+      return "not touched";
+    case Failure::closed_on_nothing:
+      return "closed on nothing";
+    case Failure::pushed_away:
+      return "pushed away";
+    case Failure::not_settled:
+      return "not settled";
+    case Failure::jammed:
+      return "jammed, a way out was found";
+    case Failure::slipped:
+      return "slipped";
+    case Failure::lost:
+      return "lost";
+  }
+  return "";
+}
+
+std::string at_time(const std::optional<double>& time) {
+  return time ? fmt::format(" at t = {} s", short_number(*time)) : "";
+}
+
+// "latched at t = 5.62 s; caged (search of 3,000 poses)"
+std::string stage_text(const StagesReport& report) {
+  std::string text = std::string(name_of(report.reached)) + at_time(time_of(report));
+  if (report.failure != StagesReport::Failure::none)
+    text = fmt::format("{}{}, last stage: {}", failure_words(report.failure), at_time(report.failure_time), text);
+  using Cage = StagesReport::Cage;
+  if (report.cage == Cage::caged) text += "; caged, no way out exists";
+  if (report.cage == Cage::can_leave) text += "; not caged, a way out exists";
+  if (report.cage == Cage::undecided) text += "; cage undecided, no way out was found";
+  return text;
+}
+
+}  // namespace
+
+std::string stage_sentence(const CaptureResult& result) {
+  std::string text;
+  for (const StagesReport& report : result.stages)
+    text += (text.empty() ? "stages: " : "; ") + report.target + " " + stage_text(report);
+  return text;
+}
+
 std::string ledger_sentence(const Ledger& ledger) {
   std::size_t checked = 0, failing = 0;
   for (const LedgerEntry& e : ledger.entries) {
@@ -435,6 +504,11 @@ Remark remark_on(const CaptureResult& result, const GraspOutcome& grasp) {
 Answer capture_answer(const CaptureResult& result) {
   Answer answer{"Capture", Tone::none, "Nothing to grasp", "This run has no grasps.", {}};
   for (const GraspOutcome& grasp : result.grasps) answer.remarks.push_back(remark_on(result, grasp));
+  for (const StagesReport& report : result.stages) {
+    const bool failed = report.failure != StagesReport::Failure::none;
+    answer.remarks.push_back(
+        {failed ? Tone::bad : Tone::good, "stages of " + report.target, as_sentence(stage_text(report))});
+  }
   const auto set_answer = [&](Tone tone, const char* word, const std::string& text) {
     answer.tone = tone, answer.word = word, answer.sentence = as_sentence(text);
   };

@@ -211,6 +211,11 @@ struct Described<CaptureProblem> {
           "pair.")
           .one_or_list("a mapping of one rule; a list of rules")
           .optional(),
+      field<&T::stages>(&stages_description, "stages",
+                        "Stages of a capture by contacts that are reported: of one target, or a list with one entry per "
+                        "target.")
+          .one_or_list("a mapping for one target; a list of them")
+          .optional(),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),
   });
@@ -299,6 +304,7 @@ class ScenarioReader {
     finish_post_impact(reading_);
     finish_external_wrenches(reading_);
     finish_contacts(reading_);
+    finish_stages(reading_);
     finish_clearance(reading_);
     finish_control(torques_, reading_);
     finish_sensors(reading_);

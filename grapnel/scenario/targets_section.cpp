@@ -156,6 +156,10 @@ struct Described<GraspSetup> {
                 "Whether it closes as soon as its end-effector is within its envelope, which is required, in the "
                 "approach or after it. Needs `impact`.")
           .by_default("false"),
+      key<bool>("closes_when_settled", "",
+                "Whether it closes as soon as its target is settled in the gripper, as `stages` state it, wherever the "
+                "end-effector is then. Needs `impact`, `post_impact` and `stages`.")
+          .by_default("false"),
       field<&T::relative_velocity>(
           "relative_velocity", "m/s",
           "Relative velocity at arrival, end-effector minus grasp point, in W: added to the rates of "
@@ -167,7 +171,7 @@ struct Described<GraspSetup> {
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
-      not_both("closes_at, closes_on_arrival"),
+      not_both("closes_at, closes_on_arrival, closes_when_settled"),
       when("model", "hinge").require("axis"),
   });
   static constexpr Type type = structure<T>("grasp", "", fields, rules);
@@ -267,6 +271,8 @@ void finish_grasps(Reading& reading) {
       grasp.closes = GraspSetup::Closes::at_time;
     else if (boolean_at(node, "closes_on_arrival"))
       grasp.closes = GraspSetup::Closes::on_arrival;
+    else if (boolean_at(node, "closes_when_settled"))
+      grasp.closes = GraspSetup::Closes::when_settled;
     reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
     const bool target_known =
         reading.targets.expect(grasp.target, part(node, "target").mark, path, faults) && !grasp.target.empty();

@@ -16,8 +16,10 @@ export function contactsSection(s: PartlySummary): HTMLElement[] {
   if (all.length === 0) return [absent("The summary has no contacts between shapes.")];
   const touching = all.filter(hasTouched);
   const apart = all.filter((one) => !hasTouched(one)).map(bodies);
+  const stages = list(s.stages);
   const cells = { bodies, beyond_model: (one: Pair) => (one.beyond_model ? mark("warn", "yes") : "no") };
   return [
+    ...(stages.length > 0 ? describedTable("Stages of captures", described.kStagesReport, stages, { few: 20 }) : []),
     ...(touching.some((one) => one.beyond_model)
       ? [element("p", {}, mark("warn", "An overlap was too deep for the contact model: forces of these pairs are not reliable."))]
       : []),

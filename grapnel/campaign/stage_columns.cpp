@@ -1,0 +1,62 @@
+// Columns of the stages of captures by contacts.
+#include <cmath>
+
+#include "grapnel/campaign/column.hpp"
+#include "grapnel/problem/stage_pairs.hpp"
+#include "grapnel/result/result_documents.hpp"
+
+namespace grapnel {
+namespace {
+
+// Value of the report of one target; NaN: the run ended before stages were reported.
+template <class Value>
+auto of_target(const std::string& target, Value value) {
+  return [target, value](const StudyCase&, const CaptureResult& r) {
+    for (const StagesReport& report : r.stages) {
+      if (report.target == target) return static_cast<double>(value(report));
+    }
+    return double(NAN);
+  };
+}
+
+}  // namespace
+
+std::vector<Column> stage_columns(const CaptureProblem& problem) {
+  using Stage = StagesReport::Stage;
+  using Failure = StagesReport::Failure;
+  std::vector<Column> columns;
+  for (const StagesSetup& setup : problem.stages) {
+    const std::string target = problem.targets[stage_target(problem, setup)].name, path = "stages/" + target + "/";
+    const auto add = [&](const std::string& key, const char* unit, const std::string& text, auto value) {
+      columns.push_back({path + key, unit, text, of_target(target, value)});
+    };
+    for (const Stage stage : {Stage::contact, Stage::closed, Stage::caged, Stage::settled, Stage::latched}) {
+      const std::string name(name_of(stage));
+      add(name, "1", "whether the stage `" + name + "` was reached: its mean is the probability",
+          [stage](const auto& s) {
+            const bool reached[] = {true,
+                                    s.contact_time.has_value(),
+                                    s.closed_time.has_value(),
+                                    s.caged_time.has_value(),
+                                    s.settled_time.has_value(),
+                                    s.latched_time.has_value()};
+            return reached[static_cast<std::size_t>(stage)];
+          });
+    }
+    for (const Failure failure : {Failure::no_contact, Failure::closed_on_nothing, Failure::pushed_away,
+                                  Failure::not_settled, Failure::jammed, Failure::slipped, Failure::lost}) {
+      const std::string name(name_of(failure));
+      add(name, "1", "whether the capture failed by `" + name + "`",
+          [failure](const auto& s) { return s.failure == failure; });
+    }
+    for (const char* key :
+         {"contact_time", "closed_time", "settled_time", "latched_time", "grip_force", "least_friction_margin"}) {
+      const Field& field = *field_named(type_of<StagesReport>(), key);
+      add(key, std::string(field.unit).c_str(), std::string(field.text),
+          [&field](const StagesReport& s) { return number_in(field, &s, 0); });
+    }
+  }
+  return columns;
+}
+
+}  // namespace grapnel
