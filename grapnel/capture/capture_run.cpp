@@ -442,9 +442,9 @@ GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, con
 // their deviations at the end (NaN after a failure). Writes nothing if no grasp was due.
 void GraspSchedule::write(double last_check, const CaptureSystem& system, const State& state,
                           CaptureResult& result) const {
-  if (!first_time_) return;
-  result.capture_time = *first_time_;
-  const double end = std::max(*first_time_, last_check);
+  if (!first_time_ && undecided(GraspSetup::Closes::when_settled).empty()) return;
+  result.capture_time = first_time_.value_or(last_check);
+  const double end = std::max(result.capture_time, last_check);
   // After a failure the positions are unknown.
   GraspDecision unknown;
   unknown.deviation = {NAN, NAN, NAN, NAN};

@@ -12,6 +12,16 @@ namespace {
 // Instants per step at which motion is evaluated, beyond its begin.
 constexpr int kMotionParts = 4;
 
+// Of a target's shapes about its frame [m].
+double radius_of(const TargetSetup& target) {
+  double radius = 0;
+  for (const Geometry& geometry : target.geometry) {
+    const ContactShape shape(geometry);
+    radius = std::max(radius, norm(shape.X_BC().p) + shape.reach());
+  }
+  return radius;
+}
+
 StagesReport::Cage stage_cage(CageAnswer::Verdict verdict) {
   switch (verdict) {
     case CageAnswer::Verdict::caged:
@@ -34,6 +44,7 @@ StageMonitor::StageMonitor(const CaptureProblem& problem, const CaptureSystem& f
     watch.setup = setup, watch.target = stage_target(problem, setup);
     watch.pairs = stage_pairs(problem, setup, pairs_);
     watch.report.target = problem.targets[watch.target].name;
+    if (!(setup.away > 0)) watch.setup.away = radius_of(problem.targets[watch.target]);
     if (watch.setup.closing.empty() && problem.post_impact) watch.setup.closing = phase_name(problem, 0);
   }
 }
@@ -145,12 +156,28 @@ void StageMonitor::observe(Watch& watch, const PhaseStep& step) {
     std::optional<double>& earliest = watch.report.contact_time;
     if (first && (!earliest || *first < *earliest)) earliest = first;
   }
-  if (watch.touches) watch.last_contact = step.end;
   if (watch.report.closing_time && !watch.closed && watch.closing_end <= step.end * (1 + 1e-12)) close(watch, step);
   if (watch.report.closing_time) observe_rest(watch, step);
-  if (!watch.touches) return;
-  excess(watch, step, step.end);
-  note_grip(watch);
+  if (!watch.report.contact_time) return;
+  forward_kinematics(system_->model, step.state_at(step.end), kinematics_);
+  if (watch.touches) {
+    watch.away_since.reset();
+    note_grip(watch);
+  } else {
+    watch.report.grip_force = 0;
+    observe_distance(watch, step.end);
+  }
+}
+
+// A touched target without contact => since when it is away; the kinematics are those of the time.
+void StageMonitor::observe_distance(Watch& watch, double time) {
+  for (std::size_t p = 0; p < set_->size(); ++p) {
+    if (std::ranges::find(watch.pairs, static_cast<std::size_t>(set_->group_of(p))) == watch.pairs.end()) continue;
+    if (set_->separation(p, kinematics_).distance > watch.setup.away) continue;
+    watch.away_since.reset();
+    return;
+  }
+  if (!watch.away_since) watch.away_since = time;
 }
 
 // Step => the time since which the target is quiet, and the settling.
@@ -290,7 +317,7 @@ void StageMonitor::conclude(const Watch& watch, StagesReport& report) {
   if (watch.settled) {
     if (may_leave(watch)) fail(Failure::jammed, report.settled_time);
   } else {
-    watch.touches ? fail(Failure::not_settled, {}) : fail(Failure::pushed_away, watch.last_contact);
+    watch.away_since ? fail(Failure::pushed_away, watch.away_since) : fail(Failure::not_settled, {});
   }
 }
 

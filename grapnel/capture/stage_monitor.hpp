@@ -48,8 +48,8 @@ class StageMonitor final : public ActuatorMonitor {
     std::optional<double> quiet_since;  // the target moves less than stated since then [s]
     std::optional<double> due;          // time at which it is settled, if it remains quiet [s]
     bool closed = false, settled = false;
-    bool touches = false;     // at the last step
-    double last_contact = 0;  // end of the last step with contact [s]
+    bool touches = false;              // at the last step
+    std::optional<double> away_since;  // farther from the gripper than StagesSetup::away since then [s]
   };
   // Motion of a target relative to a link: of its centre of mass, and angular.
   struct RelativeMotion {
@@ -60,6 +60,7 @@ class StageMonitor final : public ActuatorMonitor {
   double excess(const Watch& watch, const PhaseStep& step, double t);
   bool touches(const Watch& watch) const;
   void observe(Watch& watch, const PhaseStep& step);
+  void observe_distance(Watch& watch, double time);
   void observe_rest(Watch& watch, const PhaseStep& step);
   void disturb(Watch& watch, double time);
   void settle(Watch& watch, const PhaseStep& step);

@@ -23,6 +23,10 @@ struct StagesSetup {
   double rate = 0;   // [rad/s]
   double time = 0;   // [s]
 
+  /// Distance of gripper and target beyond which it is pushed away [m]; 0: the radius of the target's shapes about its
+  /// frame.
+  double away = 0;
+
   /// Search of a way out of the gripper (search_cage()), at the end of closing and when the target is settled.
   struct CageSetup {
     double resolution = 0;  // [m]; 0: a hundredth of the radius of the target's shapes

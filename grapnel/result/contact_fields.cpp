@@ -96,12 +96,13 @@ const Type& type_of<StagesReport>() {
       field<&S::failure>(
           "failure",
           "`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. "
-          "`pushed_away`: contact was lost. `not_settled`: the target moves in the gripper. `jammed`: the target is "
+          "`pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. "
+          "`jammed`: the target is "
           "settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact"),
       field<&S::failure_time>("failure_time", "s", "time of the failure; absent: none"),
-      field<&S::grip_force>("grip_force", "N",
-                            "sum of the normal forces of the gripper on the target, at the end of the run or of its "
-                            "last contact"),
+      field<&S::grip_force>(
+          "grip_force", "N",
+          "sum of the normal forces of the gripper on the target, at the end of the run or when a grasp closed"),
       field<&S::least_friction_margin>("least_friction_margin", "1",
                                        "smallest share of friction that was left while the target was settled, over "
                                        "the pairs of the gripper; 0: one slips; absent: not settled"),

@@ -49,13 +49,13 @@ struct StagesReport {
   double cage_allowance = 0;         // overlap that counts as free in it [m]
   long cage_poses = 0;               // evaluated in it
   /// Why the capture failed. no_contact: the gripper never touched the target. closed_on_nothing: likewise, and it
-  /// closed. pushed_away: it touched the target, but does not at the end. not_settled: it touches a target that moves.
+  /// closed. pushed_away: after contact the target moved away. not_settled: the target is near, but moves.
   /// jammed: the target is settled, but a way out of the gripper was found. slipped: the target was settled and moved
   /// again, lost: or lost contact.
   enum class Failure { none, no_contact, closed_on_nothing, pushed_away, not_settled, jammed, slipped, lost };
   Failure failure = Failure::none;
-  std::optional<double> failure_time;  // [s]; absent without one
-  double grip_force = 0;               // normal forces of the gripper, sum at the last contact before latching [N]
+  std::optional<double> failure_time;           // [s]; absent without one
+  double grip_force = 0;                        // sum of the gripper's normal forces at the end, or when latched [N]
   std::optional<double> least_friction_margin;  // after settling: 1 less the largest ContactForce::friction_use
 };
 

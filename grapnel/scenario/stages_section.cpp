@@ -63,6 +63,12 @@ struct Described<StagesSetup> {
       field<&T::relative_to>("relative_to", "", "Link to which the target's motion is relative. Absent: the base.")
           .optional(),
       group<T, SettledKeys>("settled", "").required(),
+      field<&T::away>(
+          "away", "m",
+          "Distance between gripper and target beyond which a touched target counts as pushed away. Absent: "
+          "the radius of the target's shapes about its frame.")
+          .above(0)
+          .optional(),
       field<&T::cage>("cage", "", "").optional(),
   });
   static constexpr Type type = structure<T>(
