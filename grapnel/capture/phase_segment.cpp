@@ -125,9 +125,9 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are monitored";
+  if (setup.contacts) return "contacts between shapes";
   if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
-  if (setup.contacts) return "contacts between shapes";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
     // Loads of braked joints depend on the loads of the grasps, which are computed only at samples.
