@@ -8,6 +8,7 @@
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/constraint/pivoted_cholesky.hpp"
 #include "grapnel/dynamics/recursion.hpp"
+#include "grapnel/model/coupling.hpp"
 
 namespace grapnel {
 namespace {
@@ -17,16 +18,6 @@ using namespace loop_limits;
 // Relative to the size of velocities: smaller closure motion is not corrected again.
 constexpr double kRounding = 4e-16;
 
-void step_quaternion(double* q, const Vector3d& turn) {
-  const double angle = norm(turn), half = 0.5 * angle;
-  // sin(a/2)/a without division by zero.
-  const double f = angle > 1e-8 ? std::sin(half) / angle : 0.5;
-  Quaterniond p =
-      Quaterniond{q[0], q[1], q[2], q[3]} * Quaterniond{std::cos(half), f * turn[0], f * turn[1], f * turn[2]};
-  const double scale = 1 / std::sqrt(p.w * p.w + p.x * p.x + p.y * p.y + p.z * p.z);
-  q[0] = scale * p.w, q[1] = scale * p.x, q[2] = scale * p.y, q[3] = scale * p.z;
-}
-
 }  // namespace
 
 struct LoopSolver::Implementation {
@@ -34,6 +25,7 @@ struct LoopSolver::Implementation {
   std::vector<LoopClosure> closures;
   std::vector<LoopPath> paths;
   std::vector<LoopPlace> places;
+  std::vector<CouplingPath> couplings;
   LoopColumns columns;
   PivotedCholesky factor;
   int row_total;
@@ -61,9 +53,10 @@ struct LoopSolver::Implementation {
         closures(c.begin(), c.end()),
         paths(make_paths(m, c)),
         places(paths.size()),
-        columns(m.tree(), paths),
-        factor(closure_rows(c)),
-        row_total(closure_rows(c)),
+        couplings(make_coupling_paths(m, closure_rows(c))),
+        columns(m.tree(), paths, couplings),
+        factor(closure_rows(c) + static_cast<int>(couplings.size())),
+        row_total(factor.size()),
         u(static_cast<std::size_t>(row_total)),
         work(u),
         rhs(u),
@@ -80,6 +73,7 @@ struct LoopSolver::Implementation {
     for (const LoopPath& path : paths) {
       for (int r = 0; r < path.rows; ++r) scale[path.first_row + r] = path.scale(r);
     }
+    for (const CouplingPath& coupling : couplings) scale[coupling.row] = coupling.scale;
   }
 
   std::span<double> part(std::vector<double>& all, const LoopPath& path) {
@@ -122,8 +116,9 @@ struct LoopSolver::Implementation {
     }
   }
 
-  // Rows of the relative twist, and the magnitude of its terms.
-  double velocity_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& out) {
+  // Rows of the relative twist, and the magnitude of its terms; `links` have their twists at v.
+  double velocity_rows(const std::vector<LinkScratch<double>>& links, std::span<const double> v,
+                       std::vector<double>& out) {
     double size = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
       const LoopPath& path = paths[k];
@@ -133,12 +128,16 @@ struct LoopSolver::Implementation {
       size = std::max({size, path.angular_scale * (norm(V_a.angular) + norm(V_b.angular)),
                        path.linear_scale * (norm(V_a.linear) + norm(V_b.linear))});
     }
+    for (const CouplingPath& coupling : couplings) {
+      out[coupling.row] = coupling_motion(coupling, v);
+      size = std::max(size, coupling.scale * coupling_motion_size(coupling, v, 0));
+    }
     return size;
   }
 
-  // Scaled magnitude of the accelerations of the closures' bodies, gravity included, bounded below by the negligible
-  // acceleration.
-  double acceleration_size(const std::vector<LinkScratch<double>>& links) const {
+  // Scaled magnitude of the accelerations of the closures' bodies, gravity included, and of the coupled joints, bounded
+  // below by the negligible acceleration.
+  double acceleration_size(const std::vector<LinkScratch<double>>& links, std::span<const double> vdot) const {
     double size = 0;
     for (const LoopPath& path : paths) {
       for (int link : {path.link_a, path.link_b}) {
@@ -147,6 +146,8 @@ struct LoopSolver::Implementation {
                          path.linear_scale * std::max(norm(A.linear), kUnnoticed)});
       }
     }
+    for (const CouplingPath& coupling : couplings)
+      size = std::max(size, coupling.scale * coupling_motion_size(coupling, vdot, kUnnoticed));
     return size;
   }
 
@@ -169,6 +170,10 @@ struct LoopSolver::Implementation {
         most = std::max(most, s * s * (squares[r] + turning[r] * turning[r]));
       }
       size = std::max(size, std::sqrt(most));
+    }
+    for (std::size_t k = 0; k < couplings.size(); ++k) {
+      out[couplings[k].row] = columns.coupled_acceleration(k).r[0];
+      size = std::max(size, couplings[k].scale * std::sqrt(columns.coupled_acceleration_squares(k).r[0]));
     }
     return size;
   }
@@ -216,27 +221,9 @@ struct LoopSolver::Implementation {
     if (!q.empty()) locate_all(links, q);
   }
 
-  // Velocity change times time dq => coordinates q: adds joint and position increments, rotates quaternions by the
-  // exponential map.
-  void step_coordinates(std::span<const double> dq, std::span<double> q) const {
-    for (const TreeLink<double>& link : model.tree().links) {
-      const JointTraits& joint = traits_of(link.joint);
-      if (joint.quaternion < 0) {
-        for (int k = 0; k < joint.velocities; ++k) q[link.q + k] += dq[link.v + k];
-        continue;
-      }
-      double* turn = &q[link.q + joint.quaternion];
-      if (joint.position >= 0) {
-        const Vector3d p = rotation_matrix(Quaterniond{turn[0], turn[1], turn[2], turn[3]}) *
-                           Vector3d{dq[link.v + 3], dq[link.v + 4], dq[link.v + 5]};
-        for (int k = 0; k < 3; ++k) q[link.q + joint.position + k] += p[k];
-      }
-      step_quaternion(turn, {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
-    }
-  }
-
-  // Maximum defects over the closures from poses and twists.
-  ClosureDefect defects(const std::vector<LinkScratch<double>>& links) const {
+  // Maximum defects over the closures from poses and twists, and over the couplings at q and v.
+  ClosureDefect defects(const std::vector<LinkScratch<double>>& links, std::span<const double> q,
+                        std::span<const double> v) const {
     ClosureDefect largest;
     for (std::size_t k = 0; k < paths.size(); ++k) {
       const LoopPath& path = paths[k];
@@ -252,11 +239,16 @@ struct LoopSolver::Implementation {
       largest.raise({size(e + path.angular_count, 3), size(e, path.angular_count), size(slip + path.angular_count, 3),
                      size(slip, path.angular_count)});
     }
+    for (const CouplingPath& coupling : couplings) {
+      const double position = std::abs(coupling_position(coupling, q)), rate = std::abs(coupling_motion(coupling, v));
+      largest.raise(coupling.slides ? ClosureDefect{position, 0, rate, 0} : ClosureDefect{0, position, 0, rate});
+    }
     return largest;
   }
 
-  void place_rows(std::vector<double>& e) {
+  void place_rows(std::span<const double> q, std::vector<double>& e) {
     for (std::size_t k = 0; k < paths.size(); ++k) position_rows(paths[k], places[k], part(e, paths[k]));
+    for (const CouplingPath& coupling : couplings) e[coupling.row] = coupling_position(coupling, q);
   }
 
   // Relative motion that remains after the change by respond() and `sum`.
@@ -267,6 +259,7 @@ struct LoopSolver::Implementation {
       take_rows(path, relative_motion(path, places[k], links[path.link_a].A, links[path.link_b].A), more);
       for (int r = 0; r < path.rows; ++r) sum[path.first_row + r] += more[r];
     }
+    for (const CouplingPath& coupling : couplings) sum[coupling.row] += coupling_motion(coupling, step);
   }
 
   void add_step(std::span<double> v) const {
@@ -293,6 +286,9 @@ LoopSolver& LoopSolver::operator=(LoopSolver&&) noexcept = default;
 const std::vector<LoopClosure>& LoopSolver::closures() const { return implementation_->closures; }
 int LoopSolver::rows() const { return implementation_->row_total; }
 std::span<const double> LoopSolver::multipliers() const { return implementation_->rows; }
+std::span<const double> LoopSolver::coupling_multipliers() const {
+  return multipliers().last(implementation_->couplings.size());
+}
 int LoopSolver::rank() const { return implementation_->factor.rank(); }
 double LoopSolver::contradiction() const { return implementation_->contradiction; }
 double LoopSolver::min_pivot() const { return implementation_->factor.min_pivot(); }
@@ -310,6 +306,11 @@ std::string LoopSolver::contradicting_row() const {
            (turning && path.model == GraspModel::hinge
                 ? "a normal of the hinge"
                 : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grasp");
+  }
+  for (std::size_t k = 0; k < s.couplings.size(); ++k) {
+    if (s.couplings[k].row != s.contradicting) continue;
+    const Body& dependent = s.model.bodies()[dependent_body(s.model.couplings()[k])];
+    return "the coupling of joint '" + dependent.description.joint.name + "'";
   }
   return {};
 }
@@ -357,6 +358,14 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
       climb(path.from_a, shift(path.X_aC.R * F, -path.X_aC.p));
       climb(path.from_b, shift(s.places[k].X_bC.R * (-1.0 * F), -s.places[k].X_bC.p));
     }
+    for (const CouplingPath& coupling : s.couplings) {
+      for (const CouplingPath::Joint& joint : coupling.joints) {
+        const double effort = joint.factor * basis(coupling.row, column);
+        out.effort(joint.v, column) -= effort;
+        double& most = tree.links[joint.link].joint == JointType::prismatic ? thrust : moment;
+        most = std::max(most, std::abs(effort));
+      }
+    }
     // Values in an arm without self-stress are rounding errors: they are judged relative to the whole.
     for (const TreeLink<double>& link : tree.links) {
       if (link.joint == JointType::revolute) out.terms(link.v, column) = moment;
@@ -379,7 +388,7 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
                                std::span<double> vdot, std::span<double> force) {
   Implementation& s = *implementation_;
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
-  if (s.paths.empty()) {
+  if (s.row_total == 0) {
     articulated_body<double>(s.model.tree(), in, workspace.kernel, vdot, force);
     return;
   }
@@ -387,9 +396,9 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
   s.prepare(workspace.kernel, in);
   const double size = s.acceleration_rows(links, s.u);  // J I^-1 phi + Jdot v
   if (feedback > 0) {
-    s.velocity_rows(links, s.work);
+    s.velocity_rows(links, in.v, s.work);
     for (int i = 0; i < s.row_total; ++i) s.u[i] += 2 * feedback * s.work[i];
-    s.place_rows(s.work);
+    s.place_rows(in.q, s.work);
     for (int i = 0; i < s.row_total; ++i) s.u[i] += feedback * feedback * s.work[i];
   }
   s.solve(size);  // (2.11)
@@ -399,7 +408,7 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
   articulated_accelerations<double>(s.model.tree(), in, workspace.kernel, vdot, force);
   // Between immovable bodies, such as braked joints, the terms cancel and their magnitudes are meaningless; the
   // accelerations of the two sides are used instead.
-  s.contradiction *= std::max(size, kSmallest) / std::max(size, s.acceleration_size(links));
+  s.contradiction *= std::max(size, kSmallest) / std::max(size, s.acceleration_size(links, vdot));
 }
 
 // Coordinates and velocities => velocities on the closures, by the plastic impact v - M^-1 J^T W^+ J v with one
@@ -407,10 +416,10 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
 void LoopSolver::close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed,
                                   Workspace& workspace, std::span<double> v) {
   Implementation& s = *implementation_;
-  if (s.paths.empty()) return;
+  if (s.row_total == 0) return;
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
   s.refresh(q, v, prescribed, workspace);
-  const double size = s.velocity_rows(links, s.u);
+  const double size = s.velocity_rows(links, v, s.u);
   s.solve(size);
   s.respond(q, prescribed, workspace);
   s.add_step(v);
@@ -430,16 +439,16 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
 void LoopSolver::Implementation::close_positions(std::span<const std::uint8_t> prescribed, Workspace& workspace,
                                                  std::span<double> q, std::span<const double> v) {
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
-  place_rows(u);
+  place_rows(q, u);
   double defect = scaled_size(u);
   for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
     if (i > 0 && defect > kRefactorBeyond) refresh(q, v, prescribed, workspace);
     solve(1);
     respond(q, prescribed, workspace);
     std::copy(q.begin(), q.end(), last_q.begin());
-    step_coordinates(step, q);
+    step_coordinates(model.tree(), step, q);
     move_all(q, v, links);
-    place_rows(u);
+    place_rows(q, u);
     const double next = scaled_size(u);
     if (!(next < 0.5 * defect)) {  // converged or stalled
       if (!(next < defect)) {
@@ -457,7 +466,7 @@ std::pair<double, double> LoopSolver::Implementation::close_velocities(std::span
                                                                        Workspace& workspace, std::span<const double> q,
                                                                        std::span<double> v) {
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
-  const double size = velocity_rows(links, u);
+  const double size = velocity_rows(links, v, u);
   double defect = scaled_size(u);
   for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
     solve(1);
@@ -465,7 +474,7 @@ std::pair<double, double> LoopSolver::Implementation::close_velocities(std::span
     respond(q, prescribed, workspace);
     add_step(v);
     move_all({}, v, links);
-    velocity_rows(links, u);
+    velocity_rows(links, v, u);
     const double next = scaled_size(u);
     if (!(next < 0.5 * defect)) {
       if (!(next < defect)) {
@@ -486,21 +495,21 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   Implementation& s = *implementation_;
   ProjectionResult result;
   result.converged = true;
-  if (s.paths.empty()) return result;
+  if (s.row_total == 0) return result;
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
   s.refresh(q, v, prescribed, workspace);
-  result.before = result.after = s.defects(links);
+  result.before = result.after = s.defects(links, q, v);
   const ClosureDefect& d = result.before;
   if (std::max({d.position, d.angle, d.velocity, d.angular_velocity}) <= negligible) return result;
   result.changed = true;
 
   s.close_positions(prescribed, workspace, q, v);
   const auto [size, defect] = s.close_velocities(prescribed, workspace, q, v);
-  result.after = s.defects(links);
+  result.after = s.defects(links, q, v);
   result.converged = result.after.position <= kClosed && result.after.angle <= kClosed;
   s.contradiction = 0;
   if (defect > kContradiction * size) {  // prescribed joints leave no compatible velocity
-    s.velocity_rows(links, s.u);
+    s.velocity_rows(links, v, s.u);
     s.solve(size);
     result.converged = result.converged && s.contradiction <= kContradiction;
   }

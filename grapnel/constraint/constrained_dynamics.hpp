@@ -3,7 +3,8 @@
 /// @file
 /// Dynamics of trees with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top of
 /// the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric. A
-/// closure joins two bodies of one tree or of two trees, such as an end-effector and a target with its own root.
+/// closure joins two bodies of one tree or of two trees, such as an end-effector and a target with its own root. The
+/// model's couplings of joints (Model::couplings()) are further rows, after those of the closures.
 
 #include <memory>
 #include <string>
@@ -17,13 +18,13 @@ namespace grapnel {
 
 /// Result of a projection.
 struct ProjectionResult {
-  ClosureDefect before;  // maximum over the closures
+  ClosureDefect before;  // maximum over closures and couplings; of a coupling by the unit of its dependent joint
   ClosureDefect after;
   bool converged = false;
   bool changed = false;  // whether the state was changed
 };
 
-/// Solver for one model and one set of closures. No allocation after construction.
+/// Solver for one model with its couplings, and one set of closures. No allocation after construction.
 class LoopSolver {
  public:
   /// @throws std::invalid_argument if a closure does not name two bodies, if no joint separates its bodies, or if a
@@ -52,8 +53,11 @@ class LoopSolver {
                            std::span<double> v, double negligible = 0);
 
   /// Multipliers of the last accelerations() or impulses of the last close_velocities(), per row, in C's axes, on body
-  /// a at C (the opposite acts on body b). Not unique if rows are redundant.
+  /// a at C (the opposite acts on body b); for a coupling the effort on its dependent joint. Not unique if rows are
+  /// redundant.
   std::span<const double> multipliers() const;
+  /// Those of the couplings alone, in the order of Model::couplings().
+  std::span<const double> coupling_multipliers() const;
   /// Number of independent rows in the last solution.
   int rank() const;
   /// Of the last solution: the largest inconsistency of a redundant row, relative to the magnitude of the right-hand
@@ -62,7 +66,7 @@ class LoopSolver {
   double contradiction() const;
   /// Of the last solution: the smallest accepted pivot, scaled such that a free body b alone has 1; 0 without rows.
   double min_pivot() const;
-  /// Name of the row of the last solution with the largest contradiction: closure and direction.
+  /// Name of the row of the last solution with the largest contradiction: closure and direction, or coupling.
   std::string contradicting_row() const;
 
   /// Basis of the self-stresses of the last solution, multipliers without effect on the motion: rows x (rows - rank()).

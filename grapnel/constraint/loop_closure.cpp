@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "grapnel/model/coupling.hpp"
+
 namespace grapnel {
 
 // Poses and twists => position, angle and rate defects of a closure in its constrained directions.
@@ -23,6 +25,17 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
     defect.angular_velocity = norm(w - dot(w, h) * h);
   }
   return defect;
+}
+
+ClosureDefect coupling_defects(const Model& model, const State& state) {
+  ClosureDefect largest;
+  for (const JointCoupling& coupling : model.couplings()) {
+    const double position = std::abs(coupling_defect(model, coupling, state.q));
+    const double rate = std::abs(coupling_rate(model, coupling, state.v));
+    const bool slides = slides_along_axis(model.bodies()[dependent_body(coupling)].description.joint.type);
+    largest.raise(slides ? ClosureDefect{position, 0, rate, 0} : ClosureDefect{0, position, 0, rate});
+  }
+  return largest;
 }
 
 void ClosureDefect::raise(const ClosureDefect& other) {

@@ -37,6 +37,9 @@ struct ClosureDefect {
 /// Defect from poses and twists of the bodies in W.
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics);
 
+/// Defect of a model's couplings (Model::couplings()) in a state: position or angle by the dependent joint.
+ClosureDefect coupling_defects(const Model& model, const State& state);
+
 /// Constrained rotation axes, in C: the angular rows. Returns their number: 3, 2 normals of a hinge, or 0.
 int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]);
 

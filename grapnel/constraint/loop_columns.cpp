@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <stdexcept>
 
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
@@ -68,6 +66,7 @@ struct JointColumns {
   const LinkScratch<double>& w;
   std::span<const double> force;  // of all joints
   bool rigid;                     // its acceleration is prescribed
+  double effort;                  // on the joint itself, along the coordinate axis, in the first row
   ClosureRow* y;                  // L^-1 K, one row per degree of freedom
   ClosureRow* raw;                // K
   double& inverse_root;           // 1 / L
@@ -77,8 +76,9 @@ struct JointColumns {
 // Through a joint with one degree of freedom: F - G K is passed on.
 template <OneAxis Joint>
 GRAPNEL_INLINE void pass(Joint joint, const JointColumns& at, Bundle& b) {
-  const auto& [link, w, unused, rigid, y, raw, inverse_root, free] = at;
-  const Pack K = b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
+  const auto& [link, w, unused, rigid, effort, y, raw, inverse_root, free] = at;
+  Pack K = b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
+  K[0] += effort;
   if (rigid) {
     raw->r = K;
     y->r = Pack{};
@@ -95,7 +95,7 @@ GRAPNEL_INLINE void pass(Joint joint, const JointColumns& at, Bundle& b) {
 // Through a spherical joint, which transmits no moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is subtracted from
 // the force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
 GRAPNEL_INLINE void pass(Spherical, const JointColumns& at, Bundle& b) {
-  const auto& [link, w, force, rigid, y, raw, unused, free] = at;
+  const auto& [link, w, force, rigid, none, y, raw, unused, free] = at;
   for (int k = 0; k < 3; ++k) raw[k].r = b.f[k];
   if (rigid) {
     for (int k = 0; k < 3; ++k) y[k].r = Pack{};
@@ -124,7 +124,7 @@ GRAPNEL_INLINE void pass(Spherical, const JointColumns& at, Bundle& b) {
 template <OneAxis Joint>
 GRAPNEL_INLINE void pass_modal(Joint joint, const JointColumns& at, const ModalChain& chain, const ChainScratch& c,
                                std::span<ClosureRow> shares, Bundle& b) {
-  const auto& [link, w, force, rigid, y, raw, inverse_root, free] = at;
+  const auto& [link, w, force, rigid, none, y, raw, inverse_root, free] = at;
   const auto m = static_cast<std::size_t>(chain.modes);
   const Pack K = link.sign * b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
   const double* shape = chain.row(link.member);
@@ -156,46 +156,88 @@ double weighted(const ClosureRow& row, const double (&rows)[8]) {
 
 }  // namespace
 
-// Tree and closure paths => storage for all unit wrenches; finds common links of closures and the roots with loops.
-LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths)
-    : tree_(tree), sums_(paths.size()), inverse_root_(tree.links.size()), root_factor_of_(tree.links.size(), -1) {
+// Tree, closure paths and couplings => storage for all unit wrenches and efforts; finds common links of rows and the
+// roots with loops.
+LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths,
+                         std::span<const CouplingPath> couplings)
+    : tree_(tree),
+      sums_(paths.size() + couplings.size()),
+      closures_(paths.size()),
+      inverse_root_(tree.links.size()),
+      root_factor_of_(tree.links.size(), -1) {
   int slot = 0;
-  for (const LoopPath& path : paths) {
-    const auto add = [&](int link) {
-      steps_.push_back({link, slot});
-      slot += slots_of(link);
-    };
-    LinkSequence sequence{};
-    sequence.first_step = static_cast<int>(steps_.size()), sequence.first_slot = slot;
-    sequence.first_row = path.first_row, sequence.rows = path.rows;
-    for (int r = 0; r < path.angular_count; ++r) {
-      for (int k = 0; k < 3; ++k) sequence.unit[k].r[r] = path.angular_rows[r][k];
+  for (const LoopPath& path : paths) add_closure(path, slot);
+  for (const CouplingPath& coupling : couplings) add_coupling(coupling, slot);
+  for (std::vector<CoupledJoint>& coupling : coupled_) {
+    for (CoupledJoint& joint : coupling) {
+      for (Step& step : joint.chain) step.slot = slot, slot += slots_of(step.link);
     }
-    for (int k = 0; k < 3; ++k) sequence.unit[3 + k].r[path.angular_count + k] = 1;
-    for (int link : path.from_a) add(link);
-    sequence.end_a = static_cast<int>(steps_.size());
-    for (int link : path.from_b) add(link);
-    sequence.end_b = static_cast<int>(steps_.size());
-    for (int link : path.trunk) {
-      if (tree.links[link].parent >= 0) add(link);
-    }
-    sequence.first_root = static_cast<int>(steps_.size());
-    add(path.root_a);
-    if (!path.one_tree()) add(path.root_b);
-    sequence.end = static_cast<int>(steps_.size());
-    sequence.end_slot = slot;
-    sequences_.push_back(sequence);
-    for (int root : {path.root_a, path.root_b}) {
-      if (tree.links[root].joint != JointType::free || root_factor_of_[root] >= 0) continue;
-      root_factor_of_[root] = static_cast<int>(roots_.size());
-      roots_.push_back(root);
-    }
+  }
+  for (const Step& step : steps_) {
+    const TreeLink<double>& root = tree.links[step.link];
+    if (root.parent >= 0 || root.joint != JointType::free || root_factor_of_[step.link] >= 0) continue;
+    root_factor_of_[step.link] = static_cast<int>(roots_.size());
+    roots_.push_back(step.link);
   }
   root_factor_.resize(roots_.size());
   y_.resize(slot), raw_.resize(slot);
   std::size_t modes = 0;
   for (const ModalChain& chain : tree.chains) modes = std::max(modes, static_cast<std::size_t>(chain.modes));
   shares_.resize(modes), shares_of_b_.resize(modes);
+  find_pairs();
+}
+
+void LoopColumns::add_closure(const LoopPath& path, int& slot) {
+  const auto add = [&](int link) {
+    steps_.push_back({link, slot});
+    slot += slots_of(link);
+  };
+  LinkSequence sequence{};
+  sequence.first_step = static_cast<int>(steps_.size()), sequence.first_slot = slot;
+  sequence.first_row = path.first_row, sequence.rows = path.rows;
+  for (int r = 0; r < path.angular_count; ++r) {
+    for (int k = 0; k < 3; ++k) sequence.unit[k].r[r] = path.angular_rows[r][k];
+  }
+  for (int k = 0; k < 3; ++k) sequence.unit[3 + k].r[path.angular_count + k] = 1;
+  for (int link : path.from_a) add(link);
+  sequence.end_a = static_cast<int>(steps_.size());
+  for (int link : path.from_b) add(link);
+  sequence.end_b = static_cast<int>(steps_.size());
+  for (int link : path.trunk) {
+    if (tree_.links[link].parent >= 0) add(link);
+  }
+  sequence.first_root = static_cast<int>(steps_.size());
+  add(path.root_a);
+  if (!path.one_tree()) add(path.root_b);
+  sequence.end = static_cast<int>(steps_.size());
+  sequence.end_slot = slot;
+  sequences_.push_back(sequence);
+}
+
+// The links from all joints of a coupling to their roots, each once.
+void LoopColumns::add_coupling(const CouplingPath& coupling, int& slot) {
+  LinkSequence sequence{};
+  sequence.first_step = static_cast<int>(steps_.size()), sequence.first_slot = slot;
+  sequence.first_row = coupling.row, sequence.rows = 1;
+  std::vector<CoupledJoint>& joints = coupled_.emplace_back();
+  for (const CouplingPath::Joint& joint : coupling.joints) {
+    CoupledJoint& coupled = joints.emplace_back(CoupledJoint{joint.factor, {}, {}});
+    for (int link = joint.link; link >= 0; link = tree_.links[link].parent) {
+      const auto known = std::find_if(steps_.begin() + sequence.first_step, steps_.end(),
+                                      [&](const Step& step) { return step.link == link; });
+      coupled.slots.push_back(known == steps_.end() ? slot : known->slot);
+      coupled.chain.push_back({link, 0});  // its slots follow those of all sequences
+      if (known != steps_.end()) continue;
+      steps_.push_back({link, slot});
+      slot += slots_of(link);
+    }
+  }
+  sequence.end_a = sequence.end_b = sequence.first_root = sequence.end = static_cast<int>(steps_.size());
+  sequence.end_slot = slot;
+  sequences_.push_back(sequence);
+}
+
+void LoopColumns::find_pairs() {
   for (std::size_t k = 0; k < sequences_.size(); ++k) {
     for (std::size_t l = 0; l < k; ++l) {
       Pair pair{static_cast<int>(k), static_cast<int>(l), {}};
@@ -247,61 +289,98 @@ void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const Dyna
 }
 
 // Articulated inertias in the workspace => columns Y of (8.7) and free relative accelerations, by carrying the unit
-// wrenches of each closure from both sides to the root.
+// wrenches of each closure from both sides to the root, and the unit efforts of each coupling from its joints.
 void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
                         const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
-  const std::span<const LinkScratch<double>> links = workspace.links;
   for (int root : roots_) {
-    if (!is_prescribed(in.prescribed, root)) factor_root(root, links[root], in);
+    if (!is_prescribed(in.prescribed, root)) factor_root(root, workspace.links[root], in);
   }
-  for (std::size_t k = 0; k < paths.size(); ++k) {
-    const LinkSequence& sequence = sequences_[k];
-    Pack sum{}, squares{};
-    const auto climb = [&](Bundle& b, int first, int end, std::span<ClosureRow> shares) {
-      for (int s = first; s < end; ++s) {
-        const int n = steps_[s].link, slot = steps_[s].slot;
-        const TreeLink<double>& link = tree_.links[n];
-        const LinkScratch<double>& w = links[n];
-        const bool rigid = is_prescribed(in.prescribed, n);
-        Pack free{};
-        const JointColumns at{link, w, in.force, rigid, &y_[slot], &raw_[slot], inverse_root_[n], free};
-        visit_joint(link, [&](auto joint) {
-          if constexpr (OneAxis<decltype(joint)>) {
-            if (link.chain >= 0 && !rigid) {
-              for (int i = 0; i < slots_of(n); ++i) y_[slot + i].r = Pack{};
-              pass_modal(joint, at, tree_.chains[link.chain], workspace.chains[link.chain], shares, b);
-              return;
-            }
-          }
-          if constexpr (!kIsRoot<decltype(joint)>) pass(joint, at, b);
-        });
-        sum += free;
-        squares += free * free;
-        if (link.rotated) rotate_all(b, link.X_PF.R);
-        shift_to(b, w.p_PL);
-      }
-    };
-    Bundle b = unit_wrenches(sequence.unit, paths[k].X_aC, 1);
-    climb(b, sequence.first_step, sequence.end_a, shares_);
-    Bundle other = unit_wrenches(sequence.unit, places[k].X_bC, -1);
-    climb(other, sequence.end_a, sequence.end_b, shares_of_b_);
-    if (sequence.end - sequence.first_root == 1) {
-      for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
-      // If the common ancestor is a link of a chain, the sums over its modes are combined.
-      for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i].r += shares_of_b_[i].r, shares_of_b_[i].r = Pack{};
-      climb(b, sequence.end_b, sequence.first_root, shares_);
+  for (std::size_t k = 0; k < sequences_.size(); ++k) {
+    Climb sums{workspace, in};
+    if (k < paths.size()) {
+      carry_closure(k, paths[k], places[k], sums);
     } else {
-      Pack at_root_b;
-      arrive(steps_[sequence.first_root + 1], other.f, in, at_root_b);
-      sum += at_root_b;
-      squares += at_root_b * at_root_b;
+      carry_coupling(k, sums);
     }
+    sums_[k].acceleration.r = sums.sum;
+    sums_[k].squares.r = sums.squares;
+  }
+}
+
+// Carries wrenches from link to link; `effort` acts on the first joint, in the first row.
+template <class Bundle>
+void LoopColumns::climb(Bundle& b, std::span<const Step> steps, std::span<ClosureRow> shares, double effort,
+                        Climb& sums) {
+  const DynamicsWorkspace<double>& workspace = sums.workspace;
+  const DynamicsInput<double>& in = sums.in;
+  for (const Step& step : steps) {
+    const int n = step.link, slot = step.slot;
+    const TreeLink<double>& link = tree_.links[n];
+    const LinkScratch<double>& w = workspace.links[n];
+    const bool rigid = is_prescribed(in.prescribed, n);
+    Pack free{};
+    if (rigid && effort != 0) free[0] = effort * link.sign * in.acceleration[link.v];
+    const JointColumns at{link, w, in.force, rigid, effort, &y_[slot], &raw_[slot], inverse_root_[n], free};
+    effort = 0;
+    visit_joint(link, [&](auto joint) {
+      if constexpr (OneAxis<decltype(joint)>) {
+        if (link.chain >= 0 && !rigid) {
+          for (int i = 0; i < slots_of(n); ++i) y_[slot + i].r = Pack{};
+          pass_modal(joint, at, tree_.chains[link.chain], workspace.chains[link.chain], shares, b);
+          return;
+        }
+      }
+      if constexpr (!kIsRoot<decltype(joint)>) pass(joint, at, b);
+    });
+    sums.sum += free;
+    sums.squares += free * free;
+    if (link.rotated) rotate_all(b, link.X_PF.R);
+    shift_to(b, w.p_PL);
+  }
+}
+
+void LoopColumns::carry_closure(std::size_t k, const LoopPath& path, const LoopPlace& place, Climb& sums) {
+  const LinkSequence& sequence = sequences_[k];
+  Bundle b = unit_wrenches(sequence.unit, path.X_aC, 1);
+  climb(b, steps(sequence.first_step, sequence.end_a), shares_, 0, sums);
+  Bundle other = unit_wrenches(sequence.unit, place.X_bC, -1);
+  climb(other, steps(sequence.end_a, sequence.end_b), shares_of_b_, 0, sums);
+  if (sequence.end - sequence.first_root == 1) {
+    for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
+    // If the common ancestor is a link of a chain, the sums over its modes are combined.
+    for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i].r += shares_of_b_[i].r, shares_of_b_[i].r = Pack{};
+    climb(b, steps(sequence.end_b, sequence.first_root), shares_, 0, sums);
+  } else {
+    Pack at_root_b;
+    arrive(steps_[sequence.first_root + 1], other.f, sums.in, at_root_b);
+    sums.sum += at_root_b;
+    sums.squares += at_root_b * at_root_b;
+  }
+  Pack at_root;
+  arrive(steps_[sequence.first_root], b.f, sums.in, at_root);
+  sums.sum += at_root;
+  sums.squares += at_root * at_root;
+}
+
+// Unit efforts => columns, joint by joint, since they are linear in the efforts.                            (8.12)
+void LoopColumns::carry_coupling(std::size_t k, Climb& sums) {
+  const LinkSequence& sequence = sequences_[k];
+  for (int slot = sequence.first_slot; slot < sequence.end_slot; ++slot) y_[slot].r = raw_[slot].r = Pack{};
+  for (const CoupledJoint& joint : coupled_[k - closures_]) {
+    Bundle b{};
+    const std::span<const Step> chain = joint.chain;
+    const double sign = tree_.links[chain.front().link].sign;
+    climb(b, chain.first(chain.size() - 1), shares_, sign * joint.factor, sums);
     Pack at_root;
-    arrive(steps_[sequence.first_root], b.f, in, at_root);
-    sum += at_root;
-    squares += at_root * at_root;
-    sums_[k].acceleration.r = sum;
-    sums_[k].squares.r = squares;
+    arrive(chain.back(), b.f, sums.in, at_root);
+    sums.sum += at_root;
+    sums.squares += at_root * at_root;
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      for (int s = 0; s < slots_of(chain[i].link); ++s) {
+        y_[joint.slots[i] + s].r += y_[chain[i].slot + s].r;
+        raw_[joint.slots[i] + s].r += raw_[chain[i].slot + s].r;
+      }
+    }
   }
 }
 
@@ -400,141 +479,6 @@ void LoopColumns::release(DynamicsWorkspace<double>& workspace) const {
       for (double& y : workspace.chains[chain].y) y = 0;
     }
   }
-}
-
-namespace {
-
-std::vector<int> links_to_root(const Tree<double>& tree, int link) {
-  std::vector<int> links;
-  for (int l = link; l >= 0; l = tree.links[l].parent) links.push_back(l);
-  return links;
-}
-
-// From X_KP to X_KL: one step outward from a parent P. Rotating columns is cheaper than a matrix product.
-GRAPNEL_INLINE void step_outward(const TreeLink<double>& link, const LinkScratch<double>& w, Posed& X) {
-  X.p += X.R * w.p_PL;
-  if (link.rotated) X.R = X.R * link.X_PF.R;
-  recursion::visit_joint(link, [&](auto joint) {
-    if constexpr (!recursion::kIsRoot<decltype(joint)>) X.R = joint_rotation(joint, w, X.R);
-  });
-}
-
-Posed pose_along(const std::vector<int>& from, const Tree<double>& tree, std::span<const LinkScratch<double>> links) {
-  Posed X = Posed::identity();
-  for (std::size_t k = from.size(); k-- > 0;) step_outward(tree.links[from[k]], links[from[k]], X);
-  return X;
-}
-
-Posed root_in_world(const TreeLink<double>& link, std::span<const double> q) {
-  if (link.joint == JointType::fixed) return link.X_PF;
-  return {rotation_matrix(Quaterniond{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]}),
-          {q[link.q], q[link.q + 1], q[link.q + 2]}};
-}
-
-// Whether a pose is finite and its matrix is a rotation.
-bool is_placement(const Posed& X) {
-  const Rotationd R = transpose(X.R) * X.R;
-  double worst = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(R.m[i][j] - (i == j ? 1 : 0)));
-  }
-  return worst < 1e-9 && std::isfinite(dot(X.p, X.p) + worst);
-}
-
-}  // namespace
-
-// Closure => path: links and poses on both sides, chains to the common ancestor or the roots, angular rows and scales.
-// @throws std::invalid_argument as documented in the header.
-LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
-  const int bodies = static_cast<int>(model.bodies().size());
-  if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
-    throw std::invalid_argument("loop closure '" + closure.name + "': no such body");
-  if (!is_placement(closure.X_AC) || !is_placement(closure.X_BD) ||
-      !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || closure.model != GraspModel::hinge))
-    throw std::invalid_argument("loop closure '" + closure.name +
-                                "': a frame is not a valid pose, or the hinge is not a unit vector");
-  const Body& a = model.bodies()[closure.body_a];
-  const Body& b = model.bodies()[closure.body_b];
-  const Tree<double>& tree = model.tree();
-  const auto is_ground = [&](int link) { return tree.links[link].joint == JointType::fixed; };
-  if (a.placement.link == b.placement.link || (is_ground(a.placement.link) && is_ground(b.placement.link))) {
-    throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
-                                b.description.name + "' have no relative motion");
-  }
-  LoopPath path;
-  path.link_a = a.placement.link, path.link_b = b.placement.link;
-  path.X_aC = a.placement.X_LB * closure.X_AC;
-  path.X_bD = b.placement.X_LB * closure.X_BD;
-  path.from_a = links_to_root(tree, path.link_a);
-  path.from_b = links_to_root(tree, path.link_b);
-  path.root_a = path.from_a.back(), path.root_b = path.from_b.back();
-  if (!path.one_tree()) path.from_a.pop_back(), path.from_b.pop_back();
-  while (!path.from_a.empty() && !path.from_b.empty() && path.from_a.back() == path.from_b.back()) {
-    path.trunk.push_back(path.from_a.back());
-    path.from_a.pop_back(), path.from_b.pop_back();
-  }
-  std::reverse(path.trunk.begin(), path.trunk.end());
-  path.rows = row_count(closure.model);
-  path.angular_count = forbidden_turns(closure, path.angular_rows);
-  path.model = closure.model;
-  path.hinge_C = closure.hinge_C;
-  LoneBody(b).scale_rows(path.X_bD.p, path);
-  return path;
-}
-
-LoneBody::LoneBody(const Body& body)
-    : inverse_mass(1 / body.description.mass), com(body.placement.X_LB * body.description.com) {
-  const Symmetric3d I = rotate(body.placement.X_LB.R, body.description.inertia);
-  const double c_xx = I.yy * I.zz - I.yz * I.yz, c_yy = I.xx * I.zz - I.xz * I.xz, c_zz = I.xx * I.yy - I.xy * I.xy;
-  const double c_xy = I.xz * I.yz - I.xy * I.zz, c_xz = I.xy * I.yz - I.xz * I.yy, c_yz = I.xy * I.xz - I.yz * I.xx;
-  const double f = 1 / (I.xx * c_xx + I.xy * c_xy + I.xz * c_xz);
-  inverse_inertia = {f * c_xx, f * c_yy, f * c_zz, f * c_xy, f * c_xz, f * c_yz};
-}
-
-// Mean inverse inertias about the point: a third of the traces of I_c^-1 and of 1/m - [r x] I_c^-1 [r x]. The trace of
-// -[r x] A [r x] is |r|^2 tr A - r^T A r.
-void LoneBody::scale_rows(const Vector3d& p, LoopPath& path) const {
-  const Vector3d r = p - com;
-  const double trace = inverse_inertia.xx + inverse_inertia.yy + inverse_inertia.zz;
-  path.angular_scale = 1 / std::sqrt(trace / 3);
-  path.linear_scale = 1 / std::sqrt(inverse_mass + (dot(r, r) * trace - dot(r, inverse_inertia * r)) / 3);
-}
-
-LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
-                 std::span<const double> q) {
-  Posed X_LC = pose_along(path.from_a, tree, links) * path.X_aC;
-  const Posed X_Lb = pose_along(path.from_b, tree, links);
-  if (!path.one_tree()) {
-    // From root a's frame to root b's. Far from the world's origin only the distance of the roots matters.
-    const Posed X_Wa = root_in_world(tree.links[path.root_a], q), X_Wb = root_in_world(tree.links[path.root_b], q);
-    X_LC = Posed{transpose(X_Wb.R) * X_Wa.R, transposed_times(X_Wb.R, X_Wa.p - X_Wb.p)} * X_LC;
-  }
-  return {inverse(X_Lb) * X_LC};
-}
-
-// Place of a closure => pose of D in C, whose deviation from the identity is the defect (8.4).
-Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
-
-// Place of a closure => position defect as rows of C minus D, rotations as rotation vectors (8.4).
-void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
-  const Posed X_CD = pose_CD(path, place);
-  Vector3d turn;  // of D relative to C; the full angle, since the sine vanishes at half a turn as well
-  if (path.model == GraspModel::rigid) {
-    turn = rotation_vector(X_CD.R);
-  } else if (path.model == GraspModel::hinge) {
-    const Vector3d axis = X_CD.R * path.hinge_C;
-    turn = cross(path.hinge_C, axis);
-    const double sine = norm(turn), cosine = dot(path.hinge_C, axis);
-    if (sine > 0) {
-      turn = (std::atan2(sine, cosine) / sine) * turn;
-    } else if (cosine < 0) {
-      turn = std::numbers::pi * path.angular_rows[0];  // about an arbitrary normal
-    }
-  } else {
-    turn = Vector3d::zero();
-  }
-  for (int r = 0; r < path.angular_count; ++r) rows[r] = -dot(path.angular_rows[r], turn);
-  for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = -X_CD.p[r];
 }
 
 }  // namespace grapnel

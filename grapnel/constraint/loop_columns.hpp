@@ -14,6 +14,9 @@
 /// row. The same wrenches give the closure's relative acceleration without multipliers before any acceleration is
 /// computed. A link's acceleration A = X A_parent + c + S (g - G.A) contributes K g + (F - G K).c to F.A; the remainder
 /// belongs to the parent. A closure between two trees has a chain to each root.
+///
+/// The row of a coupling of joints (JointCoupling) is the unit effort `factor` at each of its joints. An effort adds to
+/// K at its joint, and the wrench -G K that it causes on the parent is carried from there: (8.12) of docs/theory.
 
 #include <vector>
 
@@ -51,6 +54,26 @@ struct LoopPath {
 /// the frames are not valid poses.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure);
 
+/// A coupling of joints in terms of links: one row.
+struct CouplingPath {
+  struct Joint {
+    int link, q, v;  // its link, coordinate and velocity
+    double factor;
+  };
+  std::vector<Joint> joints;  // the dependent one first
+  double offset = 0;
+  int row = 0;
+  double scale = 1;     // unit of the row, as LoopPath's
+  bool slides = false;  // its defect is a length
+};
+/// Paths of all couplings of a model, in rows from `first_row` on.
+std::vector<CouplingPath> make_coupling_paths(const Model& model, int first_row);
+/// Sum of factor q - offset; sum of factor times the velocities or accelerations v.
+double coupling_position(const CouplingPath& path, std::span<const double> q);
+double coupling_motion(const CouplingPath& path, std::span<const double> v);
+/// Sum of |factor| max(|v|, least): the size of the terms of coupling_motion().
+double coupling_motion_size(const CouplingPath& path, std::span<const double> v, double least);
+
 /// Mobility of a body alone and free, for the rows' units; in its link's frame.
 struct LoneBody {
   Symmetric3d inverse_inertia;  // about its centre of mass
@@ -69,6 +92,10 @@ struct LoopPlace {
 /// roots' coordinates in q.
 LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
                  std::span<const double> q);
+
+/// Velocity change times time dq => coordinates q: adds joint and position increments, rotates quaternions by the
+/// exponential map.
+void step_coordinates(const Tree<double>& tree, std::span<const double> dq, std::span<double> q);
 
 /// Pose of D in C: the identity if the loop is closed (except in its free directions).
 Posed pose_CD(const LoopPath& path, const LoopPlace& place);
@@ -99,9 +126,11 @@ struct ClosureRow {
 
 class LoopColumns {
  public:
-  LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths);
+  /// Rows of closures come first, then those of couplings.
+  LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths, std::span<const CouplingPath> couplings = {});
 
-  /// Carries the unit wrenches of all closures to the root. `workspace`: the result of articulated_inertias() for `in`.
+  /// Carries the unit wrenches of all closures and the unit efforts of all couplings to the root. `workspace`: the
+  /// result of articulated_inertias() for `in`.
   void carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
              const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in);
 
@@ -112,8 +141,15 @@ class LoopColumns {
   /// the sum of the squares of its terms.
   const ClosureRow& free_acceleration(std::size_t closure) const { return sums_[closure].acceleration; }
   const ClosureRow& free_acceleration_squares(std::size_t closure) const { return sums_[closure].squares; }
+  /// Likewise of a coupling: the sum of factor times acceleration, in the first number.
+  const ClosureRow& coupled_acceleration(std::size_t coupling) const {
+    return sums_[closures_ + coupling].acceleration;
+  }
+  const ClosureRow& coupled_acceleration_squares(std::size_t coupling) const {
+    return sums_[closures_ + coupling].squares;
+  }
 
-  /// Applies wrenches or impulses `rows` of the closures in the third sweep, articulated_accelerations().
+  /// Applies wrenches and efforts, or impulses, `rows` in the third sweep, articulated_accelerations().
   void impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
               DynamicsWorkspace<double>& workspace) const;
 
@@ -137,6 +173,18 @@ class LoopColumns {
   struct Sums {
     ClosureRow acceleration, squares;
   };
+  // One joint of a coupling, and its chain to the root with slots of its own, the root last.
+  struct CoupledJoint {
+    double factor;
+    std::vector<Step> chain;
+    std::vector<int> slots;  // of the coupling, to which those of the chain are added
+  };
+  // What a climb reads, and the sums to which it adds.
+  struct Climb {
+    const DynamicsWorkspace<double>& workspace;
+    const DynamicsInput<double>& in;
+    ClosureRow::Pack sum{}, squares{};
+  };
   struct RootFactor {
     double L[6][6];                      // below the diagonal; the upper triangle is not used
     double inverse[6], inverse_root[6];  // of D
@@ -153,6 +201,14 @@ class LoopColumns {
     return !prescribed.empty() && prescribed[tree_.links[link].v] != 0;
   }
   int slots_of(int link) const;
+  void add_closure(const LoopPath& path, int& slot);
+  void add_coupling(const CouplingPath& coupling, int& slot);
+  void find_pairs();
+  template <class Bundle>
+  void climb(Bundle& b, std::span<const Step> steps, std::span<ClosureRow> shares, double effort, Climb& sums);
+  void carry_closure(std::size_t k, const LoopPath& path, const LoopPlace& place, Climb& sums);
+  void carry_coupling(std::size_t k, Climb& sums);
+  std::span<const Step> steps(int first, int end) const { return std::span(steps_).subspan(first, end - first); }
   void arrive(const Step& step, const ClosureRow::Pack (&F)[6], const DynamicsInput<double>& in,
               ClosureRow::Pack& free);
   void factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in);
@@ -160,15 +216,17 @@ class LoopColumns {
   const Tree<double>& tree_;
   std::vector<Step> steps_;
   std::vector<LinkSequence> sequences_;
-  std::vector<Pair> pairs_;                       // closures with common links
-  std::vector<ClosureRow> y_;                     // zero if prescribed
-  std::vector<ClosureRow> raw_;                   // S^T F at prescribed and spherical joints, F at roots
-  std::vector<ClosureRow> shares_, shares_of_b_;  // of the present modal chain, per mode: work of the wrenches on it
-  std::vector<Sums> sums_;                        // per closure
-  std::vector<double> inverse_root_;              // per link: D^-1/2
-  std::vector<int> roots_;                        // free roots with loops
-  std::vector<RootFactor> root_factor_;           // likewise
-  std::vector<int> root_factor_of_;               // per link
+  std::vector<Pair> pairs_;                         // closures with common links
+  std::vector<ClosureRow> y_;                       // zero if prescribed
+  std::vector<ClosureRow> raw_;                     // S^T F at prescribed and spherical joints, F at roots
+  std::vector<ClosureRow> shares_, shares_of_b_;    // of the present modal chain, per mode: work of the wrenches on it
+  std::vector<Sums> sums_;                          // per closure, then per coupling
+  std::size_t closures_ = 0;                        // their number
+  std::vector<std::vector<CoupledJoint>> coupled_;  // per coupling
+  std::vector<double> inverse_root_;                // per link: D^-1/2
+  std::vector<int> roots_;                          // free roots with loops
+  std::vector<RootFactor> root_factor_;             // likewise
+  std::vector<int> root_factor_of_;                 // per link
 };
 
 }  // namespace grapnel

@@ -270,12 +270,13 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (const std::string obstacle = effector->lane_obstacle(); !obstacle.empty()) return obstacle;
   }
   if (!model.rotors().empty()) return "rotors store momentum";
+  if (!model.couplings().empty()) return "joints are coupled";
   // Works are integrated for one tree.
   const int driven_root = model.joints().empty() ? -1 : model.bodies()[model.joints().front()].root;
   for (const int body : model.joints()) {
     // Likewise for the members of a joint.
     const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
-                 elasticity, modal] = model.bodies()[body].description.joint;
+                 elasticity, modal, mimic] = model.bodies()[body].description.joint;
     const auto& [viscous, coulomb, transition_rate, friction_model, static_effort] = joint_friction;
     const auto& [lower, upper, rate, effort, stop] = limits;
     if (friction_model == JointFriction::Model::sticking) return "joints stick";

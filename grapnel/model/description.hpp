@@ -98,6 +98,13 @@ struct ModalJoint {
   std::vector<double> rates;  // of the joint, per rate of every mode; equal length for all joints of a chain
 };
 
+/// One term of a coupling: a coupled joint has the value sum of ratio (value of `joint`) + offset over its terms.
+struct CouplingTerm {
+  std::string joint;
+  double ratio = 1;   // [1], or [m/rad], [rad/m] between a sliding and a turning joint
+  double offset = 0;  // [rad or m]
+};
+
 /// A joint between a body and its parent.
 struct JointDescription {
   std::string name;
@@ -115,6 +122,9 @@ struct JointDescription {
   std::optional<JointSpring> spring = {};
   std::optional<JointElasticity> elasticity = {};
   std::optional<ModalJoint> modal = {};
+  /// A gear, belt or linkage ties the joint to these joints. It has no motor: the coupling moves it. Empty:
+  /// independent.
+  std::vector<CouplingTerm> mimic = {};
 
   /// Contribution of the rotor to the joint's diagonal entry of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/model/tree.hpp"
 
 namespace grapnel {
@@ -306,6 +307,8 @@ Model ModelBuilder::build() && {
     if (auto& rotor_axis = body.joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
   }
   faults = chain_faults(sorted, order.parent);
+  for (const CouplingFault& fault : coupling_faults(sorted))
+    faults.push_back(fmt::format("joint '{}': {}", sorted[fault.body].joint.name, fault.text));
   if (!faults.empty()) throw ModelError(std::move(faults));
   model.number(std::move(sorted), order.parent);
   return model;
@@ -326,6 +329,7 @@ void Model::number(std::vector<BodyDescription> sorted, const std::vector<int>& 
     if (b.joint.spring) springs_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
+  couplings_ = couplings_of(sorted);
   std::vector<BodyPlacement> placements;
   tree_ = std::make_shared<const Tree<double>>(make_tree(sorted, parent, q, v, placements));
   coordinates_ = tree_->coordinates, velocities_ = tree_->velocities;

@@ -52,6 +52,17 @@ struct Frame {
   Posed X_BE;  // in the body's frame
 };
 
+/// A linear coupling of joints, made of JointDescription::mimic: q_dependent - sum of ratio q = offset. It constrains
+/// the model where LoopSolver and impacts with coupling_rates() solve for the motion; the recursions alone ignore it.
+struct JointCoupling {
+  struct Joint {
+    int body;       // that it moves
+    double factor;  // 1 for the dependent joint, which comes first; -ratio for the others
+  };
+  std::vector<Joint> joints;
+  double offset = 0;  // [rad or m]
+};
+
 /// See the file comment. Coordinates q: position p_WB [m] and quaternion_wxyz of R_WB for a free root, angle [rad] or
 /// travel [m] for a joint, quaternion_wxyz for a spherical joint. Velocities v: V_WB expressed in B [angular; linear]
 /// for a free root, rate for a joint, relative angular velocity in the child for a spherical joint.
@@ -71,6 +82,9 @@ class Model {
   const std::vector<int>& rotors() const { return rotors_; }
   /// Bodies on joints with a spring (JointDescription::spring).
   const std::vector<int>& springs() const { return springs_; }
+  /// Couplings of joints, in the order of their dependent joints. They are independent of each other: each has its own
+  /// dependent joint, and these do not form cycles.
+  const std::vector<JointCoupling>& couplings() const { return couplings_; }
   /// Offsets in State::q of every unit quaternion.
   const std::vector<int>& quaternions() const { return quaternions_; }
   /// Total mass [kg].
@@ -92,6 +106,7 @@ class Model {
   std::vector<int> rotors_;
   std::vector<int> springs_;
   std::vector<int> quaternions_;
+  std::vector<JointCoupling> couplings_;
   std::shared_ptr<const Tree<double>> tree_;
   int coordinates_ = 0, velocities_ = 0;
 };
@@ -112,7 +127,7 @@ class ModelBuilder {
   /// Validates and builds the model. Bodies are sorted parents first, otherwise in the order given. @throws ModelError
   /// with all errors: duplicate or unknown names, cycles, masses that are not positive, inertias that are not positive
   /// definite or violate the triangle inequality, axes without unit length, lower limits above upper limits, invalid
-  /// modal chains, non-finite numbers.
+  /// modal chains, couplings with coupling_faults(), non-finite numbers.
   Model build() const&;
   /// As above for a temporary builder: moves the descriptions.
   Model build() &&;

@@ -74,7 +74,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       momenta_(free_root_count(model.tree())),
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
-  if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
+  if (!setup_.closures.empty() || !model.couplings().empty()) solver_.emplace(model_, setup_.closures);
   base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.gyros, setup_.actuators,
                         setup_.clock, setup_.effectors);
   wrenches_.resize(wrenches_.size() + base_.wrench_count());
@@ -534,6 +534,7 @@ ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
   forward_kinematics(model_, now_, workspace_.kinematics);
   ClosureDefect largest;
   for (const LoopClosure& closure : setup_.closures) largest.raise(closure_defect(closure, workspace_.kinematics));
+  largest.raise(coupling_defects(model_, now_));
   return largest;
 }
 

@@ -9,7 +9,8 @@
 /// external effects. They are under error control: for prescribed joint motion, little else limits the step. The
 /// exchanged magnitudes (TreeExchange) are also integrated. Joints are free, driven by a controller, or move as
 /// prescribed; a root may be held by an ideal wrench or be under attitude control; loads may act on any body; closures
-/// keep loops of the tree closed. Thread safety: one thread at a time (it owns a workspace).
+/// keep loops of the tree closed, and the model's couplings keep joints together, as further rows of the loops. Thread
+/// safety: one thread at a time (it owns a workspace).
 
 #include <memory>
 #include <optional>
@@ -182,7 +183,7 @@ class PhaseDynamics {
   ProjectionResult project(double t, std::span<double> y, double negligible = 0);
   /// The largest loop defect of y.
   ClosureDefect loop_defect(double t, std::span<const double> y);
-  /// The solver of the loops after the last evaluation; null without closures.
+  /// The solver of the loops after the last evaluation; null without closures and couplings.
   const LoopSolver* loops() const { return solver_ ? &*solver_ : nullptr; }
   /// A basis of the loop multipliers that change no motion, after the last evaluation; including those of stuck joints,
   /// although efforts() has chosen one of them.
@@ -307,7 +308,7 @@ class PhaseDynamics {
   bool any_computed_ = false;
   std::vector<phase_integral::TreeMotion<double>> trees_;  // current trees, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body
-  std::optional<LoopSolver> solver_;                       // with closures
+  std::optional<LoopSolver> solver_;                       // with closures or couplings
   // Of the laws' model, if they have a separate one:
   std::optional<Workspace> law_workspace_;
   std::optional<LoopSolver> law_solver_;
