@@ -8,6 +8,7 @@
 #include <set>
 
 #include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
@@ -33,7 +34,7 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
       watch_(max_evaluations(), progress_callback(progress, max_evaluations())),
       time_(begin) {
   base_.be_watched_by(&watch_);
-  if (approach_.plan && approach_.plan->idle_joints == PlanSetup::IdleJoints::held) hold_idle_joints();
+  hold_idle_joints();
   const std::size_t n = servicer_.robot_joints.size();
   position_ = problem.joint_position;
   rate_ = problem.joint_rate.empty() ? std::vector<double>(n, 0.0) : problem.joint_rate;
@@ -99,12 +100,16 @@ double ApproachPlanner::shortest_motion() const {
   return begin > 0 ? std::min(shortest, end - begin) : shortest;
 }
 
+// Holds coupled joints, and joints without an end-effector of a grasp if the plan says so.
 void ApproachPlanner::hold_idle_joints() {
+  const Model& model = servicer_.model;
+  const bool all_idle = approach_.plan && approach_.plan->idle_joints == PlanSetup::IdleJoints::held;
+  if (!all_idle && model.couplings().empty()) return;
   std::vector<bool> held(static_cast<std::size_t>(base_.joints()));
   for (int j = 0; j < base_.joints(); ++j) {
-    held[static_cast<std::size_t>(j)] = std::none_of(
-        problem_.grasps.begin(), problem_.grasps.end(),
-        [&](const GraspSetup& g) { return base_.carries(j, servicer_.model.frame_index(g.end_effector)); });
+    const auto carries = [&](const GraspSetup& g) { return base_.carries(j, model.frame_index(g.end_effector)); };
+    held[static_cast<std::size_t>(j)] = is_coupled(model, model.joints()[static_cast<std::size_t>(j)]) ||
+                                        (all_idle && std::ranges::none_of(problem_.grasps, carries));
   }
   base_.hold(std::move(held));
 }

@@ -1,5 +1,7 @@
 #include "grapnel/approach/phase_setups.hpp"
 
+#include "grapnel/model/coupling.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -114,6 +116,7 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
   PhaseSetup setup = common_setup(problem, system, problem.approach->base_control, start);
   setup.held_root = problem.robot.base_mode == RobotSetup::Base::held ? system.base : -1;
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    if (follows_others(system.model.joint_body(system.robot_joints[j]))) continue;
     setup.drives[system.robot_joints[j]] = tracking_drive(problem.approach->tracking, joints[j], j, ideal);
   }
   use_wheels(problem, system, problem.approach->base_control, setup);
@@ -190,6 +193,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   if (base && base->actuators && is_other(*base->actuators))
     setup.effectors = {functions_of(*base->actuators).make(problem)};
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    if (follows_others(system.model.joint_body(system.robot_joints[j]))) continue;
     JointDrive& drive = setup.drives[system.robot_joints[j]];
     if (control.approaching && !control.settled[j]) {
       drive = tracking_drive(problem.approach->tracking, joints[j], j, false);

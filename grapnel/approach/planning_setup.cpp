@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "grapnel/impact/impulse_measures.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
@@ -145,10 +147,11 @@ capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMot
                                        std::span<const double> rate, const Posed& X_WB) {
     const CaptureSystem& system = capture->system;
     State& state = capture->state;
-    std::vector<HeldRate> held;
+    std::vector<HeldRate> held = coupling_rates(system.model);
     for (std::size_t j = 0; j < position.size(); ++j) {
       const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
       state.q[body.q] = position[j], state.v[body.v] = rate[j];
+      if (follows_others(body)) continue;
       if (capture->joints == ImpactSetup::Joints::driven) held.push_back({body.v, rate[j]});
       if (capture->joints == ImpactSetup::Joints::braked) held.push_back({body.v, 0.0});
     }

@@ -1,5 +1,6 @@
 #include "grapnel/capture/actuator_monitor.hpp"
 
+#include "grapnel/capture/coupling_monitor.hpp"
 #include "grapnel/capture/effector_monitor.hpp"
 #include "grapnel/capture/gyro_monitor.hpp"
 #include "grapnel/capture/thruster_monitor.hpp"
@@ -19,6 +20,7 @@ std::vector<std::unique_ptr<ActuatorMonitor>> actuator_monitors(const CapturePro
   monitors.push_back(std::make_unique<GyroMonitor>(problem));
   monitors.push_back(std::make_unique<ThrusterMonitor>(problem));
   monitors.push_back(std::make_unique<EffectorMonitor>(problem));
+  monitors.push_back(std::make_unique<CouplingMonitor>(problem));
   return monitors;
 }
 

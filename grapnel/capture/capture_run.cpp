@@ -8,6 +8,8 @@
 
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/control/plugin_controller.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
@@ -149,15 +151,15 @@ std::vector<HeldRate> RunJoints::driven_rates(const RunBodies& bodies) const {
   std::vector<HeldRate> held;
   if (!approaching() || problem_.approach->tracking.mode != JointControl::prescribed) return held;
   for (std::size_t j = 0; j < size(); ++j) {
-    const int v = joint_body(bodies.free, j).v;
-    if (!is_settled(j)) held.push_back({v, bodies.state.v[v]});
+    const Body& body = joint_body(bodies.free, j);
+    if (!is_settled(j) && !follows_others(body)) held.push_back({body.v, bodies.state.v[body.v]});
   }
   return held;
 }
 
-// Bodies => held rates of an impact in the free system (docs/theory, section 7): fast modes first, then joints that
-// follow their reference exactly, springs that count as rigid, and other joints by impact.joints (current rate, or zero
-// if braked). None under impedance.
+// Bodies => held rates of an impact in the free system (docs/theory, section 7): couplings and fast modes first, then
+// joints that follow their reference exactly, springs that count as rigid, and other joints by impact.joints (current
+// rate, or zero if braked); dependent joints have no drive. None under impedance.
 std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const {
   const ImpactSetup::Joints joints = problem_.impact->joints;
   if (joints == ImpactSetup::Joints::impedance) return {};
@@ -168,21 +170,23 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
       held.push_back({v, bodies.state.v[v]});
     }
   }
-  if (joints == ImpactSetup::Joints::free) return with_fast_modes(bodies, std::move(held));
+  if (joints == ImpactSetup::Joints::free) return with_rows(bodies, std::move(held));
   const std::size_t driven = held.size();
   for (std::size_t j = 0; j < size(); ++j) {
+    if (follows_others(joint_body(bodies.free, j))) continue;
     const int v = joint_body(bodies.free, j).v;
     const auto end = held.begin() + static_cast<std::ptrdiff_t>(driven);
     if (std::any_of(held.begin(), end, [&](const HeldRate& h) { return h.velocity == v; })) continue;
     held.push_back({v, joints == ImpactSetup::Joints::braked ? 0.0 : bodies.state.v[v]});
   }
-  return with_fast_modes(bodies, std::move(held));
+  return with_rows(bodies, std::move(held));
 }
 
-std::vector<HeldRate> RunJoints::with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const {
+std::vector<HeldRate> RunJoints::with_rows(const RunBodies& bodies, std::vector<HeldRate> held) const {
   const ImpactSetup& impact = *problem_.impact;
-  if (impact.modes != ImpactSetup::Modes::slow) return held;
-  std::vector<HeldRate> all = rates_of_fast_modes(bodies.free.model, bodies.state, held, 1 / impact.duration);
+  std::vector<HeldRate> all = coupling_rates(bodies.free.model);
+  if (impact.modes == ImpactSetup::Modes::slow)  // not with couplings
+    all = rates_of_fast_modes(bodies.free.model, bodies.state, held, 1 / impact.duration);
   all.insert(all.end(), std::make_move_iterator(held.begin()), std::make_move_iterator(held.end()));
   return all;
 }

@@ -146,7 +146,7 @@ class RunJoints {
 
  private:
   void settle(const RunBodies& bodies, const State& known, std::size_t joint);
-  std::vector<HeldRate> with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const;
+  std::vector<HeldRate> with_rows(const RunBodies& bodies, std::vector<HeldRate> held) const;
 
   std::shared_ptr<Controller> controller(const RunBodies& bodies);
 

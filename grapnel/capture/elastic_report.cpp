@@ -101,7 +101,8 @@ std::vector<RetainedModes> impulses_by_modes(const ImpactTask& task) {
   const Model& model = task.system.model;
   const State& state = task.contact.state;
   if (model.springs().empty() || task.contact.grasps.empty()) return {};
-  std::vector<HeldRate> held;  // none of impact.modes
+  if (!model.couplings().empty()) return {};  // elastic_modes() has none
+  std::vector<HeldRate> held;                 // none of impact.modes
   std::vector<int> locked;
   for (const HeldRate& h : task.held) {
     if (h.is_mode() || yields(held_joint(model, h))) continue;

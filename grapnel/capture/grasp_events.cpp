@@ -7,7 +7,9 @@
 
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/capture/impact_figures.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
@@ -197,8 +199,9 @@ std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
   contact.state = bodies.state;
   add_held(run, contact);
   std::vector<std::size_t> joints;
-  std::vector<HeldRate> rates;
+  std::vector<HeldRate> rates = coupling_rates(bodies.free.model);
   for (std::size_t j = 0; j < run.joints.size(); ++j) {
+    if (follows_others(joint_body(bodies.free, j))) continue;
     if (run.joints.is_settled(j)) joints.push_back(j), rates.push_back({joint_body(bodies.free, j).v, 0});
   }
   const std::vector<HeldRate> driven = run.joints.driven_rates(bodies);

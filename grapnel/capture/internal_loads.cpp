@@ -157,6 +157,16 @@ std::vector<int> first_rows(const CaptureSystem& system) {
   return first;
 }
 
+// Self-stresses with an effect on closures, which have the first `rows` rows: stuck joints may be stressed against each
+// other by their coupling alone.
+Eigen::MatrixXd of_closures(const Eigen::MatrixXd& stresses, int rows) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index k = 0; k < stresses.cols(); ++k) {
+    if (!stresses.col(k).head(rows).isZero(0)) columns.push_back(k);
+  }
+  return stresses(Eigen::all, columns);
+}
+
 // One solution of the equations of all targets, from the loop solver, and the contribution of each self-stress.
 struct Balance {
   std::vector<TargetGrasps> targets;
@@ -170,8 +180,9 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, sample.dynamics->acceleration());
   const LoopSolver* solver = sample.dynamics->loops();
   const std::vector<int> first = first_rows(system);
-  const Eigen::MatrixXd null = solver ? solver->self_stresses() : Eigen::MatrixXd(0, 0);
-  const Eigen::MatrixXd open = solver ? sample.dynamics->open_stresses() : Eigen::MatrixXd(0, 0);
+  const Eigen::MatrixXd null = solver ? of_closures(solver->self_stresses(), first.back()) : Eigen::MatrixXd(0, 0);
+  const Eigen::MatrixXd open =
+      solver ? of_closures(sample.dynamics->open_stresses(), first.back()) : Eigen::MatrixXd(0, 0);
   const std::vector<Wrenchd> nothing(system.grasps.size(), Wrenchd::zero());
   Balance result{
       {}, nothing, {static_cast<std::size_t>(null.cols()), nothing}, {static_cast<std::size_t>(open.cols()), nothing}};

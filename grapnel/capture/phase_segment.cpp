@@ -88,7 +88,7 @@ IntegrationSetup tolerances_for(const IntegrationSetup& requested, const PhaseDy
   } else if (!controlled) {
     // Its energy is conserved, without correction. The steps are long and few: the ledger's bound of 1e-10 costs
     // little, independent of the tolerance that suffices for driven motion. Arms that swing in a closed loop cost more.
-    const bool in_loop = !dynamics.setup().closures.empty();
+    const bool in_loop = dynamics.loops() != nullptr;
     const double free = in_loop ? 1e-12 : 1e-11;
     // Loops pass near singular configurations, where every fifth step was rejected; for damped motion prediction costs
     // steps (docs/performance.md).
@@ -98,7 +98,7 @@ IntegrationSetup tolerances_for(const IntegrationSetup& requested, const PhaseDy
   }
   // Near an orbit, rounding errors of positions exceed the possible gain.
   if (dynamics.setup().orbit || (controlled && !dynamics.is_disturbed())) return integration;
-  const bool pulls_back = controlled || has_damping(dynamics.model()) || !dynamics.setup().closures.empty();
+  const bool pulls_back = controlled || has_damping(dynamics.model()) || dynamics.loops() != nullptr;
   const double least = pulls_back ? 1e-16 : 1e-20;
   integration.absolute_tolerance = for_slow_motion(integration.absolute_tolerance, integration.relative_tolerance,
                                                    slowest_speed(dynamics, start, duration), least);

@@ -52,7 +52,9 @@ void RunMonitor::begin_phase(Phase phase) {
 
 // Ends of steps suffice for the conservation checks and for the arrival of end-effectors, but not for clearance or
 // limits.
-bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.empty() || watches_.watching(); }
+bool RunMonitor::needs_samples() const {
+  return recorder_ || !system_->closures.empty() || !system_->model.couplings().empty() || watches_.watching();
+}
 
 // Sample => conservation, loop, clearance, limit, wheel and gyro checks at this instant; recorded in the time series if
 // `record`. Motor efforts include the self-stress of closed loops.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/result/verdicts.hpp"
@@ -200,7 +201,7 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
   problem_ = &problem;
   system_ = &system;
   phase_largest_ = {};
-  if (system.closures.empty()) return;
+  if (system.closures.empty() && system.model.couplings().empty()) return;
   any_ = true;
   LoopReport report;
   report.phase = name;
@@ -208,6 +209,8 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
     const GraspSetup& g = problem.grasps[grasp.grasp];
     if (grasp.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target);
   }
+  for (const JointCoupling& coupling : system.model.couplings())
+    report.closures.push_back(system.model.bodies()[dependent_body(coupling)].description.joint.name);
   reports_.push_back(std::move(report));
 }
 
@@ -216,6 +219,7 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
 std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Kinematics& kinematics,
                                              std::span<double> motor) {
   std::vector<GraspSample> result(problem_->grasps.size());
+  phase_largest_.raise(coupling_defects(system_->model, sample.state));
   if (system_->grasps.empty()) return result;
   const std::vector<GraspWrench> wrenches = wrenches_of_grasps(*system_, kinematics, sample);
   Kinematics near;
@@ -240,7 +244,7 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
 // Outcome => rows, rank, defects before projection and sum of corrections (8.11) in the report; for cut loops the
 // defects at samples.
 void LoopMonitor::end_phase(const LoopOutcome& outcome) {
-  if (system_->closures.empty()) return;
+  if (system_->closures.empty() && system_->model.couplings().empty()) return;
   largest_.raise(phase_largest_);
   LoopReport& report = reports_.back();
   // Cut loops are not projected, so their defect is the final one.
@@ -259,7 +263,7 @@ void LoopMonitor::end_phase(const LoopOutcome& outcome) {
 // with the integration error as bound (8.11). Rows do not apply without closed loops.
 void LoopMonitor::write(CaptureResult& result) const {
   result.loops = reports_;
-  const std::string none = "no closed loop in this run: no target is held by several arms";
+  const std::string none = "no closed loop in this run: no target is held by several arms, and no joint is coupled";
   double unprojected = 0, corrections = 0, error = 0;
   for (const LoopReport& r : reports_) {
     raise_to(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
@@ -270,8 +274,9 @@ void LoopMonitor::write(CaptureResult& result) const {
     result.ledger.entries.push_back({name, value, bound, unit, any_ ? note : none, any_});
   };
   row("loop_closure_position", largest_.position, 1e-12, "m",
-      "largest distance of a grasp's frames on end-effector and target that close a loop, at any sample");
-  row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation");
+      "largest distance of a grasp's frames on end-effector and target that close a loop, and largest defect of a "
+      "sliding joint that follows others, at any sample");
+  row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation, and for turning joints");
   row("loop_closure_velocity", std::max(largest_.velocity, largest_.angular_velocity), 1e-12, "m/s or rad/s",
       "the same for their relative motion");
   row("unprojected_defect", unprojected, 1e-10, "m or rad", "largest defect of one step before projection");

@@ -8,6 +8,7 @@
 #include "grapnel/control/effort_response.hpp"
 #include "grapnel/control/sampled_loop.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel {
@@ -119,8 +120,11 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
   };
   if (!gains.kp.empty() && gains.kp.size() == system.robot_joints.size()) {
     std::vector<std::string> names;
-    for (int j : system.robot_joints)
-      names.push_back(fmt::format("joint '{}'", system.model.joint_body(j).description.joint.name));
+    for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+      const Body& body = system.model.joint_body(system.robot_joints[j]);
+      names.push_back(fmt::format("joint '{}'", body.description.joint.name));
+      if (follows_others(body)) gains.kp[j] = gains.kd[j] = 0;
+    }
     report_if_unstable(gains, joint_response(system, run.bodies.state), names);
   }
   const auto& base = approach ? problem.approach->base_control : problem.post_impact->base_control;

@@ -362,7 +362,7 @@ void LoopColumns::carry_closure(std::size_t k, const LoopPath& path, const LoopP
   sums.squares += at_root * at_root;
 }
 
-// Unit efforts => columns, joint by joint, since they are linear in the efforts.                            (8.12)
+// Unit efforts => columns, joint by joint, since they are linear in the efforts.                            (8.14)
 void LoopColumns::carry_coupling(std::size_t k, Climb& sums) {
   const LinkSequence& sequence = sequences_[k];
   for (int slot = sequence.first_slot; slot < sequence.end_slot; ++slot) y_[slot].r = raw_[slot].r = Pack{};

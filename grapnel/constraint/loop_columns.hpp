@@ -16,7 +16,7 @@
 /// belongs to the parent. A closure between two trees has a chain to each root.
 ///
 /// The row of a coupling of joints (JointCoupling) is the unit effort `factor` at each of its joints. An effort adds to
-/// K at its joint, and the wrench -G K that it causes on the parent is carried from there: (8.12) of docs/theory.
+/// K at its joint, and the wrench -G K that it causes on the parent is carried from there: (8.14) of docs/theory.
 
 #include <vector>
 

@@ -82,6 +82,7 @@ void subtract_cross(Eigen::MatrixXd& A, int row, int column, const double* a) {
 }  // namespace
 
 Linearization linearize(const Model& model, const State& state, const Forces& forces) {
+  if (!model.couplings().empty()) throw std::invalid_argument("linearize: the model has coupled joints");
   if (!model.tree().chains.empty()) throw std::invalid_argument("linearize: the model has modal joints");
   Linearization result;
   result.vdot = forward_dynamics(model, state, forces);  // checks the sizes

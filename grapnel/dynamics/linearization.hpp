@@ -29,7 +29,7 @@ struct Linearization {
 /// The linear model about `state` under `forces`, by automatic differentiation: exact up to rounding errors. External
 /// wrenches keep their components in W and the point of their body. Springs, friction and controllers of joints act
 /// only as far as `forces` contain them. @throws std::invalid_argument if a size does not match the model, or if the
-/// model has modal joints.
+/// model has modal or coupled joints.
 Linearization linearize(const Model& model, const State& state, const Forces& forces = {});
 
 }  // namespace grapnel

@@ -58,7 +58,7 @@ std::string inconsistent_rows(const Eigen::VectorXd& error, double bound, std::s
     for (int r = 0; r < row_count(grasps[i].model); ++r) note(row_name(grasps[i], i, r));
   }
   for (const HeldRate& h : held)
-    note(h.is_mode() ? "a mode of vibration" : fmt::format("held velocity {}", h.velocity));
+    note(h.is_mode() ? "a mode of vibration or a coupling of joints" : fmt::format("held velocity {}", h.velocity));
   return names;
 }
 

@@ -19,7 +19,8 @@ struct HeldRate {
   int velocity;
   double after = 0;  // [rad/s or m/s]
   /// Per velocity. Not empty: the quantity with the value `after` is the sum of these times the velocities, the rate of
-  /// a mode of vibration that does not respond, and `velocity` is -1. Such rates come before all others.
+  /// a mode of vibration that does not respond or of a coupling of joints, and `velocity` is -1. Such rates come before
+  /// all others.
   std::vector<double> row = {};
 
   bool is_mode() const { return !row.empty(); }

@@ -52,6 +52,15 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, con
   return checks;
 }
 
+std::vector<HeldRate> coupling_rates(const Model& model) {
+  std::vector<HeldRate> rates;
+  for (const JointCoupling& coupling : model.couplings()) {
+    HeldRate& rate = rates.emplace_back(HeldRate{-1, 0, std::vector<double>(model.velocities(), 0.0)});
+    for (const auto& [body, factor] : coupling.joints) rate.row[model.bodies()[body].v] = factor;
+  }
+  return rates;
+}
+
 ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                               std::span<const HeldRate> held) {
   const Kinematics kinematics = forward_kinematics(model, state);

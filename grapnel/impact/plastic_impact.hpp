@@ -37,6 +37,11 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, con
 ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                               std::span<const HeldRate> held = {});
 
+/// The rows of a model's couplings (Model::couplings()), whose rates are zero after an impact: every impact of a model
+/// with couplings needs them, before its other held rates. Their impulses act on the dependent joints, and -ratio times
+/// these on the others.
+std::vector<HeldRate> coupling_rates(const Model& model);
+
 // Bilateral rows of an impact: those of grasps, then held rates; and the solution of any impact that prescribes their
 // velocities afterwards.
 

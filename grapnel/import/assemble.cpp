@@ -58,10 +58,13 @@ class RobotAssembly {
   // ---- Names ----
 
   // Results are stored under names.
+  static std::string sound_name(std::string name) {
+    std::replace(name.begin(), name.end(), '/', '_');
+    if (name == "." || name == "..") name += "_";
+    return name;
+  }
   std::string name_for(const std::string& name, const Mark& mark, const char* kind) {
-    std::string sound = name;
-    std::replace(sound.begin(), sound.end(), '/', '_');
-    if (sound == "." || sound == "..") sound += "_";
+    const std::string sound = sound_name(name);
     if (printable_line(sound) != sound)
       faults_.add(mark, fmt::format("the name of {} {} has characters that cannot be printed", kind, in_quotes(name)));
     if (sound != name)
@@ -170,6 +173,15 @@ class RobotAssembly {
     put_friction(node, joint);
     if (joint.rotor_inertia != 0) put(node, "rotor_inertia", number_node(joint.rotor_inertia, joint.mark));
     if (joint.gear_ratio != 1) put(node, "gear_ratio", number_node(joint.gear_ratio, joint.mark));
+    if (joint.mimic) put(node, "mimic", mimic_node(*joint.mimic));
+    return node;
+  }
+
+  static Node mimic_node(const SourceMimic& mimic) {
+    Node node = mapping_node(mimic.mark);
+    put(node, "joint", text_node(sound_name(mimic.joint), mimic.mark));
+    if (mimic.multiplier != 1) put(node, "ratio", number_node(mimic.multiplier, mimic.mark));
+    if (mimic.offset != 0) put(node, "offset", number_node(mimic.offset, mimic.mark));
     return node;
   }
 

@@ -27,8 +27,8 @@ struct LinkTree {
 /// Empty after errors: unknown links, a link carried by two joints, cycles, several roots.
 std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults);
 
-/// Per joint the pose X_PC of its child, if it does not move: fixed joints, locked ones, and those that follow another
-/// joint, at their value for the other at rest at 0. Empty for joints that move.
+/// Per joint the pose X_PC of its child, if it does not move: fixed joints, locked ones, and those that follow a locked
+/// joint. Empty for joints that move; those with SourceJoint::mimic move with another.
 std::vector<std::optional<Posed>> settle_joints(const SourceModel& model, const ImportOptions& options,
                                                 std::vector<ImportDecision>& decisions, FaultList& faults);
 

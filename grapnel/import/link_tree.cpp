@@ -114,6 +114,7 @@ class JointSettler {
       : model_(model), joints_(indices_of(model.joints)), decisions_(decisions), faults_(faults) {
     values_.resize(model.joints.size());
     is_in_chain_.resize(model.joints.size(), false);
+    is_coupled_.resize(model.joints.size(), false);
     for (const LockedJoint& locked : options.locked) lock(locked);
     for (const StatedName& wheel : options.wheels) lock_wheel(wheel);
   }
@@ -124,7 +125,7 @@ class JointSettler {
       const SourceJoint& joint = model_.joints[j];
       if (joint.kind == SourceJoint::Kind::fixed) settled[j] = joint.X_PJ;
       if (joint.kind == SourceJoint::Kind::fixed) continue;
-      if (joint.mimic && has_axis(joint) && !values_[j]) follow(static_cast<int>(j));
+      if (joint.mimic && has_axis(joint) && !values_[j] && !is_coupled_[j]) follow(static_cast<int>(j));
       if (values_[j]) settled[j] = joint.X_PJ * motion(joint, *values_[j]);
     }
     return settled;
@@ -184,19 +185,21 @@ class JointSettler {
       values_[it->second] = 0;
   }
 
-  // The value of a mimic joint: along the chain to a locked joint, or to a moving one, which counts as 0, and back.
+  // A mimic joint: along the chain to a locked joint, which locks the chain at its values, or to a moving one, and
+  // back.
   void follow(int first) {
     std::vector<int> chain;
     int at = first;
     double value = 0;
-    bool found = true;
+    bool found = true, moves = false;
     while (true) {
       const SourceJoint& joint = model_.joints[at];
       if (values_[at]) {
         value = *values_[at];
         break;
       }
-      if (!joint.mimic || !has_axis(joint)) break;
+      moves = has_axis(joint);
+      if (!joint.mimic || !has_axis(joint) || is_coupled_[at]) break;
       if (is_in_chain_[at]) {
         faults_.add(joint.mimic->mark, fmt::format("joint {} follows itself (mimic)", in_quotes(joint.name)));
         found = false;
@@ -219,6 +222,11 @@ class JointSettler {
     for (auto link = chain.rbegin(); link != chain.rend(); ++link) {
       const SourceJoint& joint = model_.joints[*link];
       is_in_chain_[*link] = false;
+      if (moves && found && joint.mimic->multiplier != 0) {
+        couple(*link);
+        continue;
+      }
+      moves = false;
       const double master = value;
       value = joint.mimic->multiplier * master + joint.mimic->offset;
       if (!std::isfinite(value) && found)
@@ -235,12 +243,26 @@ class JointSettler {
     }
   }
 
+  // A joint that moves with another.
+  void couple(int joint) {
+    is_coupled_[joint] = true;
+    const SourceJoint& follower = model_.joints[joint];
+    const SourceMimic& mimic = *follower.mimic;
+    decisions_.push_back({mimic.mark,
+                          fmt::format("joint {} follows {} (mimic) with ratio {:.9g} and offset {:.9g} {}, without a "
+                                      "motor of its own",
+                                      in_quotes(follower.name), in_quotes(mimic.joint), mimic.multiplier, mimic.offset,
+                                      unit_of(follower)),
+                          follower.name});
+  }
+
   const SourceModel& model_;
   std::map<std::string, int, std::less<>> joints_;
   std::vector<ImportDecision>& decisions_;
   FaultList& faults_;
   std::vector<std::optional<double>> values_;  // of joints that do not move
   std::vector<bool> is_in_chain_;
+  std::vector<bool> is_coupled_;  // moves with another joint
 };
 
 }  // namespace

@@ -160,7 +160,12 @@ void prefix_names(Node& robot, const std::string& prefix) {
   if (Node* links = robot.find("links")) {
     for (Node& link : links->items) {
       rename(&link, "name"), rename(&link, "parent");
-      rename(link.find("joint"), "name");
+      Node* joint = link.find("joint");
+      rename(joint, "name");
+      if (Node* mimic = joint ? joint->find("mimic") : nullptr) {
+        rename(mimic, "joint");
+        for (Node& term : mimic->items) rename(&term, "joint");
+      }
     }
   }
   if (Node* frames = robot.find("end_effectors")) {

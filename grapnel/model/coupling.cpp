@@ -135,8 +135,6 @@ std::vector<JointCoupling> couplings_of(std::span<const BodyDescription> bodies)
   return couplings;
 }
 
-bool is_dependent(const Model& model, int body) { return !model.bodies()[body].description.joint.mimic.empty(); }
-
 bool is_coupled(const Model& model, int body) {
   return std::ranges::any_of(model.couplings(), [&](const JointCoupling& coupling) {
     return std::ranges::any_of(coupling.joints, [&](const JointCoupling::Joint& joint) { return joint.body == body; });

@@ -31,8 +31,8 @@ std::vector<JointCoupling> couplings_of(std::span<const BodyDescription> bodies)
 
 /// The dependent joint's body.
 inline int dependent_body(const JointCoupling& coupling) { return coupling.joints.front().body; }
-/// Whether the joint of `body` depends on others.
-bool is_dependent(const Model& model, int body);
+/// Whether a body's joint depends on others: it has no motor.
+inline bool follows_others(const Body& body) { return !body.description.joint.mimic.empty(); }
 /// Whether the joint of `body` belongs to a coupling.
 bool is_coupled(const Model& model, int body);
 

@@ -8,6 +8,7 @@
 
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/impact/impact_law.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
@@ -552,6 +553,7 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
       state.q[body.q] = first.position, state.v[body.v] = first.rate;
     }
   }
+  follow_couplings(system.model, state.q, state.v);
   for (const int body : system.model.springs()) {
     const Body& b = system.model.bodies()[body];
     state.q[b.q] = b.description.joint.spring->rest;

@@ -25,6 +25,8 @@ void find_load_conflicts(const CaptureProblem& problem, std::vector<ProblemFault
 void find_contact_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the stages of captures by contacts.
 void find_stage_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Joint values that violate couplings of joints, and features without couplings.
+void find_coupling_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the sequence of phases after the approach: names, conditions, and phases that need a capture.

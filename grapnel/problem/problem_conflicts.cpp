@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/conflict_finder.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
@@ -59,6 +60,7 @@ class Conflicts : ConflictFinder {
     find_load_conflicts(problem_, found_);
     find_contact_conflicts(problem_, found_);
     find_stage_conflicts(problem_, found_);
+    find_coupling_conflicts(problem_, found_);
     check_shapes();
     check_panels();
     check_lengths();
@@ -590,6 +592,24 @@ std::vector<ProblemFault> body_conflicts(const RobotSetup& robot, const BodyDesc
   return found;
 }
 
+// Faults of coupled joints, with suggestions for unknown ones; `before`: prefix of paths in messages.
+void add_coupling_faults(const RobotSetup& robot, const std::string& before, std::vector<ProblemFault>& found) {
+  std::vector<std::string> names;
+  for (const BodyDescription& body : robot.bodies) {
+    if (has_one_axis(body.joint.type)) names.push_back(body.joint.name);
+  }
+  for (const CouplingFault& fault : coupling_faults(robot.bodies)) {
+    const std::vector<CouplingTerm>& terms = robot.bodies[fault.body].joint.mimic;
+    const std::string joint =
+        fault.body == 0 ? std::string("base.joint") : fmt::format("links[{}].joint", fault.body - 1);
+    std::string path = joint + ".mimic";
+    if (fault.term >= 0 && terms.size() > 1) path += fmt::format("[{}]", fault.term);
+    if (!fault.key.empty()) path += "." + fault.key;
+    found.push_back({path, fmt::format("{}{}: {}{}", before, joint, fault.text,
+                                       fault.unknown ? suggestion(terms[fault.term].joint, names, "joints") : "")});
+  }
+}
+
 }  // namespace
 
 std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path) {
@@ -609,6 +629,7 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
                                        path.empty() ? "" : path + ".", here)});
   }
   const std::string before = path.empty() ? "" : path + ".";
+  add_coupling_faults(robot, before, found);
   bool sound = true;
   for (std::size_t g = 0; g < robot.gyros.size(); ++g) {
     const MomentGyroSetup& gyro = robot.gyros[g];

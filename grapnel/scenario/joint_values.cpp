@@ -69,7 +69,7 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
     if (!robot.joint_names.contains(entry.key)) given.insert(nearest(entry.key, robot.joint_names.names()));
   }
   for (const JointDescription& joint : robot.joints) {
-    if (!given.contains(joint.name)) missing.push_back(joint);
+    if (!given.contains(joint.name) && joint.mimic.empty()) missing.push_back(joint);
   }
   if (!missing.empty()) faults.add(node.mark, fmt::format("{} lacks joints: {}", path, names_of(missing)));
 }
@@ -82,6 +82,28 @@ void check_joints(const Node& node, const std::string& path, const ReadRobot& ro
     faults.add(node.mark,
                fmt::format("{} has {}, must have {}, one for each moving joint{}", path,
                            counted(node.items.size(), "item"), count, count > 0 ? ": " + names_of(robot.joints) : ""));
+  }
+}
+
+// Joints that follow others and are not stated get the values, or rates, of their couplings. Each pass settles at least
+// one joint of every chain.
+void follow_stated(const std::vector<JointDescription>& joints, const std::vector<bool>& stated, bool of_rates,
+                   std::vector<double>& values) {
+  const auto place = [&](const std::string& name) {
+    const auto is_it = [&](const JointDescription& joint) { return joint.name == name; };
+    return static_cast<std::size_t>(std::find_if(joints.begin(), joints.end(), is_it) - joints.begin());
+  };
+  const auto is_coupled = [](const JointDescription& joint) { return !joint.mimic.empty(); };
+  const auto passes = std::count_if(joints.begin(), joints.end(), is_coupled);
+  for (std::ptrdiff_t pass = 0; pass < passes; ++pass) {
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      if (stated[j] || joints[j].mimic.empty()) continue;
+      values[j] = 0;
+      for (const CouplingTerm& term : joints[j].mimic) {
+        if (const std::size_t k = place(term.joint); k < values.size())
+          values[j] += term.ratio * values[k] + (of_rates ? 0 : term.offset);
+      }
+    }
   }
 }
 
@@ -178,12 +200,23 @@ Json gains_schema(const Field& field, const TypeReference&) {
   return {{"anyOf", {titled(value, "a number for all joints"), by_name(value, kByName), in_order(value, kInOrder)}}};
 }
 
-// The numbers; joints absent from a mapping of rates are at rest.
+// The joints whose values a list, or a mapping by its keys, states.
+std::vector<bool> stated_joints(const Node& node, const std::vector<JointDescription>& joints) {
+  std::vector<bool> stated;
+  for (const JointDescription& joint : joints) stated.push_back(!node.is_mapping() || node.find(joint.name) != nullptr);
+  return stated;
+}
+
+// The numbers; joints absent from a mapping of rates are at rest, or follow others.
 std::string read_numbers(const ValueToRead& at) {
-  const std::optional<double> absent = limits_of(at.field) == Limits::rate ? std::optional(0.0) : std::nullopt;
+  const Limits limits = limits_of(at.field);
+  const ReadRobot& robot = *at.scope.robot;
+  const std::optional<double> absent = limits == Limits::rate ? std::optional(0.0) : std::nullopt;
   std::string name = at.name();
-  at.into<std::vector<double>>() =
-      joint_values_of(at.node, name, *at.scope.robot, absent, at.scope.faults).value_or(std::vector<double>{});
+  auto& values = at.into<std::vector<double>>();
+  values = joint_values_of(at.node, name, robot, absent, at.scope.faults).value_or(std::vector<double>{});
+  if (limits != Limits::none && values.size() == robot.joints.size())
+    follow_stated(robot.joints, stated_joints(at.node, robot.joints), limits == Limits::rate, values);
   return name;
 }
 
@@ -244,6 +277,7 @@ NumberWriter values_writer(const NumberPlace& at) {
   const std::vector<JointDescription> order = moving_joints(at.problem.robot);
   const auto which = joints_of(at, order);
   if (!which || (which->empty() && limits != Limits::none)) return nullptr;
+  const std::vector<bool> stated = stated_joints(at.form, order);
   return [=, field = at.field, which = *which](CaptureProblem&, void* place, Numbers numbers) {
     auto& values = *static_cast<std::vector<double>*>(place);
     const bool all = which.empty();
@@ -255,6 +289,7 @@ NumberWriter values_writer(const NumberPlace& at) {
         return false;
       values[which[i]] = numbers[i];
     }
+    if (limits != Limits::none) follow_stated(order, stated, limits == Limits::rate, values);
     return true;
   };
 }

@@ -243,6 +243,23 @@ struct Described<JointElasticity> {
 };
 
 template <>
+struct Described<CouplingTerm> {
+  using T = CouplingTerm;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::joint>("joint", "", "Name of the joint that it follows.").required(),
+      field<&T::ratio>("ratio", "1, or m/rad, rad/m between a sliding and a turning joint",
+                       "Change of the joint per change of that joint; not zero."),
+      field<&T::offset>("offset", "rad or m", "Value of the joint where that joint is zero."),
+  });
+  static constexpr Type type = structure<T>(
+      "mimic",
+      "A coupling, as by a gear, a belt or a linkage: the joint's value is ratio times that of `joint`, plus offset; "
+      "with several, their sum. The joint has no motor: the coupling drives it, without play and without loss. Its "
+      "values in a scenario must satisfy the coupling.",
+      fields);
+};
+
+template <>
 struct Described<LoadRating> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
@@ -344,15 +361,21 @@ struct Described<JointKeys> {
       found<[](T& t) -> std::optional<JointElasticity>& { return t.joint.elasticity; }>("elasticity", "", "")
           .optional(),
       found<[](T& t) -> std::optional<JointSpring>& { return t.joint.spring; }>("spring", "", "").optional(),
+      found<[](T& t) -> std::vector<CouplingTerm>& { return t.joint.mimic; }>("mimic", "", "Couplings to other joints.")
+          .items(0, 20)
+          .one_or_list("a mapping of one joint; a list of joints"),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("type", "revolute, continuous, prismatic").require("axis"),
       when("type", "continuous").forbid("limits.lower, limits.upper, limits.stop"),
       when("type", "fixed")
-          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rotor_axis, motor, elasticity, spring, "
+          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rotor_axis, motor, elasticity, spring, mimic, "
                   "rating.driving, rating.driving_impulse"),
       not_both("elasticity, spring"),
       not_both("motor, spring"),
+      not_both("motor, mimic"),
+      not_both("elasticity, mimic"),
+      not_both("spring, mimic"),
       needs("elasticity", "rotor_inertia"),
       needs("rotor_axis", "rotor_inertia"),
   });

@@ -305,7 +305,7 @@ TEST(FollowCouplings, SettlesChains) {
   EXPECT_NEAR(state.q[8], -0.3, 1e-15);
   EXPECT_NEAR(state.q[7], -0.1, 1e-15);
   EXPECT_NEAR(state.v[6], -6, 1e-15);
-  EXPECT_TRUE(is_dependent(model, 1) && is_dependent(model, 2) && !is_dependent(model, 3));
+  EXPECT_TRUE(follows_others(model.bodies()[1]) && !follows_others(model.bodies()[3]));
   EXPECT_TRUE(is_coupled(model, 3));
 }
 

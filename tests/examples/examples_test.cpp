@@ -550,6 +550,21 @@ void expect_a_cage(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_EQ(passing.ledger.feasibility(), Verdict::no);  // fingers pass through the box
 }
 
+// One motor of 20 N presses both pads with half of it; the CubeSat comes to rest in the gripper.
+void expect_a_grip(const CaptureResult& r) {
+  ASSERT_EQ(r.contacts.size(), 2U);
+  for (const ContactPairReport& pair : r.contacts) {
+    EXPECT_TRUE(pair.touches_at_end);
+    EXPECT_FALSE(pair.beyond_model);
+  }
+  ASSERT_FALSE(r.loops.empty());
+  EXPECT_EQ(r.loops[0].closures, std::vector<std::string>{"right"});
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &bus = r.post_impact_end->base, &cubesat = r.post_impact_end->targets[0];
+  EXPECT_LT(norm(cubesat.angular_velocity - bus.angular_velocity), 1e-3);  // 18 mrad/s before
+  EXPECT_NEAR(r.contacts[1].peak_force, 10, 0.1);
+}
+
 // Magnetic torquers only brake: their torque m x B is perpendicular to the field and takes power at every instant. The
 // error of a scenario without a field names the place.
 void expect_magnetic_detumbling(const CaptureProblem& p, const CaptureResult& r) {
@@ -638,6 +653,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "attitude-manoeuvre") return expect_a_manoeuvre(r);
   if (name == "magnetic-detumble") return expect_magnetic_detumbling(p, r);
   if (name == "four-arm-cage") return expect_a_cage(p, r);
+  if (name == "parallel-gripper") return expect_a_grip(r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

@@ -44,11 +44,9 @@ int MujocoFile::joint_id(const std::string& joint) const {
   return id;
 }
 
-void MujocoFile::set_state(const Model& model, const std::string& base, const State& state,
-                           const std::map<std::string, double>& held) {
+void MujocoFile::set_state(const Model& model, const std::string& base, const State& state) {
   mj_resetData(model_, data_);
   write({0, 0, 0}, model_->opt.gravity);
-  for (const auto& [joint, value] : held) data_->qpos[model_->jnt_qposadr[joint_id(joint)]] = value;
   T_ = Eigen::MatrixXd::Zero(model_->nv, model.velocities());
   turned_ = Eigen::VectorXd::Zero(model_->nv);
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {

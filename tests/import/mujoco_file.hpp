@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -26,10 +25,8 @@ class MujocoFile {
   MujocoFile(const MujocoFile&) = delete;
   MujocoFile& operator=(const MujocoFile&) = delete;
 
-  /// Sets the state and evaluates MuJoCo's model without gravity. `base`: MuJoCo's name of the floating base's body;
-  /// `held`: values of joints that move only in MuJoCo.
-  void set_state(const Model& model, const std::string& base, const State& state,
-                 const std::map<std::string, double>& held = {});
+  /// Sets the state and evaluates MuJoCo's model without gravity. `base`: MuJoCo's name of the floating base's body.
+  void set_state(const Model& model, const std::string& base, const State& state);
   /// The mass matrix in Grapnel's velocities, after set_state().
   Eigen::MatrixXd mass_matrix() const;
   Eigen::VectorXd bias() const;

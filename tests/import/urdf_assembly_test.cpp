@@ -270,22 +270,23 @@ TEST(UrdfAssembly, RotorsAsTheyAreOrAsTheJointFeelsThem) {
               HasSubstr("joint 'j': armature and the rotor's inertia are both given, armature is used"));
 }
 
-TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
+TEST(UrdfAssembly, JointsThatFollowOthersMoveOrAreLockedWithThem) {
   const Imported imported = import_corpus("gripper.urdf");
   ASSERT_EQ(imported.faults, "");
   const RobotSetup robot = robot_of(imported);
-  // bus, hand with the right finger and its tip, left finger
-  ASSERT_EQ(robot.bodies.size(), 3u);
-  Cloud gripper;
-  gripper.add(pose(0, 0, 0, 0, 0, 0), 2, Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal());
-  const Eigen::Isometry3d finger = pose(-0.02 - 0.005, 0, 0.1, 0, 0, 0);
-  gripper.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
-  gripper.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
-  EXPECT_LT((eigen(body_of(robot, "hand").com) - gripper.com()).norm(), 1e-15);
-  EXPECT_LT((eigen(body_of(robot, "hand").inertia) - gripper.inertia()).norm(), 1e-15);
+  ASSERT_EQ(robot.bodies.size(), 5u);  // bus, hand, fingers, tip
+  const std::vector<CouplingTerm>& right = body_of(robot, "right_finger").joint.mimic;
+  ASSERT_EQ(right.size(), 1u);
+  EXPECT_EQ(right[0].joint, "left");
+  EXPECT_EQ(right[0].ratio, -1);
+  EXPECT_EQ(right[0].offset, -0.005);
+  const std::vector<CouplingTerm>& tip = body_of(robot, "right_tip").joint.mimic;
+  ASSERT_EQ(tip.size(), 1u);
+  EXPECT_EQ(tip[0].joint, "right");
+  EXPECT_TRUE(body_of(robot, "left_finger").joint.mimic.empty());
   EXPECT_THAT(imported.decisions,
-              HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value for 'left' = 0"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
+              HasSubstr("joint 'right' follows 'left' (mimic) with ratio -1 and offset -0.005 m, without a motor"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) with ratio 20 and offset 0.3 rad"));
   EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): omitted, for the Gazebo simulator"));
   EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): omitted"));
   EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): omitted"));
@@ -298,8 +299,19 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   // A locked master moves its mimic joints; a locked joint does not follow others.
   ImportOptions options;
   options.locked = {{"left", 0.03, {}}};
-  EXPECT_THAT(import_corpus("gripper.urdf", options).decisions,
+  const Imported closed = import_corpus("gripper.urdf", options);
+  EXPECT_THAT(closed.decisions,
               HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.035 m, its value for 'left' = 0.03"));
+  const RobotSetup rigid = robot_of(closed);
+  ASSERT_EQ(rigid.bodies.size(), 2u);  // bus, hand with all that it carries
+  Cloud gripper;
+  gripper.add(pose(0, 0, 0, 0, 0, 0), 2, Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal());
+  gripper.add(pose(0.02 + 0.03, 0, 0.1, 0, 0, 0), 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
+  const Eigen::Isometry3d finger = pose(-0.02 - 0.035, 0, 0.1, 0, 0, 0);
+  gripper.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
+  gripper.add(finger * pose(0, 0, 0, 0, 20 * -0.035 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
+  EXPECT_LT((eigen(body_of(rigid, "hand").com) - gripper.com()).norm(), 1e-15);
+  EXPECT_LT((eigen(body_of(rigid, "hand").inertia) - gripper.inertia()).norm(), 1e-15);
   options.locked = {{"right", -0.01, {}}, {"left", 0.05, {}}};
   const std::string decisions = import_corpus("gripper.urdf", options).decisions;
   EXPECT_THAT(decisions, HasSubstr("joint 'right' is locked at -0.01 m, as requested\n"));

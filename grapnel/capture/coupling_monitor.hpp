@@ -1,0 +1,24 @@
+#pragma once
+
+/// @file
+/// Efforts that couplings of joints transmit, as time series.
+
+#include <string>
+#include <vector>
+
+#include "grapnel/capture/actuator_monitor.hpp"
+
+namespace grapnel {
+
+class CouplingMonitor : public ActuatorMonitor {
+ public:
+  explicit CouplingMonitor(const CaptureProblem& problem);
+  std::vector<Series> series() const override;
+  void put(const CaptureSystem& system, const PhaseSample& sample, SeriesRow& row) const override;
+  void write(CaptureResult&) const override {}
+
+ private:
+  std::vector<std::string> names_;  // dependent joints, in the robot's order
+};
+
+}  // namespace grapnel
