@@ -12,8 +12,10 @@ const Type& type_of<LoopReport>() {
   using L = LoopReport;
   static constexpr Field fields[] = {
       field<&L::phase>("phase", "phase with closed loops"),
-      field<&L::closures>("closures", "`end-effector - target`: the grasps that close loops of the tree"),
-      field<&L::rows>("rows", "1", "constraint rows of all closures"),
+      field<&L::closures>(
+          "closures",
+          "`end-effector - target`: the grasps that close loops of the tree; then the joints that follow others"),
+      field<&L::rows>("rows", "1", "constraint rows of all closures and couplings of joints"),
       field<&L::rank>("rank", "1",
                       "rank of these rows at the start of the phase; less than `rows`: some rows are redundant, and "
                       "internal loads are not all determined"),

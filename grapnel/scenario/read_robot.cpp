@@ -32,10 +32,16 @@ void check_joint_units(const Node& node, const Type& keys, const JointDescriptio
   for (const Field& field : keys.fields) {
     const Node* value = node.find(field.key);
     if (!value) continue;
-    if (field.type().kind == Type::Kind::structure)
-      check_joint_units(*value, field.type(), joint, below(path, field.key), faults);
-    else
-      check_unit(*value, field.unit, joint, below(path, field.key), faults);
+    const Type& type = field.type();
+    const std::string here = below(path, field.key);
+    if (type.kind == Type::Kind::structure || (field.is_one_or_list && value->is_mapping())) {
+      check_joint_units(*value, type.kind == Type::Kind::structure ? type : type.of(), joint, here, faults);
+    } else if (field.is_one_or_list) {
+      for (std::size_t i = 0; i < value->items.size(); ++i)
+        check_joint_units(value->items[i], type.of(), joint, item(here, i), faults);
+    } else {
+      check_unit(*value, field.unit, joint, here, faults);
+    }
   }
 }
 

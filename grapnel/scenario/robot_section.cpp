@@ -252,10 +252,7 @@ struct Described<CouplingTerm> {
       field<&T::offset>("offset", "rad or m", "Value of the joint where that joint is zero."),
   });
   static constexpr Type type = structure<T>(
-      "mimic",
-      "A coupling, as by a gear, a belt or a linkage: the joint's value is ratio times that of `joint`, plus offset; "
-      "with several, their sum. The joint has no motor: the coupling drives it, without play and without loss. Its "
-      "values in a scenario must satisfy the coupling.",
+      "mimic", "A term of a coupling, without play and without loss: ratio times the value of `joint`, plus offset.",
       fields);
 };
 
@@ -361,7 +358,10 @@ struct Described<JointKeys> {
       found<[](T& t) -> std::optional<JointElasticity>& { return t.joint.elasticity; }>("elasticity", "", "")
           .optional(),
       found<[](T& t) -> std::optional<JointSpring>& { return t.joint.spring; }>("spring", "", "").optional(),
-      found<[](T& t) -> std::vector<CouplingTerm>& { return t.joint.mimic; }>("mimic", "", "Couplings to other joints.")
+      found<[](T& t) -> std::vector<CouplingTerm>& { return t.joint.mimic; }>(
+          "mimic", "",
+          "Couplings to other joints, as by a gear, a belt or a linkage: the joint's value is `ratio` times that of "
+          "`joint`, plus `offset`; with several the sum. The joint has no motor, since the coupling drives it.")
           .items(0, 20)
           .one_or_list("a mapping of one joint; a list of joints"),
   });

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/lanes/lane_phase_setup.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "scenario/scenario_files.hpp"
 
@@ -257,6 +259,42 @@ TEST(ParallelGripper, HoldsWithBothMotorsAtTheirLimits) {
   EXPECT_LT(slip(r), 1e-5);
 }
 
+// ---- Stops ----
+
+// The fingers move at 0.1 m/s towards the stops at 50 mm, of one finger or of both at the same instant.
+TEST(CoupledStops, ReverseAllCoupledJoints) {
+  const std::string stop = ", stop: {restitution: 0.5}";
+  for (const auto& [left, right] :
+       {std::pair(stop, stop), std::pair(stop, std::string()), std::pair(std::string(), stop)}) {
+    const auto finger = [](const char* name, const char* axis, double y, const std::string& limit, const char* more) {
+      return fmt::format(
+          "    - {{name: {0}, parent: hand, mass: 0.4, inertia: [1e-3, 1e-3, 1e-3], joint: {{name: {0}, type: "
+          "prismatic, axis: {1}, origin: {{position: [0.2, {2}, 0]}}, limits: {{lower: 0, upper: 0.05{3}}}{4}}}}}\n",
+          name, axis, y, limit, more);
+    };
+    const CaptureResult r = run(
+        "schema: grapnel-scenario/1\nname: stops\nrobot:\n  name: gripper\n"
+        "  base: {name: hand, mass: 20, inertia: [0.4, 0.4, 0.4]}\n  links:\n" +
+        finger("left", "[0, -1, 0]", 0.1, left, "") +
+        finger("right", "[0, 1, 0]", -0.1, right, ", mimic: {joint: left}") +
+        "initial: {joints: {left: 0.02}, joint_rates: {left: 0.1}}\nmotion: {duration: 1}\noutput: {interval: 0.1}\n");
+    expect_sound(r);
+    const std::vector<double>& rates = series(r, "joints/velocity").data;
+    EXPECT_NEAR(rates[0], 0.1, 1e-12);
+    EXPECT_NEAR(rates[1], 0.1, 1e-12);  // follows, although not stated
+    EXPECT_NEAR(rates[rates.size() - 2], -0.05, 1e-9);
+    EXPECT_NEAR(rates.back(), -0.05, 1e-9);
+    const std::vector<double>& positions = series(r, "joints/position").data;
+    EXPECT_NEAR(positions.back(), 0.05 - 0.05 * 0.7, 1e-9);  // the stop at t = 0.3 s
+  }
+}
+
+TEST(CoupledJoints, AreIntegratedOnCores) {
+  const test::TemporaryFolder folder;
+  const CaptureSystem system = make_capture_system(load_scenario(folder.write("scenario.yaml", pendulums())));
+  EXPECT_EQ(lane_obstacle(system.model, PhaseSetup{}, IntegrationSetup{}), "joints are coupled");
+}
+
 // ---- Faults ----
 
 std::vector<std::string> gripper_faults(const std::string& right, const std::string& more = "") {
@@ -273,6 +311,7 @@ TEST(CoupledJointFaults, HaveTheirPlaces) {
   EXPECT_THAT(gripper_faults(", mimic: {joint: left, offset: 5 mm}"),
               ElementsAre(AllOf(HasSubstr("initial.joints"), HasSubstr("makes it 0.005 (violated by -0.005)")),
                           HasSubstr("move.joints: joint 'right' is 0.06, but")));
+  EXPECT_THAT(gripper_faults(", mimic: {joint: left, offset: 5 deg}"), ElementsAre(HasSubstr("deg")));
   EXPECT_THAT(gripper_faults(", mimic: [{joint: left, ratio: 2}, {joint: left, ratio: -1}]"),
               ElementsAre(HasSubstr("names joint 'left' twice")));
   EXPECT_THAT(gripper_faults(", mimic: {joint: left}, motor: {no_load_rate: 1}"), ElementsAre(HasSubstr("motor")));

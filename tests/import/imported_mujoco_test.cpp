@@ -2,10 +2,14 @@
 // same source file, at random states.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
+#include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "import/import_files.hpp"
@@ -101,6 +105,42 @@ INSTANTIATE_TEST_SUITE_P(Corpus, ImportedFile, ::testing::ValuesIn(kCases), [](c
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
+
+// The coupling of two fingers: MuJoCo's defect and row of its equality constraint, and accelerations from its mass
+// matrix, bias and row as of a hard constraint, (2.9) to (2.12).
+TEST(ImportedCoupling, HasMujocosRowAndAccelerations) {
+  const Model model = import({"mjcf/gripper.xml", "bus", 9});
+  ASSERT_EQ(model.couplings().size(), 1u);
+  MujocoFile mujoco(corpus("mjcf/gripper.xml"));
+  LoopSolver solver(model, {});
+  Workspace workspace(model);
+  Worst defect("defect"), rate("rate"), acceleration("accelerations"), multiplier("effort");
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    const State state = random_state(model, random);
+    mujoco.set_state(model, "bus", state);
+    const Eigen::MatrixXd J = mujoco.equality_rows();
+    ASSERT_EQ(J.rows(), 1);
+    const JointCoupling& coupling = model.couplings()[0];
+    EXPECT_LE(defect.note(std::abs(mujoco.equality_defects()[0] - coupling_defect(model, coupling, state.q)), i),
+              1e-14);
+    EXPECT_LE(rate.note(std::abs((J * eigen(state.v))[0] - coupling_rate(model, coupling, state.v)), i), 1e-14);
+
+    const std::vector<double> torque = random.values(model.velocities(), 2);
+    const Eigen::LDLT<Eigen::MatrixXd> M(mujoco.mass_matrix());
+    const Eigen::VectorXd free = M.solve(Eigen::VectorXd(eigen(torque) - mujoco.bias()));
+    const Eigen::VectorXd response = M.solve(Eigen::VectorXd(J.transpose()));
+    const double lambda = -(J * free)[0] / (J * response)[0];
+    DynamicsInput<double> in;
+    in.q = state.q, in.v = state.v, in.force = torque;
+    std::vector<double> vdot(torque), force(torque);
+    solver.accelerations(in, 0, workspace, vdot, force);
+    EXPECT_LE(acceleration.note(relative_difference(eigen(vdot), Eigen::VectorXd(free + lambda * response)), i),
+              kBound);
+    EXPECT_LE(multiplier.note(std::abs(solver.coupling_multipliers()[0] - lambda), i), kBound);
+  }
+}
 
 }  // namespace imported_mujoco_test
 }  // namespace grapnel

@@ -86,6 +86,17 @@ Eigen::VectorXd MujocoFile::bias() const {
   return T_.transpose() * (Eigen::Map<const Eigen::VectorXd>(data_->qfrc_bias, model_->nv) + M * turned_);
 }
 
+// MuJoCo lists equality constraints first; models of this size have dense rows.
+Eigen::MatrixXd MujocoFile::equality_rows() const {
+  if (mj_isSparse(model_) != 0) throw std::runtime_error("MuJoCo's constraint rows are sparse");
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const Rows>(data_->efc_J, data_->ne, model_->nv) * T_;
+}
+
+Eigen::VectorXd MujocoFile::equality_defects() const {
+  return Eigen::Map<const Eigen::VectorXd>(data_->efc_pos, data_->ne);
+}
+
 Posed MujocoFile::body_pose(const std::string& body) const {
   const int id = body_id(body);
   return pose(data_->xpos + 3 * id, data_->xmat + 9 * id);

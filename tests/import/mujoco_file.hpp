@@ -30,6 +30,9 @@ class MujocoFile {
   /// The mass matrix in Grapnel's velocities, after set_state().
   Eigen::MatrixXd mass_matrix() const;
   Eigen::VectorXd bias() const;
+  /// Jacobian of the equality constraints in Grapnel's velocities, and their defects.
+  Eigen::MatrixXd equality_rows() const;
+  Eigen::VectorXd equality_defects() const;
   Posed body_pose(const std::string& body) const;  // in the world
   Posed site_pose(const std::string& site) const;
   /// The number of velocities of MuJoCo's model.
