@@ -100,7 +100,7 @@ double ApproachPlanner::shortest_motion() const {
   return begin > 0 ? std::min(shortest, end - begin) : shortest;
 }
 
-// Holds coupled joints, and joints without an end-effector of a grasp if the plan says so.
+// Holds coupled joints, and joints without an end-effector of a grasp if the plan states it.
 void ApproachPlanner::hold_idle_joints() {
   const Model& model = servicer_.model;
   const bool all_idle = approach_.plan && approach_.plan->idle_joints == PlanSetup::IdleJoints::held;

@@ -173,7 +173,7 @@ class LoopColumns {
   struct Sums {
     ClosureRow acceleration, squares;
   };
-  // One joint of a coupling, and its chain to the root with slots of its own, the root last.
+  // One joint of a coupling, and its chain to the root with separate slots, the root last.
   struct CoupledJoint {
     double factor;
     std::vector<Step> chain;

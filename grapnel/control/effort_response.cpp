@@ -32,8 +32,8 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
       zero_(steady_.size()),
       vdot_(steady_.size()),
       mass_(model.velocities(), model.velocities()),
-      rows_(closure_rows(closures_), model.velocities()),
-      row_terms_(closure_rows(closures_)) {
+      rows_(closure_rows(closures_) + static_cast<Eigen::Index>(model.couplings().size()), model.velocities()),
+      row_terms_(rows_.rows()) {
   for (int j : joints_) {
     if (j < 0 || j >= static_cast<int>(model.joints().size()))
       throw std::invalid_argument("EffortResponse: a joint that the model does not have");
@@ -67,7 +67,7 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   }
   inertia_.factor(mass_);
   inertia_.solve(unit_, response_);
-  if (closures_.empty()) return;
+  if (rows_.rows() == 0) return;
 
   // With the closures' J vdot + Jdot v = 0: vdot - M^-1 J^T W^+ (J vdot + Jdot v), W = J M^-1 J^T (2.10).
   close_loops();
@@ -85,7 +85,7 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   response_ -= back * (rows_ * response_);
 }
 
-// J and Jdot v of all closures, in the frames C.
+// J and Jdot v of all closures, in the frames C, and of couplings.
 void EffortResponse::close_loops() {
   const int nv = model_.velocities();
   const Kinematics& kinematics = workspace_.kinematics;
@@ -112,6 +112,11 @@ void EffortResponse::close_loops() {
       rows_.row(next) = row(n) * J_b.bottomRows<3>();
       row_terms_[next++] = dot(n, apart);
     }
+  }
+  for (const JointCoupling& coupling : model_.couplings()) {  // (8.13)
+    rows_.row(next).setZero();
+    for (const auto& [body, factor] : coupling.joints) rows_(next, model_.bodies()[body].v) = factor;
+    row_terms_[next++] = 0;
   }
 }
 

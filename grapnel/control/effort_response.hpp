@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Response of the accelerations of a free-floating robot to its joint efforts, including closed loops. Used by laws
-/// that control the motion of a body through the arms.
+/// Response of the accelerations of a free-floating robot to its joint efforts, including closed loops and couplings.
+/// Used by laws that control the motion of a body through the arms.
 
 #include <Eigen/Core>
 #include <optional>

@@ -250,7 +250,7 @@ class JointSettler {
     const SourceMimic& mimic = *follower.mimic;
     decisions_.push_back({mimic.mark,
                           fmt::format("joint {} follows {} (mimic) with ratio {:.9g} and offset {:.9g} {}, without a "
-                                      "motor of its own",
+                                      "separate motor",
                                       in_quotes(follower.name), in_quotes(mimic.joint), mimic.multiplier, mimic.offset,
                                       unit_of(follower)),
                           follower.name});

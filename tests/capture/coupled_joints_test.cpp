@@ -95,7 +95,7 @@ TEST(CoupledPendulums, MoveAsOneDegreeOfFreedom) {
 
 enum class Form { flywheel, rotor };
 
-// The flywheel turns `gear` times as fast as the shoulder relative to the base, about an axis of its own: so does the
+// The flywheel turns `gear` times as fast as the shoulder relative to the base, about another axis: so does the
 // rotor of a motor whose axis is stated, which the base carries and includes.
 std::string servicer(Form form, const std::string& rest) {
   const bool fly = form == Form::flywheel;
@@ -123,7 +123,9 @@ std::string servicer(Form form, const std::string& rest) {
 }
 std::string approach(Form form, const std::string& tracking) {
   return std::string("approach: {duration: 4, final_joints: ") +
-         (form == Form::flywheel ? "{shoulder: 0.6, elbow: -0.1, spin: 5.4}" : "{shoulder: 0.6, elbow: -0.1}") +
+         (form == Form::flywheel
+              ? "{shoulder: 0.6, elbow: -0.1, spin: 5.4}, final_rates: {shoulder: 0.1, elbow: -0.2, spin: 0.9}"
+              : "{shoulder: 0.6, elbow: -0.1}, final_rates: {shoulder: 0.1, elbow: -0.2}") +
          ", tracking: {" + tracking + "}}\ncontact: {gap: weld_as_found, largest_gap: any}\n";
 }
 std::string per_joint(Form form, double value) {
@@ -259,6 +261,40 @@ TEST(ParallelGripper, HoldsWithBothMotorsAtTheirLimits) {
   EXPECT_LT(slip(r), 1e-5);
 }
 
+// ---- Plans ----
+
+// An arm of three joints with two coupled fingers beside the palm that grasps.
+TEST(CoupledFingers, AreKeptStillByPlansAndMovedAfterwards) {
+  const CaptureResult r = run(
+      "schema: grapnel-scenario/1\nname: planned\nrobot:\n  name: planned\n"
+      "  base: {name: base, mass: 100, inertia: [10, 12, 14]}\n  links:\n"
+      "    - {name: a, parent: base, mass: 5, com: [0.3, 0, 0], inertia: [0.05, 0.2, 0.2], joint: {name: a, type: "
+      "revolute, axis: [0, 0, 1], origin: {position: [0.5, 0, 0]}}}\n"
+      "    - {name: b, parent: a, mass: 4, com: [0.3, 0, 0], inertia: [0.05, 0.15, 0.15], joint: {name: b, type: "
+      "revolute, axis: [0, 1, 0], origin: {position: [0.6, 0, 0]}}}\n"
+      "    - {name: c, parent: b, mass: 3, com: [0.2, 0, 0], inertia: [0.03, 0.1, 0.1], joint: {name: c, type: "
+      "revolute, axis: [0, 1, 0], origin: {position: [0.6, 0, 0]}}}\n"
+      "    - {name: left, parent: c, mass: 0.3, inertia: [1e-3, 1e-3, 1e-3], joint: {name: left, type: prismatic, "
+      "axis: [0, -1, 0], origin: {position: [0.45, 0.05, 0]}}}\n"
+      "    - {name: right, parent: c, mass: 0.3, inertia: [1e-3, 1e-3, 1e-3], joint: {name: right, type: prismatic, "
+      "axis: [0, 1, 0], origin: {position: [0.45, -0.05, 0]}, mimic: {joint: left}}}\n"
+      "  end_effectors: [{name: palm, link: c, position: [0.4, 0, 0]}]\n"
+      "initial: {joints: {a: 0.1, b: -0.6, c: 1, left: 0.01}}\n"
+      "targets: [{name: box, mass: 25, inertia: [2, 3, 2.5], state: {at: capture, position: [1.9, 0.5, 0.2], velocity: "
+      "[0.01, 0, 0], angular_velocity: [0.02, -0.01, 0.05]}, grasp_points: [{name: handle, position: [-0.1, 0, 0]}]}]\n"
+      "grasps: [{end_effector: palm, target: box, point: handle, model: point}]\n"
+      "approach: {duration: 10, plan: {objective: impulse}, tracking: {mode: computed_torque, kp: 9, kd: 6}}\n"
+      "impact: {law: plastic}\n"
+      "post_impact: {duration: 4, joints: pd, kp: {a: 50, b: 50, c: 50, left: 500}, kd: {a: 50, b: 50, c: 50, left: "
+      "100}, move: {joints: {a: 0.1, b: -0.6, c: 1, left: 0.03}, duration: 2}}\noutput: {interval: 1}\n");
+  expect_sound(r);
+  ASSERT_TRUE(r.approach_end);
+  EXPECT_NEAR(r.approach_end->joints.position[3], 0.01, 1e-9);
+  EXPECT_NEAR(r.approach_end->joints.position[4], 0.01, 1e-9);
+  EXPECT_NEAR(r.post_impact_end->joints.position[3], 0.03, 1e-3);
+  EXPECT_NEAR(r.post_impact_end->joints.position[4], r.post_impact_end->joints.position[3], 1e-12);
+}
+
 // ---- Stops ----
 
 // The fingers move at 0.1 m/s towards the stops at 50 mm, of one finger or of both at the same instant.
@@ -304,7 +340,7 @@ std::vector<std::string> gripper_faults(const std::string& right, const std::str
 TEST(CoupledJointFaults, HaveTheirPlaces) {
   using ::testing::ElementsAre;
   EXPECT_THAT(gripper_faults(", mimic: {joint: lift}"),
-              ElementsAre(AllOf(HasSubstr("scenario.yaml:7:"), HasSubstr("names the unknown joint 'lift'"),
+              ElementsAre(AllOf(HasSubstr("scenario.yaml:8:"), HasSubstr("names the unknown joint 'lift'"),
                                 HasSubstr("did you mean 'left'?"))));
   EXPECT_THAT(gripper_faults(", mimic: {joint: right}"), ElementsAre(HasSubstr("cannot follow itself")));
   EXPECT_THAT(gripper_faults(", mimic: {joint: left, ratio: 0}"), ElementsAre(HasSubstr("ratio is 0")));

@@ -284,8 +284,9 @@ TEST(UrdfAssembly, JointsThatFollowOthersMoveOrAreLockedWithThem) {
   ASSERT_EQ(tip.size(), 1u);
   EXPECT_EQ(tip[0].joint, "right");
   EXPECT_TRUE(body_of(robot, "left_finger").joint.mimic.empty());
-  EXPECT_THAT(imported.decisions,
-              HasSubstr("joint 'right' follows 'left' (mimic) with ratio -1 and offset -0.005 m, without a motor"));
+  EXPECT_THAT(
+      imported.decisions,
+      HasSubstr("joint 'right' follows 'left' (mimic) with ratio -1 and offset -0.005 m, without a separate motor"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) with ratio 20 and offset 0.3 rad"));
   EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): omitted, for the Gazebo simulator"));
   EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): omitted"));
