@@ -179,6 +179,7 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   const Model& model = system.model;
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, sample.dynamics->acceleration());
   const LoopSolver* solver = sample.dynamics->loops();
+  if (solver && solver->closures().empty()) solver = nullptr;  // only couplings
   const std::vector<int> first = first_rows(system);
   const Eigen::MatrixXd null = solver ? of_closures(solver->self_stresses(), first.back()) : Eigen::MatrixXd(0, 0);
   const Eigen::MatrixXd open =

@@ -232,7 +232,7 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
   for (std::size_t i = 0; i < system_->grasps.size(); ++i) {
     const HeldGrasp& grasp = system_->grasps[i];
     GraspSample& s = result[grasp.grasp];
-    s.holds = grasp.closure < 0 || sample.dynamics->loops() != nullptr;  // otherwise the loop is cut
+    s.holds = grasp.closure < 0 || !sample.dynamics->setup().closures.empty();  // otherwise the loop is cut
     s.F_WC = wrenches[i].F_WC;
     if (grasp.closure < 0) continue;
     s.defect = closure_defect(grasp.frames, near);
@@ -248,7 +248,8 @@ void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   largest_.raise(phase_largest_);
   LoopReport& report = reports_.back();
   // Cut loops are not projected, so their defect is the final one.
-  const ClosureDefect& left = outcome.rows == 0 ? phase_largest_ : outcome.unprojected;
+  const bool is_cut = outcome.rows <= static_cast<int>(system_->model.couplings().size()) && !system_->closures.empty();
+  const ClosureDefect& left = is_cut ? phase_largest_ : outcome.unprojected;
   report.rows = outcome.rows;
   report.rank = outcome.rank;
   report.unprojected_position = left.position;

@@ -196,6 +196,7 @@ class JointSettler {
       const SourceJoint& joint = model_.joints[at];
       if (values_[at]) {
         value = *values_[at];
+        moves = false;
         break;
       }
       moves = has_axis(joint);

@@ -147,12 +147,12 @@ void expect_equal(const CaptureResult& fly, const CaptureResult& rotor, double t
   const BodyMotion &c = fly.post_impact_end->targets[0], &d = rotor.post_impact_end->targets[0];
   EXPECT_LT(apart(c.angular_velocity, d.angular_velocity), tolerance);
   EXPECT_LT(apart(c.velocity, d.velocity), tolerance);
-  ASSERT_EQ(fly.impact->grasps.size(), rotor.impact->grasps.size());
-  EXPECT_GT(fly.impact->grasps[0].impulse_magnitude, 0.1);
-  EXPECT_LT(apart(fly.impact->grasps[0].impulse, rotor.impact->grasps[0].impulse), tolerance);
+  ASSERT_EQ(fly.impact()->grasps.size(), rotor.impact()->grasps.size());
+  EXPECT_GT(fly.impact()->grasps[0].impulse_magnitude, 0.1);
+  EXPECT_LT(apart(fly.impact()->grasps[0].impulse, rotor.impact()->grasps[0].impulse), tolerance);
   // The energies differ by none: the rotor's are included.
-  EXPECT_NEAR(fly.impact->kinetic_energy_after - fly.impact->kinetic_energy_before,
-              rotor.impact->kinetic_energy_after - rotor.impact->kinetic_energy_before, tolerance);
+  EXPECT_NEAR(fly.impact()->kinetic_energy_after - fly.impact()->kinetic_energy_before,
+              rotor.impact()->kinetic_energy_after - rotor.impact()->kinetic_energy_before, tolerance);
 }
 
 CaptureResult capture(Form form, const std::string& tracking, const std::string& impact, const std::string& after,
@@ -196,7 +196,7 @@ TEST(GearedFlywheel, EqualsTheRotorInAnImpactWithFriction) {
   const std::string impact = "law: friction, restitution: 0.5, friction: 0.2";
   const CaptureResult fly = capture(Form::flywheel, "mode: ideal", impact, "joints: free", ", model: contact");
   expect_equal(fly, capture(Form::rotor, "mode: ideal", impact, "joints: free", ", model: contact"), 1e-7);
-  EXPECT_TRUE(fly.impact->grasps[0].rebound.has_value());
+  EXPECT_TRUE(fly.impact()->grasps[0].rebound.has_value());
 }
 
 // ---- A parallel gripper ----
@@ -328,7 +328,7 @@ TEST(CoupledStops, ReverseAllCoupledJoints) {
 TEST(CoupledJoints, AreIntegratedOnCores) {
   const test::TemporaryFolder folder;
   const CaptureSystem system = make_capture_system(load_scenario(folder.write("scenario.yaml", pendulums())));
-  EXPECT_EQ(lane_obstacle(system.model, PhaseSetup{}, IntegrationSetup{}), "joints are coupled");
+  EXPECT_EQ(lanes::lane_obstacle(system.model, PhaseSetup{}, IntegrationSetup{}), "joints are coupled");
 }
 
 // ---- Faults ----

@@ -1557,9 +1557,9 @@ export type MotionPhaseEnd = "duration" | "condition";
 export interface LoopReport {
   /** phase with closed loops */
   phase: string;
-  /** `end-effector - target`: the grasps that close loops of the tree */
+  /** `end-effector - target`: the grasps that close loops of the tree; then the joints that follow others */
   closures: string[];
-  /** constraint rows of all closures [1] */
+  /** constraint rows of all closures and couplings of joints [1] */
   rows: number;
   /** rank of these rows at the start of the phase; less than `rows`: some rows are redundant, and internal loads are not all determined [1] */
   rank: number;
@@ -1578,8 +1578,8 @@ export interface LoopReport {
 }
 export const kLoopReport: FieldNote[] = [
   ["phase","","phase with closed loops"],
-  ["closures","","`end-effector - target`: the grasps that close loops of the tree"],
-  ["rows","1","constraint rows of all closures"],
+  ["closures","","`end-effector - target`: the grasps that close loops of the tree; then the joints that follow others"],
+  ["rows","1","constraint rows of all closures and couplings of joints"],
   ["rank","1","rank of these rows at the start of the phase; less than `rows`: some rows are redundant, and internal loads are not all determined"],
   ["unprojected_position","m","largest position defect of one step before projection"],
   ["unprojected_angle","rad","largest angle defect of one step before projection"],
