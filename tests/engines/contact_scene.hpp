@@ -1,0 +1,28 @@
+#pragma once
+
+/// @file
+/// A free-floating robot of two arms, six bodies that meet it and each other, and a wall: several contacts at once,
+/// for comparisons with other engines.
+
+#include <string>
+#include <vector>
+
+#include "engines/mujoco_contacts.hpp"
+
+namespace grapnel::testing {
+
+struct ContactScene {
+  Model model;
+  State state;
+  std::vector<EngineSurface> surfaces;
+  std::vector<SurfacePair> pairs;  // each in its own group
+
+  ContactSet contacts() const;
+};
+
+/// Both fingers, a sphere and a capsule, close on a box that turns; balls meet a hull, the cylinder of the base, a
+/// capsule, the wall and each other. Some laws are those of Hertz, with dissipation. With `linear`, all laws are linear
+/// and without dissipation, the second finger is a sphere and the hull is a box.
+ContactScene two_arm_scene(bool linear);
+
+}  // namespace grapnel::testing
