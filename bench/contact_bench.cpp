@@ -1,5 +1,5 @@
 // Contact detection and force: 20 watched pairs, of which none or four touch, to compare with forward dynamics of robot
-// (b); and single pairs that touch.
+// (b); and single pairs that touch. Poses change from one evaluation to the next.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ ContactShape round_hull() {
 struct Scene {
   std::vector<ContactSurface> surfaces;
   std::vector<SurfacePair> pairs;
-  Kinematics kinematics;
+  Kinematics kinematics, moved;  // two states between which the benchmarks alternate
 
   // The second one of the pair at a distance along x from the first, slightly turned about x.
   void add(const ContactShape& a, const ContactShape& b, double distance) {
@@ -51,6 +51,8 @@ struct Scene {
     kinematics.X_WB.push_back({rotation_about({1, 0, 0}, 0.2), p + Vector3d{distance, 0, 0}});
     kinematics.V_WB.push_back({{0.1, 0.2, 0.3}, {0.01, 0.02, 0.03}});
     kinematics.V_WB.push_back({{0.3, 0.2, 0.1}, {0.03, 0.01, 0.02}});
+    moved = kinematics;
+    for (Posed& X : moved.X_WB) X = X * Posed{rotation_about({0.6, 0, 0.8}, 1e-5), {1e-6, 2e-6, -1e-6}};
   }
 };
 
@@ -60,10 +62,13 @@ void add(const char* name, const Scene& scene) {
     set.begin(0, scene.kinematics);
     std::vector<ExternalWrench> wrenches;
     wrenches.reserve(2 * set.size());
+    bool moved = false;
     for (auto _ : loop) {
+      moved = !moved;
+      const Kinematics& kinematics = moved ? scene.moved : scene.kinematics;
       wrenches.clear();
-      benchmark::DoNotOptimize(set.margin(scene.kinematics));
-      set.evaluate(scene.kinematics, wrenches);
+      benchmark::DoNotOptimize(set.margin(kinematics));
+      set.evaluate(kinematics, wrenches);
       benchmark::DoNotOptimize(wrenches.data());
       benchmark::ClobberMemory();
     }

@@ -17,9 +17,10 @@ void register_plan();
 void register_capture();
 void register_campaign();
 void register_rollouts();
-void register_mujoco();           // if MuJoCo is installed
-void register_mujoco_loops();     // same condition
-void register_mujoco_capture();   // same condition
-void register_mujoco_rollouts();  // same condition
+void register_mujoco();             // if MuJoCo is installed
+void register_mujoco_loops();       // same condition
+void register_mujoco_capture();     // same condition
+void register_mujoco_rollouts();    // same condition
+void register_contact_precision();  // same condition
 
 }  // namespace grapnel::bench

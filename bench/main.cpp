@@ -111,6 +111,7 @@ int main(int argc, char** argv) {
   grapnel::bench::register_mujoco_loops();
   grapnel::bench::register_mujoco_capture();
   grapnel::bench::register_mujoco_rollouts();
+  grapnel::bench::register_contact_precision();
 #endif
   Table table;
   benchmark::RunSpecifiedBenchmarks(&table);

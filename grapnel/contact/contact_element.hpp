@@ -73,6 +73,11 @@ class PressureContact {
     double constant;
     double at(const Vector3d& x) const { return constant - dot(gradient, x); }
   };
+  /// Contains the points of the polygons of one field; without a bound if its radius is infinite.
+  struct Cell {
+    Vector3d center;
+    double radius;
+  };
   struct Region {
     Vector3d center;
     double radius;
@@ -85,25 +90,30 @@ class PressureContact {
   void descend(const ContactShapes& shapes, const Posed& X_AB);
   void narrow(const ContactShapes& shapes, const Posed& X_AB);
   void prune(std::size_t first);
+  Cell cell_of_polygon(double margin) const;
   bool begin_polygon(const Vector3d& normal, double offset, double margin);
   double region_reach(const Vector3d& normal, double margin) const;
   bool cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j);
+  void reserve_corners(std::size_t corners);
   bool clip(const Field& field);
   double area_and_centroid(const Vector3d& normal, Vector3d& centroid) const;
   void add_polygon(const ContactShapes& shapes, const Field& field, const Vector3d& normal, ContactElements& elements);
 
-  std::vector<Field> fields_;           // of A's faces near the contact, then of B's
-  std::size_t count_a_ = 0;             // of A's
-  std::vector<std::uint8_t> is_least_;  // scratch of prune()
-  bool too_many_ = false;               // faces near the contact; some are left out
-  std::vector<Vector3d> polygon_;       // of the last cut()
-  std::vector<Vector3d> clipped_;       // scratch of clip()
-  std::vector<double> inside_;          // scratch of clip()
-  Region region_{};                     // contains the overlap
-  bool boxed_ = false;                  // polygons are cut to the region's box; otherwise its sphere is used
-  Vector3d direction_{};                // A to B, with a small overlap along it
-  double overlap_ = 0;                  // along direction_ [m]: a bound of the depth
-  double bound_ = 0;                    // of the pressure [Pa]
+  std::vector<Field> fields_;                // of A's faces near the contact, then of B's
+  std::size_t count_a_ = 0;                  // of A's
+  std::vector<Cell> cells_;                  // of fields_
+  std::size_t lowest_a_ = 0, lowest_b_ = 0;  // the least of A's and of B's fields at the region's centre
+  std::vector<std::uint8_t> is_least_;       // scratch of prune()
+  bool too_many_ = false;                    // faces near the contact; some are left out
+  std::size_t corners_ = 0;                  // number of the polygon's corners
+  std::vector<Vector3d> polygon_;            // of the last cut(), its first elements
+  std::vector<Vector3d> clipped_;            // scratch of clip()
+  std::vector<double> inside_;               // scratch of clip()
+  Region region_{};                          // contains the overlap
+  bool boxed_ = false;                       // polygons are cut to the region's box; otherwise its sphere is used
+  Vector3d direction_{};                     // A to B, with a small overlap along it
+  double overlap_ = 0;                       // along direction_ [m]: a bound of the depth
+  double bound_ = 0;                         // of the pressure [Pa]
 };
 
 }  // namespace grapnel

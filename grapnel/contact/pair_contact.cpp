@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -89,7 +90,10 @@ double PairContact::gap_bound(const Posed& X_WA, const Posed& X_WB) const {
   return distance - kRounding * (extent_along(shapes_.a, X_WFirst, n) + extent_along(shapes_.b, X_WSecond, n));
 }
 
+// The elements of the same relative pose, bit by bit, are kept.
 void PairContact::gather(const Posed& X_AB) {
+  if (is_gathered_ && std::memcmp(&X_AB, &gathered_, sizeof gathered_) == 0) return;
+  gathered_ = X_AB, is_gathered_ = true;
   elements_.clear();
   switch (shapes_.a.kind()) {
     case Kind::sphere:
@@ -107,46 +111,56 @@ void PairContact::gather(const Posed& X_AB) {
 // Elements => the centre of their elastic forces, in force_, and the direction of the sum; zero if these cancel (beyond
 // the model). Both are continuous where damping ends the normal force before the overlap ends.
 Vector3d PairContact::find_center() {
-  Vector3d sum = Vector3d::zero();
-  double total = 0;
+  Vector3d sum = Vector3d::zero(), center = Vector3d::zero();
+  double total = 0, depth = 0;
   for (const ContactElement& e : elements_.list) {
     sum += e.elastic * e.normal, total += e.elastic;
-    force_.p_WC += e.elastic * e.point;
-    force_.depth = std::max(force_.depth, e.depth);
+    center += e.elastic * e.point;
+    depth = std::max(depth, e.depth);
   }
-  if (!(total > 0)) {
-    force_.p_WC = elements_.list.front().point;
-    return Vector3d::zero();
+  force_.depth = depth, force_.p_WC = elements_.list.front().point, lever_ = 0;
+  if (!(total > 0)) return Vector3d::zero();
+  force_.p_WC = center = (1 / total) * center;
+  if (shapes_.law.static_friction > 0) {
+    for (const ContactElement& e : elements_.list) lever_ += e.elastic * norm(e.point - center);
+    lever_ /= total;
   }
-  force_.p_WC *= 1 / total;
-  lever_ = 0;
-  for (const ContactElement& e : elements_.list) lever_ += e.elastic / total * norm(e.point - force_.p_WC);
   const double resultant = norm(sum);
   return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
 }
 
-// An element, the contact's normal n, and the relative twist of B at A's origin, in A => elastic force along the
-// element's normal and dissipative force along n, on B, added to the wrench about A's origin, to the power and to its
-// patch. At edges, elements' normals differ from n; damping along them would resist sliding.
-void PairContact::add_normal_force(const ContactElement& e, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
+// The elements, the contact's normal n, and the relative twist of B at A's origin, in A => elastic forces along the
+// elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, to the power and to
+// their patches. At edges, elements' normals differ from n; damping along them would resist sliding.
+void PairContact::add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
   const ContactLaw& law = shapes_.law;
-  const double approach = -dot(V_AB.linear + cross(V_AB.angular, e.point), n);
-  const double dissipative = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
-                                                       e.depth / law.damping_depth, approach) -
-                             e.elastic;
-  const Vector3d force = e.elastic * e.normal + dissipative * n;
-  const double normal = std::max(0.0, dot(force, n));
-  on_b.linear += force;
-  on_b.angular += cross(e.point, force);
-  force_.damping_power += dissipative * approach;
-  force_.normal_force += normal;
-
-  PatchForce& patch = force_.patches[e.patch];
-  patch.p_WC += normal * e.point;
-  patch.normal += force;
-  patch.normal_force += normal;
-  patch.area += e.area;
-  patch.depth = std::max(patch.depth, e.depth);
+  const double parting = dot(V_AB.linear, n);  // at A's origin
+  const Vector3d gradient = cross(n, V_AB.angular);
+  const double per_depth = 1 / law.damping_depth;
+  double power = 0, total = 0;
+  Vector3d sum = Vector3d::zero(), moment = Vector3d::zero();
+  for (std::size_t i = 0; i < elements_.list.size();) {
+    const int number = elements_.list[i].patch;
+    PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
+    for (; i < elements_.list.size() && elements_.list[i].patch == number; ++i) {
+      const ContactElement& e = elements_.list[i];
+      const double approach = -(parting + dot(gradient, e.point));
+      const double dissipative =
+          contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth * per_depth, approach) -
+          e.elastic;
+      const Vector3d force = e.elastic * e.normal + dissipative * n;
+      const double normal = std::max(0.0, dot(force, n));
+      patch.p_WC += normal * e.point, patch.normal += force;
+      patch.normal_force += normal, patch.area += e.area;
+      patch.depth = std::max(patch.depth, e.depth);
+      moment += cross(e.point, force);
+      power += dissipative * approach;
+    }
+    sum += patch.normal, total += patch.normal_force;
+    force_.patches[number] = patch;
+  }
+  on_b.linear += sum, on_b.angular += moment;
+  force_.damping_power += power, force_.normal_force += total;
 }
 
 // Normal forces, the contact's normal, relative twist at A's origin and deformation, in A => friction on B at the
@@ -246,7 +260,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), 0, 0, 0});
   Wrenchd on_b = Wrenchd::zero();
   const Vector3d n = find_center();
-  for (const ContactElement& e : elements_.list) add_normal_force(e, n, V_AB, on_b);
+  add_normal_forces(n, V_AB, on_b);
   add_friction(n, V_AB, {transposed_times(X_WA.R, stick.slip), stick.spin}, on_b);
   finish(X_WA, 0.5 * (first.V_WB.angular + second.V_WB.angular), stick, on_b);
   return force_;

@@ -85,7 +85,7 @@ class PairContact {
  private:
   void gather(const Posed& X_AB);
   Vector3d find_center();
-  void add_normal_force(const ContactElement& element, const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
+  void add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
   void add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b);
   void add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd& on_b);
   void finish(const Posed& X_WA, const Vector3d& mean_rate, const StickState& stick, const Wrenchd& on_b);
@@ -94,6 +94,8 @@ class PairContact {
   ContactShapes shapes_;
   PressureContact pressure_;
   ContactElements elements_;
+  Posed gathered_ = Posed::identity();  // relative pose of elements_
+  bool is_gathered_ = false;
   double lever_ = 0;  // mean distance of the elastic forces from their centre [m]
   double onset_ = 0;  // factor of the rates at small depths
   ContactForce force_;

@@ -44,8 +44,13 @@ Vector3d turned_extents(const Rotationd& R, const Vector3d& half) {
 
 PressureContact::PressureContact(const ContactShapes& shapes) {
   const std::size_t faces = shapes.a.faces().size() + shapes.b.faces().size();
-  fields_.reserve(faces), is_least_.reserve(faces);
-  polygon_.reserve(faces + 8), clipped_.reserve(faces + 8), inside_.reserve(faces + 8);
+  fields_.reserve(faces), cells_.reserve(faces), is_least_.reserve(faces);
+  // Every cut adds one corner, except for rounding errors: by fields, the region's box, and bounds of the pressure.
+  reserve_corners(2 * (faces + 16));
+}
+
+void PressureContact::reserve_corners(std::size_t corners) {
+  polygon_.resize(corners), clipped_.resize(corners), inside_.resize(corners);
 }
 
 void PressureContact::offer(const Vector3d& n, double overlap) {
@@ -158,6 +163,7 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
     const Field field{slope * normal, slope * offset};
     if (field.at(region_.center) - slope * region_reach(normal, 0) <= bound_) fields_.push_back(field);
   };
+  cells_.clear();
   for (const FacePlane& face : shapes.a.faces()) add(shapes.pressure_a, face.normal, face.offset);
   too_many_ = false;
   prune(0);
@@ -167,6 +173,11 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
     add(shapes.pressure_b, n, face.offset + dot(n, X_AB.p));
   }
   prune(count_a_);
+  lowest_a_ = 0, lowest_b_ = fields_.size() > count_a_ ? count_a_ : 0;
+  for (std::size_t k = 0; k < fields_.size(); ++k) {
+    std::size_t& lowest = k < count_a_ ? lowest_a_ : lowest_b_;
+    if (fields_[k].at(region_.center) < fields_[lowest].at(region_.center)) lowest = k;
+  }
   return true;
 }
 
@@ -174,7 +185,10 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
 // a point is that on which it projects, at most bound_ / slope away; a face without such points has no polygon here.
 void PressureContact::prune(std::size_t first) {
   constexpr std::size_t kFew = 8, kMany = 400;
-  if (fields_.size() <= first + kFew) return;
+  if (fields_.size() <= first + kFew) {
+    cells_.resize(fields_.size(), {Vector3d::zero(), std::numeric_limits<double>::infinity()});
+    return;
+  }
   const auto begin = fields_.begin() + static_cast<std::ptrdiff_t>(first);
   if (fields_.size() > first + kMany) {
     too_many_ = true;
@@ -183,18 +197,37 @@ void PressureContact::prune(std::size_t first) {
     fields_.resize(first + kMany);
   }
   is_least_.assign(fields_.size(), 1);
+  cells_.resize(fields_.size());
+  std::size_t rejecting = first;  // the field that rejected the previous one often rejects the next one
   for (std::size_t i = first; i < fields_.size(); ++i) {
     const double slope = norm(fields_[i].gradient);
-    is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope, bound_ / slope);
+    const std::size_t tried = rejecting;
+    is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope, bound_ / slope) &&
+                   (tried == i || clip(fields_[tried]));
     for (std::size_t k = first; is_least_[i] && k < fields_.size(); ++k) {
-      if (k != i) is_least_[i] = clip(fields_[k]);
+      if (k != i && k != tried && !clip(fields_[k])) is_least_[i] = 0, rejecting = k;
     }
+    if (is_least_[i]) cells_[i] = cell_of_polygon(bound_ / slope);
   }
   std::size_t kept = first;
   for (std::size_t i = first; i < fields_.size(); ++i) {
-    if (is_least_[i]) fields_[kept++] = fields_[i];
+    if (is_least_[i]) cells_[kept] = cells_[i], fields_[kept++] = fields_[i];
   }
-  fields_.resize(kept);
+  fields_.resize(kept), cells_.resize(kept);
+}
+
+// The polygon of a face => a sphere around all points at most `margin` away from it.
+PressureContact::Cell PressureContact::cell_of_polygon(double margin) const {
+  Cell cell{Vector3d::zero(), 0};
+  for (std::size_t i = 0; i < corners_; ++i) cell.center += polygon_[i];
+  cell.center *= 1.0 / static_cast<double>(corners_);
+  double square = 0;
+  for (std::size_t i = 0; i < corners_; ++i) {
+    const Vector3d r = polygon_[i] - cell.center;
+    square = std::max(square, dot(r, r));
+  }
+  cell.radius = 1.001 * (std::sqrt(square) + margin);
+  return cell;
 }
 
 // Farthest distance from the region's centre along a unit vector of points that polygons may have: of the box enlarged
@@ -208,26 +241,29 @@ double PressureContact::region_reach(const Vector3d& normal, double margin) cons
 
 // Keeps the part of the polygon where the field is not negative; false if there is none.
 bool PressureContact::clip(const Field& field) {
-  const std::size_t n = polygon_.size();
-  inside_.resize(n);
+  const std::size_t n = corners_;
+  if (2 * n > clipped_.size()) reserve_corners(4 * n);
+  double* const inside = inside_.data();
+  const Vector3d* const from = polygon_.data();
   bool all = true, none = true;
   for (std::size_t i = 0; i < n; ++i) {
-    inside_[i] = field.at(polygon_[i]);
-    (inside_[i] < 0 ? all : none) = false;
+    inside[i] = field.at(from[i]);
+    (inside[i] < 0 ? all : none) = false;
   }
   if (all) return true;
   if (none) return false;
-  clipped_.clear();
+  Vector3d* to = clipped_.data();
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t j = i + 1 < n ? i + 1 : 0;
-    if (inside_[i] >= 0) clipped_.push_back(polygon_[i]);
-    if ((inside_[i] >= 0) != (inside_[j] >= 0)) {
-      const double t = inside_[i] / (inside_[i] - inside_[j]);
-      clipped_.push_back(polygon_[i] + t * (polygon_[j] - polygon_[i]));
+    if (inside[i] >= 0) *to++ = from[i];
+    if ((inside[i] >= 0) != (inside[j] >= 0)) {
+      const double t = inside[i] / (inside[i] - inside[j]);
+      *to++ = from[i] + t * (from[j] - from[i]);
     }
   }
+  corners_ = static_cast<std::size_t>(to - clipped_.data());
   polygon_.swap(clipped_);
-  return polygon_.size() >= 3;
+  return corners_ >= 3;
 }
 
 // A square on a plane around its section with the region enlarged by a margin, or that section if the region is a box
@@ -239,9 +275,9 @@ bool PressureContact::begin_polygon(const Vector3d& normal, double offset, doubl
   const Vector3d foot = region_.center - height * normal;
   Vector3d u, v;
   sides_of(normal, u, v);
-  polygon_.clear();
-  polygon_.push_back(foot + radius * (u + v)), polygon_.push_back(foot + radius * (v - u));
-  polygon_.push_back(foot - radius * (u + v)), polygon_.push_back(foot + radius * (u - v));
+  corners_ = 4;
+  polygon_[0] = foot + radius * (u + v), polygon_[1] = foot + radius * (v - u);
+  polygon_[2] = foot - radius * (u + v), polygon_[3] = foot + radius * (u - v);
   if (!boxed_) return true;
   for (int k = 0; k < 3; ++k) {
     const Vector3d& axis = region_.axes[k];
@@ -256,10 +292,15 @@ bool PressureContact::begin_polygon(const Vector3d& normal, double offset, doubl
 bool PressureContact::cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j) {
   if (!begin_polygon(normal, offset, 0)) return false;
   if (!clip(base) || !clip({-base.gradient, bound_ - base.constant})) return false;
-  for (std::size_t k = 0; k < fields_.size(); ++k) {
-    if (k == i || k == j) continue;  // equal to base except for rounding errors
+  // Those first that probably leave nothing.
+  const auto is_above = [&](std::size_t k) {
+    if (k == i || k == j) return true;  // equal to base except for rounding errors
     const Field& field = fields_[k];
-    if (!clip({field.gradient - base.gradient, field.constant - base.constant})) return false;
+    return clip({field.gradient - base.gradient, field.constant - base.constant});
+  };
+  if (!is_above(lowest_a_) || !is_above(lowest_b_)) return false;
+  for (std::size_t k = 0; k < fields_.size(); ++k) {
+    if (k != lowest_a_ && k != lowest_b_ && !is_above(k)) return false;
   }
   return true;
 }
@@ -268,7 +309,7 @@ double PressureContact::area_and_centroid(const Vector3d& normal, Vector3d& cent
   const Vector3d& origin = polygon_[0];
   double twice = 0;
   Vector3d moment = Vector3d::zero();
-  for (std::size_t i = 1; i + 1 < polygon_.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < corners_; ++i) {
     const Vector3d p = polygon_[i] - origin, q = polygon_[i + 1] - origin;
     const double part = dot(normal, cross(p, q));
     twice += part;
@@ -291,13 +332,13 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
         {x, normal, p * area, p / shapes.pressure, area / shapes.reference_area, area, elements.patches});
   };
   const auto triangle = [&](std::size_t i) {
-    const Vector3d &p = polygon_[i], &q = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
+    const Vector3d &p = polygon_[i], &q = polygon_[i + 1 < corners_ ? i + 1 : 0];
     return std::max(0.0, dot(normal, cross(p - centroid, q - centroid)) / 6);  // a third of its area
   };
-  double before = triangle(polygon_.size() - 1);
-  for (std::size_t i = 0; i < polygon_.size(); ++i) {
+  double before = triangle(corners_ - 1);
+  for (std::size_t i = 0; i < corners_; ++i) {
     const double after = triangle(i);
-    const Vector3d& next = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
+    const Vector3d& next = polygon_[i + 1 < corners_ ? i + 1 : 0];
     add(0.5 * (centroid + polygon_[i]), before + after);
     add(0.5 * (polygon_[i] + next), after);
     before = after;
@@ -309,6 +350,9 @@ void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, Contac
   if (!collect(shapes, X_AB)) return;
   for (std::size_t i = 0; i < count_a_; ++i) {
     for (std::size_t j = count_a_; j < fields_.size(); ++j) {
+      const double apart = cells_[i].radius + cells_[j].radius;
+      const Vector3d between = cells_[i].center - cells_[j].center;
+      if (dot(between, between) > apart * apart) continue;
       const Field &a = fields_[i], &b = fields_[j];
       Vector3d n = a.gradient - b.gradient;
       const double length = norm(n);

@@ -110,16 +110,45 @@ double nearest_to_box(const Vector3d& half, const AxisDistance& axis) {
   return axis.half;
 }
 
+// Coordinate of the point of the axis nearest to a cylinder, to a relative 1e-12: a root of half the derivative of the
+// squared distance, which is monotone outside. Regula falsi with the Illinois rule.
+double nearest_to_cylinder(const AxisDistance& axis) {
+  const auto derivative = [&](double z) {
+    const CoreDistance to = axis.at(z);
+    return to.distance * dot(to.normal, axis.X_BA.R.column(2));
+  };
+  double low = -axis.half, high = axis.half, f_low = derivative(low), f_high = derivative(high);
+  if (f_low >= 0) return low;
+  if (f_high <= 0) return high;
+  double z = 0;
+  for (int step = 0, side = 0; step < 60 && high - low > 1e-12 * axis.half; ++step) {
+    z = (low * f_high - high * f_low) / (f_high - f_low);
+    const double f = derivative(z);
+    if (f == 0) break;
+    if (f > 0) {
+      high = z, f_high = f;
+      if (side == 1) f_low *= 0.5;
+      side = 1;
+    } else {
+      low = z, f_low = f;
+      if (side == -1) f_high *= 0.5;
+      side = -1;
+    }
+  }
+  return z;
+}
+
 // Coordinate of the point of the axis nearest to the core of B; inside of a core the deepest.
 double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDistance& axis) {
   const double slope = axis.X_BA.R(2, 2);
   if (shapes.b.kind() == ContactShape::Kind::half_space) return slope > 0 ? -axis.half : axis.half;
   const ConvexCore& core = shapes.b.core();
-  if (core.hull || core.round) {
+  if (core.hull) {
     const ConvexDistance nearest = convex_distance({shapes.a.core(), core, X_AB});
     if (nearest.separated) return std::clamp(nearest.point_a[2], -axis.half, axis.half);
-  } else if (const double z = nearest_to_box(core.half, axis); axis.at(z).distance > 0) {
-    return z;
+  } else {
+    const double z = core.round ? nearest_to_cylinder(axis) : nearest_to_box(core.half, axis);
+    if (axis.at(z).distance > 0) return z;
   }
   double low = -axis.half, high = axis.half;  // the distance is convex, inside of B too
   for (int step = 0; step < 60; ++step) {
@@ -132,10 +161,41 @@ double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDis
   return 0.5 * (low + high);
 }
 
+// As end_of_contact() for a box: the squared distance is quadratic between the crossings.
+double end_of_contact_with_box(const Vector3d& half, const AxisDistance& axis, double inside, double end) {
+  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+  const double sense = end > inside ? 1 : -1, touching = axis.in_touch * axis.in_touch;
+  // Half the derivatives and the value, less that of touching surfaces, at `from`, of the quadratic polynomial of the
+  // part that contains `middle`; the distance along the sense at which it vanishes.
+  const auto root = [&](double from, double middle) {
+    double a = 0, b = 0, c = -touching;
+    for (int k = 0; k < 3; ++k) {
+      const double side = p[k] + middle * d[k] < 0 ? -half[k] : half[k];
+      if (!(std::abs(p[k] + middle * d[k]) > half[k])) continue;
+      const double x = p[k] + from * d[k] - side;
+      a += d[k] * d[k], b += sense * d[k] * x, c += x * x;
+    }
+    const double r = std::sqrt(std::max(0.0, b * b - a * c));
+    return b > 0 ? -c / (b + r) : a > 0 ? (r - b) / a : 0.0;
+  };
+  const std::array<double, 8> z = crossings(half, axis);
+  double from = inside;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const double to = sense > 0 ? z[i] : z[z.size() - 1 - i];
+    if (!(sense * (to - from) > 0)) continue;
+    if (axis.depth(to) < 0) return from + sense * std::clamp(root(from, 0.5 * (from + to)), 0.0, sense * (to - from));
+    from = to;
+  }
+  return end;
+}
+
 // Between a point in contact and the end of the axis: where contact ends. Regula falsi with the Illinois rule.
 double end_of_contact(const AxisDistance& axis, double inside, double end) {
   double f_inside = axis.depth(inside), f_end = axis.depth(end);
-  if (f_end >= 0) return end;
+  if (f_end >= 0 || inside == end) return end;
+  const ConvexCore& core = axis.b.core();
+  if (axis.b.kind() == ContactShape::Kind::half_space) return inside + (end - inside) * (f_inside / (f_inside - f_end));
+  if (!core.hull && !core.round) return end_of_contact_with_box(core.half, axis, inside, end);
   double x = end;
   for (int step = 0, side = 0; step < 60 && std::abs(end - inside) > 1e-15 * axis.half; ++step) {
     x = (inside * f_end - end * f_inside) / (f_end - f_inside);

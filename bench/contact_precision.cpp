@@ -1,0 +1,94 @@
+// Work and precision of a scene with contacts: error against evaluations for Grapnel's tolerances and MuJoCo's steps,
+// with the same laws. The scene: two arms close on a box, and balls meet other bodies and a wall (tests/engines).
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include "bench/dynamics_bench.hpp"
+#include "engines/contact_scene.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel::bench {
+namespace {
+
+constexpr double kDuration = 2;
+constexpr int kRepetitions = 3;  // the fastest counts
+
+struct Work {
+  State end;
+  long evaluations = 0, steps = 0;
+  double seconds = 0;
+};
+
+Work by_grapnel(const testing::ContactScene& scene, double tolerance) {
+  Work work;
+  work.seconds = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRepetitions; ++i) {
+    PhaseSetup setup;
+    setup.contacts = std::make_shared<ContactSet>(scene.contacts());
+    PhaseDynamics dynamics(scene.model, setup);
+    IntegrationSetup integration;
+    integration.relative_tolerance = integration.absolute_tolerance = tolerance;
+    const auto start = std::chrono::steady_clock::now();
+    const PhaseOutcome outcome = simulate_phase(dynamics, {scene.state, 0, kDuration}, integration, {});
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    if (!outcome.finished) throw std::runtime_error("contact_precision: " + outcome.failure);
+    work = {outcome.end_state, outcome.rhs_evaluations, outcome.steps, std::min(work.seconds, taken.count())};
+  }
+  return work;
+}
+
+Work by_mujoco(const testing::ContactScene& scene, double step) {
+  testing::MujocoContacts::Settings settings;
+  settings.step = step;
+  testing::MujocoContacts engine(scene.model, scene.surfaces, scene.pairs, settings);
+  Work work;
+  work.seconds = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRepetitions; ++i) {
+    engine.start(scene.state);
+    const auto start = std::chrono::steady_clock::now();
+    engine.run(kDuration);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    work = {engine.state(), engine.evaluations(), std::lround(kDuration / step), std::min(work.seconds, taken.count())};
+  }
+  return work;
+}
+
+// Largest difference of the velocities at the end [m/s, rad/s].
+double error_of(const Work& work, const State& exact) {
+  double error = 0;
+  for (std::size_t i = 0; i < exact.v.size(); ++i) error = std::max(error, std::abs(work.end.v[i] - exact.v[i]));
+  return error;
+}
+
+void print(const std::string& name, const Work& work, const State& exact) {
+  fmt::print("{:<30}{:>9}{:>13}{:>11.1e}{:>10.2f}{:>12.0f}\n", name, work.steps, work.evaluations,
+             error_of(work, exact), 1e3 * work.seconds, static_cast<double>(work.steps) / work.seconds);
+}
+
+}  // namespace
+
+void register_contact_precision() {
+  benchmark::RegisterBenchmark("contact_precision", [](benchmark::State& loop) {
+    static bool printed = false;  // once, also if repeated
+    for (auto _ : loop) {
+      if (std::exchange(printed, true)) continue;
+      const testing::ContactScene scene = testing::two_arm_scene(true);
+      const State exact = by_grapnel(scene, 1e-13).end;
+      fmt::print("\n{:<30}{:>9}{:>13}{:>11}{:>10}{:>12}\n", "contacts of seven pairs", "steps", "evaluations", "error",
+                 "ms", "steps/s");
+      for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12})
+        print(fmt::format("Grapnel, tolerance {:.0e}", tolerance), by_grapnel(scene, tolerance), exact);
+      for (const double step : {1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5})
+        print(fmt::format("MuJoCo's RK4, step {:g} s", step), by_mujoco(scene, step), exact);
+    }
+  });
+}
+
+}  // namespace grapnel::bench
