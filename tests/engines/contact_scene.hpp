@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A free-floating robot of two arms, six bodies that meet it and each other, and a wall: several contacts at once,
+/// A free-floating robot of two arms, six bodies that meet it and each other, and a wall: several simultaneous contacts,
 /// for comparisons with other engines.
 
 #include <string>
