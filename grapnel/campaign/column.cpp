@@ -91,7 +91,7 @@ class Builder {
   explicit Builder(const CaptureProblem& problem) : problem_(problem) {}
 
   void outcome() {
-    add("captured", "1", "whether all grasps closed; see captured/judged",
+    add("captured", "1", "whether all grasps closed and none was lost for good; see captured/judged",
         [](const StudyCase&, const CaptureResult& r) {
           return r.grasps.empty() ? NAN : static_cast<double>(r.captured());
         });
@@ -404,15 +404,39 @@ class Builder {
       return nullptr;
     };
     const std::string grasp = "grasps/" + e + "/";
-    add(grasp + "captured", "1", "whether this grasp closed", [outcome](const StudyCase&, const CaptureResult& r) {
-      const GraspOutcome* found = outcome(r);
-      return found ? double(found->captured) : NAN;
-    });
+    add(grasp + "captured", "1", "whether this grasp closed and was not lost",
+        [outcome](const StudyCase&, const CaptureResult& r) {
+          const GraspOutcome* found = outcome(r);
+          return found ? double(found->captured) : NAN;
+        });
     field(grasp + "position_error", "distance", outcome);
     field(grasp + "angle_error", "angle", outcome);
     field(grasp + "closing_speed", "velocity", outcome);
     field(grasp + "closing_angular_velocity", "angular_velocity", outcome);
     tolerance_columns(e);
+    hold_columns(e);
+  }
+
+  // Load and losses of a grasp with limits.
+  void hold_columns(const std::string& e) {
+    const auto grasp = std::ranges::find(problem_.grasps, e, &GraspSetup::end_effector);
+    if (grasp == problem_.grasps.end() || !grasp->holds) return;
+    const std::string name = "grasps/" + e + "/";
+    add(name + "load_used", "1", "largest load over the limits of `holds`; at 1 the grasp opens",
+        [e](const StudyCase&, const CaptureResult& r) {
+          for (const GraspOutcome& one : r.grasps) {
+            if (one.end_effector == e && one.largest_load) return *one.largest_load;
+          }
+          return double(NAN);
+        });
+    add(name + "lost", "s", "time of the first loss under load; NaN: never lost",
+        [e](const StudyCase&, const CaptureResult& r) {
+          const auto loss = std::ranges::find(r.losses, e, &LossReport::end_effector);
+          return loss == r.losses.end() ? NAN : loss->time;
+        });
+    add(name + "losses", "1", "number of losses under load", [e](const StudyCase&, const CaptureResult& r) {
+      return static_cast<double>(std::ranges::count(r.losses, e, &LossReport::end_effector));
+    });
   }
 
   // Used share of each tolerance of the envelope.

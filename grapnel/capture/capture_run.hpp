@@ -12,6 +12,7 @@
 #include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/coordinated_control.hpp"
+#include "grapnel/capture/grasp_holds.hpp"
 #include "grapnel/capture/run_contacts.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
@@ -22,6 +23,11 @@
 
 namespace grapnel {
 
+/// Ends a run early; becomes CaptureResult::failure.
+struct RunFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 // The closing times of grasps, and their outcomes.
 
 class GraspSchedule {
@@ -29,32 +35,39 @@ class GraspSchedule {
   /// The problem must outlive the schedule. Grasps are identified by their index in the problem.
   explicit GraspSchedule(const CaptureProblem& problem);
 
-  /// Undecided grasps whose stated time has been reached, to within rounding.
+  /// Grasps that wait for a stated time, of their first or a later closing, which has been reached to within rounding.
   std::vector<std::size_t> due_at(double now) const;
   /// At the approach's end: all remaining grasps that close together, and those stated for that time.
   std::vector<std::size_t> due_together(double now) const;
-  /// Undecided grasps that close on arrival and whose end-effectors are within their envelopes.
+  /// Grasps that close on arrival, for the first time or again, and whose end-effectors are within their envelopes.
   std::vector<std::size_t> arrived(const CaptureSystem& system, const State& state) const;
   /// Per target: whether undecided grasps wait until it is settled, and those whose target is.
   std::vector<bool> awaited_targets() const;
   std::vector<std::size_t> settled(const StageMonitor& stages) const;
+  /// Open grasps that close again on arrival: from now on those outside their envelopes wait for their return.
+  void note_departures(const CaptureSystem& system, const State& state);
   /// Whether there are undecided grasps that close together, and all are within their envelopes.
   bool together_in_envelopes(const CaptureSystem& system, const State& state) const;
-  /// Falls to zero when an end-effector arrives, or, with `together`, when all that close together are in their
-  /// envelopes; empty if there is nothing to wait for. `system` must outlive it.
+  /// Falls to zero when an end-effector arrives, or leaves the envelope of a grasp that then waits for its return, or,
+  /// with `together`, when all that close together are in their envelopes; empty if there is nothing to wait for.
+  /// `system` must outlive it.
   StopCondition stop_condition(const CaptureSystem& system, bool together) const;
-  /// Stated times of undecided grasps.
+  /// Stated times of undecided grasps, and later ones of open grasps.
   std::vector<double> stated_times() const;
-  /// Whether any grasps remain that close at stated times or on arrival.
+  /// Whether any open grasps remain that close at stated times or on arrival.
   bool any_left() const;
 
-  /// Decides on undecided grasps in the current state. Returns those that close.
+  /// Decides on open grasps in the current state. Returns those that close.
   std::vector<std::size_t> decide(const std::vector<std::size_t>& grasps, const CaptureSystem& system,
                                   const State& state, double time);
   /// Revokes the decision: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
-  /// Per grasp, whether it has been decided on and does not hold: missed, rebounded or released.
+  /// The grasp opened at load.time under this load. @throws RunFailure if it has closed and opened too often.
+  void lose(const HoldLoad& load, bool in_impact);
+  /// Raises the largest load of the grasp.
+  void note_load(const HoldLoad& load);
+  /// Per grasp, whether it has been decided on and does not hold: missed, rebounded, released or lost.
   std::vector<bool> opened() const;
   /// For contact.gap: translate_target moved its target by this distance [m].
   void moved(std::size_t grasp, double distance);
@@ -68,18 +81,19 @@ class GraspSchedule {
 
  private:
   std::vector<std::size_t> undecided(GraspSetup::Closes how) const;
+  bool is_open(std::size_t grasp) const;
+  bool waits_again(std::size_t grasp) const;
+  bool is_due_again(std::size_t grasp, double now) const;
+  void open(std::size_t grasp, double time);
   GraspOutcome outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
                        const GraspDeviation& deviation) const;
   GraspOutcome undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const;
 
   const CaptureProblem& problem_;
-  std::vector<std::optional<GraspOutcome>> outcomes_;  // per grasp, once decided
+  std::vector<std::optional<GraspOutcome>> outcomes_;  // per grasp, once decided: of its last closing
+  std::vector<double> open_since_;                     // per grasp that is open and decided on [s]
+  std::vector<bool> departed_;                         // per such grasp, whether it has been outside its envelope since
   std::optional<double> first_time_;                   // of a decision
-};
-
-/// Ends a run early; becomes CaptureResult::failure.
-struct RunFailure : std::runtime_error {
-  using std::runtime_error::runtime_error;
 };
 
 /// Servicer and targets: their state, and the grasps that hold.
@@ -203,6 +217,7 @@ struct CaptureRun {
   const std::shared_ptr<SensorRun> sensors;  // null: no sensors
   RunMonitor monitor;
   bool rebounded = false;                   // something has rebounded
+  std::vector<HoldLoad> overloads;          // of grasps that reached their limits at the current instant
   bool condition_met = false;               // the end condition of the current phase holds
   std::vector<std::string> unstable_gains;  // of the approach, as text
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/capture/impact_figures.hpp"
@@ -190,9 +192,20 @@ ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<co
   }
 }
 
+// Loads => the grasps are opened and recorded as lost; velocities do not change. Requires the free system.
+void lose_grasps(CaptureRun& run, const std::vector<HoldLoad>& lost, bool in_impact) {
+  for (const HoldLoad& load : lost) {
+    std::erase_if(run.bodies.held, [&](const HeldGrasp& held) { return held.grasp == load.grasp; });
+    run.schedule.lose(load, in_impact);
+    const GraspSetup& grasp = run.problem.grasps[load.grasp];
+    run.result.losses.push_back(
+        {load.time, grasp.end_effector, grasp.target, load.force, load.moment, load.share, in_impact});
+  }
+}
+
 // Run => report of the locking impulse (docs/theory, section 7, Locking) that stops the settled joints; empty unless
-// post_impact.joints is braked. Requires the free system; the held grasps remain closed.
-std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
+// post_impact.joints is braked. Requires the free system; the held grasps remain closed. Their loads are added.
+std::optional<BrakeReport> lock_settled_joints(CaptureRun& run, std::vector<HoldLoad>& loads) {
   if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return {};
   RunBodies& bodies = run.bodies;
   Contact contact;
@@ -209,14 +222,32 @@ std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
   ImpactOutcome outcome = solve_impact(run, contact, {}, rates, ImpactSetup::Law::plastic);
   outcome.residuals = {.brake = outcome.residuals.energy};
   run.monitor.impact(run.next_name("brake"), outcome);
+  std::ranges::copy(loads_in_impact(run.problem, outcome.report), std::back_inserter(loads));
   bodies.state = std::move(outcome.after);
   return brake_report(joints, outcome.report);
 }
 
-// Report of the impact => brakes lock joints; report in the result; joined system.
-void end_contact_event(CaptureRun& run, ImpactReport report) {
-  report.brake = lock_settled_joints(run);
+// Loads of grasps in an impact => those beyond their limits open now, at its end; larger loads replace the grasps'
+// largest ones. Requires the free system.
+void open_after_impact(CaptureRun& run, const std::vector<HoldLoad>& loads) {
+  std::vector<HoldLoad> lost;
+  for (HoldLoad load : loads) {
+    const auto is_it = [&](const HeldGrasp& held) { return held.grasp == load.grasp; };
+    if (std::ranges::none_of(run.bodies.held, is_it)) continue;
+    load.time = run.bodies.time;
+    run.schedule.note_load(load);
+    if (load.share > 1 && std::ranges::find(lost, load.grasp, &HoldLoad::grasp) == lost.end()) lost.push_back(load);
+  }
+  lose_grasps(run, lost, true);
+}
+
+// Report of the impact, further loads in it => brakes lock joints; grasps beyond their limits open; report in the
+// result; joined system.
+void end_contact_event(CaptureRun& run, ImpactReport report, std::vector<HoldLoad> loads = {}) {
+  std::ranges::copy(loads_in_impact(run.problem, report), std::back_inserter(loads));
+  report.brake = lock_settled_joints(run, loads);
   add_report(run, std::move(report));
+  open_after_impact(run, loads);
   run.to_joined();
   const RunBodies& bodies = run.bodies;
   if (run.detail == CaptureDetail::full && !bodies.system.elastic_joints.empty() && !bodies.held.empty())
@@ -286,9 +317,25 @@ void note_target_speeds(const Model& model, const State& before, const State& af
   }
 }
 
+// Sample of a compliant impact => the largest loads so far of the grasps with limits that already hold.
+void raise_held_loads(const CaptureRun& run, const CompliantSample& sample, std::vector<HoldLoad>& largest) {
+  for (std::size_t g = 0; g < run.bodies.system.grasps.size(); ++g) {
+    const std::size_t grasp = run.bodies.system.grasps[g].grasp;
+    if (!run.problem.grasps[grasp].holds) continue;
+    const double force = norm(sample.held_wrenches[g].linear), moment = norm(sample.held_wrenches[g].angular);
+    const HoldLoad load{grasp, force, moment, share_of_limits(*run.problem.grasps[grasp].holds, force, moment), 0};
+    const auto at = std::ranges::find(largest, grasp, &HoldLoad::grasp);
+    if (at == largest.end())
+      largest.push_back(load);
+    else if (load.share > at->share)
+      *at = load;
+  }
+}
+
 // Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
+// `held_loads` becomes the largest loads of the grasps that already hold.
 ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
-                        std::vector<HeldRate> held) {
+                        std::vector<HeldRate> held, std::vector<HoldLoad>& held_loads) {
   RunBodies& bodies = run.bodies;
   const Contact contact = without_held(event.contact, bodies.held.size());
   for (HeldRate& h : held) h.velocity = velocity_in(run, bodies.system, h.velocity);
@@ -309,6 +356,7 @@ ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, con
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool begun = false;
   const auto observe = [&](const CompliantSample& sample) {
+    raise_held_loads(run, sample, held_loads);
     if (!begun) {
       run.monitor.begin_impact_in_time(event.phase, bodies.system, start, bodies.time, event.closing,
                                        run.schedule.opened());
@@ -376,10 +424,11 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
     throw RunFailure("impact.law: compliant does not support targets that are already held in closed loops");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
-  ImpactOutcome yielded = let_yield(run, with_closing, event, held);
+  std::vector<HoldLoad> held_loads;
+  ImpactOutcome yielded = let_yield(run, with_closing, event, held, held_loads);
   run.to_free();
   stiffen(run, event, yielded);
-  end_contact_event(run, std::move(yielded.report));
+  end_contact_event(run, std::move(yielded.report), std::move(held_loads));
 }
 
 }  // namespace
@@ -390,6 +439,7 @@ bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
   const RunBodies& bodies = run.bodies;
   const bool moves = bodies.time < phase.end;
   if (!moves && run.joints.approaching()) return false;  // grasps due at its end close with the others
+  run.schedule.note_departures(bodies.system, bodies.state);
   close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
   close_grasps(run, run.schedule.due_at(bodies.time));
   close_grasps(run, run.schedule.settled(run.monitor.stages()));
@@ -414,6 +464,16 @@ bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
   if (!grasping.empty()) impact_at_once(run, grasping, law.of_grasps ? law.law : ImpactSetup::Law::plastic);
   if (!touching.empty()) impact_at_once(run, touching, law.law);
   return true;
+}
+
+// Loads at the limits => their grasps open; law and joints settle if the law's grasps are lost.
+void open_overloaded_grasps(CaptureRun& run) {
+  if (run.overloads.empty()) return;
+  run.to_free();
+  lose_grasps(run, std::exchange(run.overloads, {}), false);
+  run.to_joined();
+  if (run.law.ends_by_release(run.bodies.system, run.bodies.time) && !run.joints.approaching())
+    run.joints.settle_all(run.bodies);
 }
 
 // Phase => removes the grasps of all releases that are due at the current time and reports them; law and joints settle
@@ -449,7 +509,9 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
 void stop_joints(CaptureRun& run) {
   if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return;
   run.to_free();
-  lock_settled_joints(run);
+  std::vector<HoldLoad> loads;
+  lock_settled_joints(run, loads);
+  open_after_impact(run, loads);
   run.to_joined();
 }
 

@@ -17,6 +17,9 @@ bool close_due_grasps(CaptureRun& run, const MotionPhase& phase);
 /// precede contacts. Returns whether any closed.
 bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps);
 
+/// Opens the grasps that reached their limits at the end of the last segment (CaptureRun::overloads), if there are any.
+void open_overloaded_grasps(CaptureRun& run);
+
 /// Opens grasps whose release time in the phase has been reached.
 void release_due_grasps(CaptureRun& run, MotionPhase& phase);
 

@@ -128,6 +128,9 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (setup.contacts) return "contacts between shapes";
   if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
+  if (std::ranges::any_of(run.bodies.held,
+                          [&](const HeldGrasp& held) { return run.problem.grasps[held.grasp].holds.has_value(); }))
+    return "grasps with limits";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
     // Loads of braked joints depend on the loads of the grasps, which are computed only at samples.
@@ -197,6 +200,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
       dynamics_(run.bodies.system.model, setup_of_segment(run)),
+      holds_(run.problem, run.bodies.system),
       arrival_(closing_condition(run)),
       condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
@@ -230,7 +234,10 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
 }
 
 PhaseSegment::PhaseSegment(CaptureRun& run)
-    : run_(run), observed_(false), dynamics_(run.bodies.system.model, run.joints.exact_approach(run.bodies)) {
+    : run_(run),
+      observed_(false),
+      dynamics_(run.bodies.system.model, run.joints.exact_approach(run.bodies)),
+      holds_(run.problem, run.bodies.system) {
   describe("approach", run.problem.approach->duration, true);
 }
 
@@ -279,13 +286,23 @@ bool PhaseSegment::await_resume() {
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
   run_.identification.end_segment(outcome.integrals);
-  const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
-  const double condition = outcome.stopped && condition_ ? condition_(outcome.end_time, outcome.end_state) : 1.0;
-  const bool law_is_over =
-      run_.law.end_segment(outcome.end_state, outcome.end_time, outcome.stopped, std::min(arrival, condition));
-  run_.condition_met = outcome.stopped && condition_ && !law_is_over && condition <= arrival;
-  if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
+  note_events(outcome);
   return !outcome.stopped;
+}
+
+// Outcome => which of the stop conditions ended the segment: the smallest. Notes largest loads of grasps.
+void PhaseSegment::note_events(const PhaseOutcome& outcome) {
+  const bool stopped = outcome.stopped;
+  const double arrival = stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
+  const double condition = stopped && condition_ ? condition_(outcome.end_time, outcome.end_state) : 1.0;
+  const double load = stopped ? holds_.last_margin() : 1.0;
+  const double least = std::min({arrival, condition, load});
+  const bool law_is_over = run_.law.end_segment(outcome.end_state, outcome.end_time, stopped, least);
+  run_.condition_met = stopped && condition_ && !law_is_over && condition <= least;
+  if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
+  for (const HoldLoad& peak : holds_.largest()) run_.schedule.note_load(peak);
+  if (stopped && holds_.any() && !law_is_over && !run_.condition_met && load <= least)
+    run_.overloads = holds_.at_limit();
 }
 
 PhaseOutcome PhaseSegment::integrate() {
@@ -303,13 +320,20 @@ std::function<void(double)> PhaseSegment::each_step() const {
 }
 
 // The observers of each step.
-StepProbe PhaseSegment::probe() const {
+StepProbe PhaseSegment::probe() {
   StepProbe loads = run_.monitor.load_probe();
-  if (!run_.law.works()) return loads;
+  if (!run_.law.works() && !holds_.any()) return loads;
   return [this, loads](const PhaseStep& step) {
     if (loads) loads(step);
-    run_.law.step(step);
+    if (holds_.any()) holds_.step(step);
+    if (run_.law.works()) run_.law.step(step);
   };
+}
+
+// The margin of the grasps' limits; empty without limits.
+LoadCondition PhaseSegment::load_condition() {
+  if (!holds_.any()) return {};
+  return [this](const PhaseSample& sample) { return holds_.margin(sample); };
 }
 
 // The segment without the part that was integrated elsewhere.
@@ -330,7 +354,7 @@ PhaseOutcome PhaseSegment::integrate_between_checks() {
     watch.probe = probe();
   }
   return simulate_phase(dynamics_, remaining_interval(0), task_.integration,
-                        {.watch = watch, .stop = stop_, .resumed = resumed_});
+                        {.watch = watch, .stop = stop_, .stop_on_load = load_condition(), .resumed = resumed_});
 }
 
 // Segment => outcome with samples at the output interval. Without a stop condition the grid is refined by a power of
@@ -341,7 +365,7 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const double interval = any_interval ? run_.problem.output_interval : duration;
   // A power of two, so that instants of the finer grid are bit-identical to instants of the grid of the time series.
   const double wanted = std::log2(std::clamp(kMinimumChecks * interval / duration, 1.0, 0x1p40));
-  const long checks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
+  const long checks = stop_ || holds_.any() ? 1 : 1L << std::lround(std::ceil(wanted));
   // The time series has the phase's begin and end, and between them the multiples of the interval since t = 0.
   const double origin = any_interval ? 0 : task_.begin;
   const auto is_on_grid = [&](double t) { return origin + std::round((t - origin) / interval) * interval == t; };
@@ -350,9 +374,13 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
     run_.monitor.sample(sample, first || checks == 1 || sample.time == end || is_on_grid(sample.time));
     first = false;
   };
-  return simulate_phase(
-      dynamics_, remaining_interval({interval / static_cast<double>(checks), origin}), task_.integration,
-      {.observe = observe, .watch = {.each_step = each_step(), .probe = probe()}, .stop = stop_, .resumed = resumed_});
+  return simulate_phase(dynamics_, remaining_interval({interval / static_cast<double>(checks), origin}),
+                        task_.integration,
+                        {.observe = observe,
+                         .watch = {.each_step = each_step(), .probe = probe()},
+                         .stop = stop_,
+                         .stop_on_load = load_condition(),
+                         .resumed = resumed_});
 }
 
 }  // namespace grapnel

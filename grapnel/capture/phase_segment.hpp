@@ -91,8 +91,9 @@ struct MotionPhase {
 bool ends_in_envelopes(const CaptureRun& run);
 
 /// Awaited by the run, it transfers the final state to the run's bodies and notifies the monitor. The value of the
-/// await expression: whether the piece reached its end; false: an end-effector's arrival, the end of a law or the
-/// phase's end condition (CaptureRun::condition_met) stopped it before. @throws RunFailure if the integration fails.
+/// await expression: whether the piece reached its end; false: an end-effector's arrival, a load at the limits of a
+/// grasp (CaptureRun::overloads), the end of a law or the phase's end condition (CaptureRun::condition_met) stopped it
+/// before. @throws RunFailure if the integration fails.
 class PhaseSegment : public Resumable<PhaseSegment>::Stop {
  public:
   /// From now to the next event of the phase, or until an end-effector that closes on arrival arrives.
@@ -120,11 +121,14 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   PhaseOutcome integrate_between_checks();
   PhaseOutcome integrate_with_samples();
   std::function<void(double)> each_step() const;
-  StepProbe probe() const;
+  StepProbe probe();
+  LoadCondition load_condition();
+  void note_events(const PhaseOutcome& outcome);
 
   CaptureRun& run_;
   const bool observed_;
   PhaseDynamics dynamics_;
+  HoldWatch holds_;          // of grasps with limits
   StopCondition arrival_;    // of an end-effector
   StopCondition condition_;  // end condition of the phase
   StopCondition stop_;       // the earliest of these and the end of the law that moves the joints

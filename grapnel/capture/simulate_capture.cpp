@@ -50,6 +50,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
       while (close_due_grasps(run, approach)) {
         PhaseSegment segment(run, approach);
         co_await segment;
+        open_overloaded_grasps(run);
         replan_if_due(run);
       }
       run.result.approach_end = run.describe_now();
@@ -59,8 +60,8 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
     run.joints.settle_all(run.bodies);
     const bool closed = close_grasps(run, run.schedule.due_together(run.bodies.time));
 
-    // Motion after the impact, or without one: phase by phase, each in pieces between releases, closing grasps and its
-    // end condition.
+    // Motion after the impact, or without one: phase by phase, each in pieces between releases, closing and lost grasps
+    // and its end condition.
     if (part == CaptureSteps::Part::whole && has_post_impact_motion(run)) {
       if (!closed) stop_joints(run);
       for (bool any_left = true; any_left;) {
@@ -69,6 +70,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
           PhaseSegment segment(run, phase);
           const bool reached_event = co_await segment;
           run.identification.conclude(run.bodies.system, run.bodies.time);
+          open_overloaded_grasps(run);
           if (reached_event) release_due_grasps(run, phase);
         }
         any_left = end_motion_phase(run, phase);
@@ -180,7 +182,8 @@ MotionPhase begin_approach(CaptureRun& run) {
 // captured.
 bool has_post_impact_motion(const CaptureRun& run) {
   if (!run.problem.post_impact) return false;
-  return !run.problem.impact || !run.bodies.held.empty() || run.rebounded || run.schedule.any_left();
+  return !run.problem.impact || !run.bodies.held.empty() || run.rebounded || !run.result.losses.empty() ||
+         run.schedule.any_left();
 }
 
 // --- Checks and report ---

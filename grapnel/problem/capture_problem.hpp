@@ -171,6 +171,17 @@ struct TargetSetup {
   std::vector<GraspPoint> grasp_points;
 };
 
+/// The largest load that a grasp holds: force and moment between gripper and target at the grasp, about its point.
+/// Infinite if not given.
+struct GraspLimits {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double force = kNone;   // [N]
+  double moment = kNone;  // [N m]
+  /// ellipsoid: (|f|/force)^2 + (|m|/moment)^2 <= 1. components: |f| <= force and |m| <= moment.
+  enum class Combined { ellipsoid, components };
+  Combined combined = Combined::ellipsoid;
+};
+
 /// An end-effector that arrives at a grasp point and holds it.
 struct GraspSetup {
   std::string end_effector;
@@ -191,11 +202,22 @@ struct GraspSetup {
   enum class Closes { together, at_time, on_arrival, when_settled };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run
+  /// The load beyond which the grasp opens (lost); absent: it holds any load.
+  std::optional<GraspLimits> holds = {};
+  /// Later attempts of a grasp that missed, was lost or was released: at these times [s], in increasing order, from the
+  /// start of the run; and as soon as the end-effector is within its envelope again, after it has been outside.
+  std::vector<double> closes_again_at = {};
+  bool closes_again_on_arrival = false;
   /// Required velocity at arrival, relative to the grasp point, in W: added to the velocity of ApproachSetup::match
   /// [m/s], [rad/s].
   Vector3d relative_velocity = Vector3d::zero();
   Vector3d relative_angular_velocity = Vector3d::zero();
 };
+
+/// Whether a grasp that does not hold is attempted again.
+inline bool closes_again(const GraspSetup& grasp) {
+  return !grasp.closes_again_at.empty() || grasp.closes_again_on_arrival;
+}
 
 /// The condition that determines the final joint rates from the grasp points' motion through the generalized Jacobian.
 enum class RateMatch { velocity, twist, velocity_least_rates };

@@ -23,6 +23,9 @@ template <>
 struct Described<GraspSetup::Orientation>
     : Enumeration<GraspSetup::Orientation, "Orientation", "free", "axis", "pose"> {};
 template <>
+struct Described<GraspLimits::Combined>
+    : Enumeration<GraspLimits::Combined, "CombinedLoad", "ellipsoid", "components"> {};
+template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
 struct Described<ThrusterModulation::Kind>

@@ -53,6 +53,7 @@ class Conflicts : ConflictFinder {
     check_arrival();
     if (problem_.approach) check_approach(*problem_.approach);
     check_closing();
+    check_holding();
     if (problem_.impact) check_impact(*problem_.impact);
     if (problem_.post_impact) check_releases(*problem_.post_impact);
     find_control_conflicts(problem_, found_);
@@ -340,6 +341,52 @@ class Conflicts : ConflictFinder {
     }
   }
 
+  // Limits of what grasps hold, and later closings.
+  void check_holding() {
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const std::string path = fmt::format("grasps[{}].", i);
+      if (grasp.holds) {
+        if (grasp.contact) add(path + "holds", "{}holds is for grasps: a contact does not hold; leave it out", path);
+        if (!std::isfinite(grasp.holds->force) && !std::isfinite(grasp.holds->moment))
+          add(path + "holds", "{}holds states no limit; add force or moment", path);
+      }
+      if (!grasp.closes_again_at.empty()) check_again(grasp, "closes_again_at", path);
+      if (grasp.closes_again_on_arrival) check_again(grasp, "closes_again_on_arrival", path);
+      check_later_times(grasp, path + "closes_again_at");
+    }
+  }
+
+  void check_again(const GraspSetup& grasp, const char* key, const std::string& path) {
+    const bool at_time = key == std::string_view("closes_again_at");
+    const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+    if (grasp.contact) add(path + key, "{}{} is for grasps: a contact does not close; leave it out", path, key);
+    if (!problem_.impact)
+      add(path + key, "{}{} needs 'impact' in the scenario: without it no grasp closes", path, key);
+    else if (!problem_.post_impact && grasp.closes == GraspSetup::Closes::together)
+      add(path + key, "{}{} needs 'post_impact': the run ends at the first closing", path, key);
+    if (!at_time && effector && !effector->envelope)
+      add(path + key, "{}{} needs an 'envelope' at end-effector {}", path, key, in_quotes(effector->name));
+  }
+
+  void check_later_times(const GraspSetup& grasp, const std::string& path) {
+    const auto approach = shortest(problem_.approach);
+    const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
+    double before = at_time ? grasp.closes_at : 0;
+    if (grasp.closes == GraspSetup::Closes::together && approach) before = *approach;
+    for (std::size_t k = 0; k < grasp.closes_again_at.size(); ++k) {
+      const double time = grasp.closes_again_at[k];
+      const std::string place = fmt::format("{}[{}]", path, k);
+      if (time > 0 && time <= before)
+        add(place, "{} is {} [s], must be greater than {}, the {}", place, time, before,
+            k > 0     ? "time before"
+            : at_time ? "first closing time"
+                      : "approach's end");
+      before = std::max(before, time);
+      if (problem_.impact) check_closing_time(time, place);
+    }
+  }
+
   void check_closing_time(double time, const std::string& path) {
     const auto approach = shortest(problem_.approach), after = duration_of(problem_.post_impact);
     if (!(time > 0) || !approach) return;
@@ -428,7 +475,7 @@ class Conflicts : ConflictFinder {
       const GraspSetup& grasp = problem_.grasps[i];
       if (grasp.contact) continue;  // reported by check_contact()
       if (grasp.model != GraspModel::rigid) undefined(fmt::format("for grasps[{}], which is not rigid", i));
-      if (grasp.closes != GraspSetup::Closes::together)
+      if (grasp.closes != GraspSetup::Closes::together || closes_again(grasp))
         undefined(fmt::format("for grasps[{}], which does not close with the others", i));
     }
   }

@@ -37,7 +37,7 @@ struct GraspOutcome {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  bool captured = false;  // it closed; see verdict()
+  bool captured = false;  // it closed and was not lost; see verdict()
   std::string reason;
   double distance = 0;
   double angle = 0;
@@ -45,6 +45,10 @@ struct GraspOutcome {
   double angular_velocity = 0;
   double time = 0;
   std::optional<double> released = {};
+  std::optional<double> lost = {};
+  int closings = 0;
+  std::optional<double> largest_load = {};
+  std::optional<double> largest_load_time = {};
   bool judged = false;  // an envelope was evaluated
   std::string limiting = {};
   double target_moved = 0;
@@ -201,6 +205,17 @@ struct ReleaseReport {
   double time = 0;
   std::vector<std::string> end_effectors;
   std::vector<std::string> targets;
+};
+
+/// A grasp that opened under a load beyond its limits.
+struct LossReport {
+  double time = 0;
+  std::string end_effector;
+  std::string target;
+  double force = 0;
+  double moment = 0;
+  double load = 0;
+  bool in_impact = false;
 };
 
 /// The reference orbit of a run.
@@ -395,6 +410,7 @@ struct CaptureResult {
   const ImpactReport* impact() const { return impacts.empty() ? nullptr : impacts.data(); }
   std::vector<ImpactReport> later_impacts() const { return {impacts.begin() + !impacts.empty(), impacts.end()}; }
   std::vector<ReleaseReport> releases;
+  std::vector<LossReport> losses;                      // in the order of time
   std::vector<LoopReport> loops;                       // per phase with closed loops
   std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
   std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase

@@ -106,6 +106,25 @@ const Type& type_of<ReleaseReport>() {
   return type;
 }
 
+template <>
+const Type& type_of<LossReport>() {
+  using L = LossReport;
+  static constexpr Field fields[] = {
+      field<&L::time>("time", "s", "time at which the grasp opened"),
+      field<&L::end_effector>("end_effector", "end-effector that lost its target"),
+      field<&L::target>("target", "target that it held"),
+      field<&L::force>("force", "N", "force between gripper and target"),
+      field<&L::moment>("moment", "N m", "moment between them, about the grasp point"),
+      field<&L::load>("load", "1", "load relative to the limits in `holds`, which is 1 at the limit"),
+      field<&L::in_impact>("in_impact",
+                           "whether an impact exceeded the limits: force and moment are then means over "
+                           "`impact.duration`, or the peaks of a compliant impact"),
+  };
+  static constexpr Type type =
+      structure<L>("LossReport", "a grasp that opened because its load exceeded its limits.", fields);
+  return type;
+}
+
 // ---- Laws and actuators ----
 
 template <>

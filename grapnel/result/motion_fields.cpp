@@ -301,7 +301,7 @@ const Type& type_of<GraspOutcome>() {
       field<&G::end_effector>("end_effector", "end-effector of the grasp"),
       field<&G::target>("target", "target of the grasp"),
       field<&G::grasp_point>("grasp_point", "grasp point on the target"),
-      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed."),
+      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed and was not lost."),
       field<&G::judged>("judged", "whether an envelope with a position tolerance was evaluated"),
       field<&G::reason>(
           "reason",
@@ -326,6 +326,15 @@ const Type& type_of<GraspOutcome>() {
           "target_moved", "m",
           "displacement of the target by `contact.gap: translate_target`, which lets the grasp close"),
       field<&G::released>("released", "s", "time of release; absent if the grasp was not released"),
+      field<&G::lost>(
+          "lost", "s",
+          "time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, "
+          "or closed again"),
+      field<&G::closings>("closings", "1", "number of times the grasp closed"),
+      field<&G::largest_load>("largest_load", "1",
+                              "largest load relative to the limits in `holds`, which is 1 at the limit; absent without "
+                              "limits"),
+      field<&G::largest_load_time>("largest_load_time", "s", "time of the largest load"),
   };
   static constexpr Type type =
       structure<G>("GraspOutcome",

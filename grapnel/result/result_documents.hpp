@@ -68,6 +68,8 @@ const Type& type_of<MotionPhaseReport>();
 template <>
 const Type& type_of<GraspOutcome>();
 template <>
+const Type& type_of<LossReport>();
+template <>
 const Type& type_of<PlanTerm>();
 template <>
 const Type& type_of<WheelShare>();

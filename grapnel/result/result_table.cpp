@@ -485,6 +485,19 @@ std::string impact_tables(const CaptureResult& result) {
   return out;
 }
 
+// "loss at t = 45 s: left loses debris, under 31 N and 2.1 N m"
+std::string loss_lines(const CaptureResult& result) {
+  std::string out;
+  for (const LossReport& loss : result.losses) {
+    out +=
+        "\n" + paragraph(fmt::format("loss at t = {} s: {} loses {}, under {} N and {} N m ({:.4g} of its limits{})",
+                                     short_number(loss.time), loss.end_effector, loss.target, short_number(loss.force),
+                                     short_number(loss.moment), loss.load, loss.in_impact ? ", in an impact" : ""),
+                         "");
+  }
+  return out;
+}
+
 // "release at t = 45 s: left releases debris"
 std::string release_lines(const CaptureResult& result) {
   std::string out;
@@ -672,10 +685,10 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
-         impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
-         law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
-         thruster_table(result) + saturation_table(result) + joint_mode_table(result) + loop_tables(result) +
-         load_table(result) + stage_table(result) + contact_table(result) + clearance_table(result) +
+         impact_tables(result) + loss_lines(result) + release_lines(result) + phases_table(result) +
+         post_impact_table(result) + law_tables(result) + elastic_table(result) + wheel_table(result) +
+         gyro_table(result) + thruster_table(result) + saturation_table(result) + joint_mode_table(result) +
+         loop_tables(result) + load_table(result) + stage_table(result) + contact_table(result) + clearance_table(result) +
          ledger_table(result.ledger);
 }
 

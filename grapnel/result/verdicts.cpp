@@ -126,6 +126,22 @@ std::string feasibility_reason(const CaptureResult& result) {
   return texts.empty() ? "there is nothing to check" : fmt::format("{}", fmt::join(texts, "; "));
 }
 
+// "; left lost at t = 31.2 s, closed again at t = 40 s", for each end-effector that lost its target.
+std::string loss_words(const CaptureResult& result) {
+  std::string text;
+  for (const GraspOutcome& g : result.grasps) {
+    std::string times;
+    for (const LossReport& loss : result.losses) {
+      if (loss.end_effector == g.end_effector)
+        times += fmt::format("{}t = {} s", times.empty() ? "" : " and ", short_number(loss.time));
+    }
+    if (times.empty()) continue;
+    text += fmt::format("; {} lost at {}", g.end_effector, times);
+    if (g.captured) text += fmt::format(", closed again at t = {} s", short_number(g.time));
+  }
+  return text;
+}
+
 // Parts of the verdict on the capture.
 struct CaptureWords {
   std::string moved;   // ", by moving debris 106 mm"
@@ -150,6 +166,7 @@ CaptureWords capture_words(const CaptureResult& result) {
       fmt::format("{} of {} grasps, t = {} s, {} {}", closed, result.grasps.size(), short_number(result.capture_time),
                   result.grasps.size() == 1 ? "gap" : "largest gap", length_text(gap));
   if (!unjudged.empty()) words.doubts = fmt::format(": no capture envelope is given for {}", listed(unjudged));
+  words.doubts += loss_words(result);
   if (is_beyond_validity(result))
     words.doubts +=
         fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));

@@ -123,6 +123,26 @@ struct Described<TargetSetup> {
 };
 
 template <>
+struct Described<GraspLimits> {
+  using T = GraspLimits;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::force>("force", "N", "Largest force between gripper and target. Absent: any.").above(0).optional(),
+      field<&T::moment>("moment", "N m", "Largest moment between them, about the grasp point. Absent: any.")
+          .above(0)
+          .optional(),
+      field<&T::combined>("combined", "",
+                          "ellipsoid: the squares of force and moment, each relative to its limit, sum to at most 1. "
+                          "components: each is at most its limit."),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type = structure<T>(
+      "holds",
+      "Largest load that the grasp holds; beyond it the grasp opens and the gripper loses the target. Not for model "
+      "contact. Absent: any load.",
+      fields, rules);
+};
+
+template <>
 struct Described<GraspSetup> {
   using T = GraspSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -160,6 +180,17 @@ struct Described<GraspSetup> {
                 "Whether it closes as soon as its target is settled in the gripper, as `stages` state it, wherever the "
                 "end-effector is then. Needs `impact`, `post_impact` and `stages`.")
           .by_default("false"),
+      field<&T::holds>("holds", "", "").optional(),
+      field<&T::closes_again_at>("closes_again_at", "s",
+                                 "Later closing times, increasing, from the start of the scenario. At each of them the "
+                                 "grasp closes if it does not hold then: after a miss, a loss (`holds`) or a release. "
+                                 "Each is after the first closing and at most the end of post_impact.")
+          .above(0)
+          .items(0, 1000),
+      field<&T::closes_again_on_arrival>(
+          "closes_again_on_arrival", "",
+          "Whether it closes again, after a miss, a loss or a release, as soon as its end-effector is within its "
+          "envelope, after having been outside. Needs an envelope and `impact`."),
       field<&T::relative_velocity>(
           "relative_velocity", "m/s",
           "Relative velocity at arrival, end-effector minus grasp point, in W: added to the rates of "

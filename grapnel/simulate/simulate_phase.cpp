@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/integrate/dormand_prince_853.hpp"
@@ -52,6 +53,7 @@ class PhaseRun {
         observe_(observers.observe),
         watch_(observers.watch),
         stop_(observers.stop),
+        stop_on_load_(observers.stop_on_load),
         resumed_(observers.resumed),
         locator_(stepper.manifold()),
         switch_locator_(stepper.manifold()),
@@ -177,19 +179,27 @@ class PhaseRun {
       check(t, stepper_.state());
   }
 
-  double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
+  bool may_stop() const { return stop_ || stop_on_load_; }
+
+  // The smaller of both conditions' values.
+  double margin(double t, std::span<const double> y) {
+    double least = std::numeric_limits<double>::infinity();
+    if (stop_) least = stop_(t, dynamics_.state(t, y));
+    if (stop_on_load_) least = std::min(least, stop_on_load_(sample(t, y)));
+    return least;
+  }
 
   // Integrates the smooth interval that begins at `begin`, with its samples, except the one at its end. `smooth_end`:
   // the end of the interval if no actuator switches.
   void cross_interval(double begin, double smooth_end) {
     if (!usable()) return;
-    if (stop_ && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
+    if (may_stop() && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
     while (stepper_.status() == StepStatus::running) {
       step();
       if (!usable()) return;
       std::optional<EventLocation> hit, switched;
-      if (stop_) {
+      if (may_stop()) {
         const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
         hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
@@ -208,6 +218,7 @@ class PhaseRun {
       if (hit) return end_at(hit->time, locator_.state());
       if (switched) switch_at(switched->time, smooth_end);
       if (!usable()) return;
+      if (switched && may_stop() && margin(reached, y_) <= 0) return end_at(reached, y_);
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
   }
@@ -259,7 +270,8 @@ class PhaseRun {
 
   void end_at(double t, std::span<const double> y) {
     stop_time_ = t;
-    std::copy(y.begin(), y.end(), y_.begin());
+    if (y.data() != y_.data()) std::copy(y.begin(), y.end(), y_.begin());
+    if (stop_on_load_) stop_on_load_(sample(t, y_));
     output(t, y_);
   }
 
@@ -315,6 +327,7 @@ class PhaseRun {
   const std::function<void(const PhaseSample&)>& observe_;
   const StepWatch& watch_;
   const StopCondition& stop_;
+  const LoadCondition& stop_on_load_;
   const std::optional<PhaseResumption>& resumed_;
   EventLocator<double> locator_, switch_locator_;
   IntegrationStatistics done_;  // before the stepper's last start

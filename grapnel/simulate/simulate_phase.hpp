@@ -50,6 +50,9 @@ struct StepWatch {
 /// A quantity whose first fall from positive to zero or below ends a phase.
 using StopCondition = std::function<double(double t, const State&)>;
 
+/// The same for a quantity that depends on accelerations, efforts or constraint forces.
+using LoadCondition = std::function<double(const PhaseSample&)>;
+
 /// Results of keeping loops closed.
 struct LoopOutcome {
   int rows = 0;
@@ -103,6 +106,7 @@ struct PhaseObservers {
   std::function<void(const PhaseSample&)> observe = {};
   StepWatch watch = {};
   StopCondition stop = {};
+  LoadCondition stop_on_load = {};
   std::optional<PhaseResumption> resumed = {};
 };
 
@@ -113,8 +117,10 @@ struct PhaseObservers {
 /// Loops that setup.project_loops keeps closed are closed at the start, after every step and in every sample; a step
 /// that cannot be projected fails the phase.
 ///
-/// With `stop` the phase ends at the first time at which it falls from positive to zero or below: at t0 if it is not
-/// positive there. It is evaluated eight times a step, so a shorter dip may be missed.
+/// With `stop` or `stop_on_load` the phase ends at the first time at which one of them falls from positive to zero or
+/// below: at t0 if it is not positive there. They are evaluated eight times a step, so a shorter dip may be missed, and
+/// after every jump of the right-hand side. The last evaluation of `stop_on_load` in a stopped phase is that at the
+/// stop.
 ///
 /// With `resumed` the phase does not begin at t0 but continues there: steps and integrals are those of the whole phase
 /// up to rounding, output instants those after t0; steps and evaluations are counted from t0 on. @throws

@@ -36,6 +36,8 @@ export interface Summary {
   later_impacts?: ImpactReport[];
   /** releases of grasps, in the order of time; absent if there are none */
   releases?: ReleaseReport[];
+  /** grasps that opened because their load exceeded their limits (`holds`), in the order of time; absent if there are none */
+  losses?: LossReport[];
   /** motion after the impact; absent without such motion */
   post_impact?: PostImpact;
   /** motion of a scenario without a capture; else absent */
@@ -92,6 +94,7 @@ export const kSummary: FieldNote[] = [
   ["impact","","first impact; absent without an impact"],
   ["later_impacts","","impacts of grasps that closed later, in the order of time; absent if there are none"],
   ["releases","","releases of grasps, in the order of time; absent if there are none"],
+  ["losses","","grasps that opened because their load exceeded their limits (`holds`), in the order of time; absent if there are none"],
   ["post_impact","","motion after the impact; absent without such motion"],
   ["motion","","motion of a scenario without a capture; else absent"],
   ["loads","","largest loads of every phase; absent without loads"],
@@ -740,7 +743,7 @@ export interface GraspOutcome {
   target: string;
   /** grasp point on the target */
   grasp_point: string;
-  /** whether this grasp closed. */
+  /** whether this grasp closed and was not lost. */
   captured: Captured;
   /** whether an envelope with a position tolerance was evaluated */
   judged: boolean;
@@ -762,12 +765,20 @@ export interface GraspOutcome {
   target_moved: number;
   /** time of release; absent if the grasp was not released [s] */
   released?: number;
+  /** time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, or closed again [s] */
+  lost?: number;
+  /** number of times the grasp closed [1] */
+  closings: number;
+  /** largest load relative to the limits in `holds`, which is 1 at the limit; absent without limits [1] */
+  largest_load?: number;
+  /** time of the largest load [s] */
+  largest_load_time?: number;
 }
 export const kGraspOutcome: FieldNote[] = [
   ["end_effector","","end-effector of the grasp"],
   ["target","","target of the grasp"],
   ["grasp_point","","grasp point on the target"],
-  ["captured","","whether this grasp closed."],
+  ["captured","","whether this grasp closed and was not lost."],
   ["judged","","whether an envelope with a position tolerance was evaluated"],
   ["reason","","which tolerance of the envelope was met or exceeded. A contact is never a capture: the text states its separation speed, or its compression and energy if `impact.longest` ended the contact"],
   ["limiting","","key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was exceeded by the largest factor; empty: none"],
@@ -778,6 +789,10 @@ export const kGraspOutcome: FieldNote[] = [
   ["time","s","instant at which this grasp closed, or was to close. The deviations above apply to this instant; for a grasp that the run did not reach they apply to the run's end, and are null after a failure"],
   ["target_moved","m","displacement of the target by `contact.gap: translate_target`, which lets the grasp close"],
   ["released","s","time of release; absent if the grasp was not released"],
+  ["lost","s","time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, or closed again"],
+  ["closings","1","number of times the grasp closed"],
+  ["largest_load","1","largest load relative to the limits in `holds`, which is 1 at the limit; absent without limits"],
+  ["largest_load_time","s","time of the largest load"],
 ];
 
 // an impact: instantaneous changes when grasps close and contacts touch, or a compliant impact.
@@ -1492,6 +1507,33 @@ export const kReleaseReport: FieldNote[] = [
   ["time","s","time of the release"],
   ["end_effectors","","end-effectors that released their targets"],
   ["targets","","targets that these end-effectors held, in their order"],
+];
+
+// a grasp that opened because its load exceeded its limits.
+export interface LossReport {
+  /** time at which the grasp opened [s] */
+  time: number;
+  /** end-effector that lost its target */
+  end_effector: string;
+  /** target that it held */
+  target: string;
+  /** force between gripper and target [N] */
+  force: number;
+  /** moment between them, about the grasp point [N m] */
+  moment: number;
+  /** load relative to the limits in `holds`, which is 1 at the limit [1] */
+  load: number;
+  /** whether an impact exceeded the limits: force and moment are then means over `impact.duration`, or the peaks of a compliant impact */
+  in_impact: boolean;
+}
+export const kLossReport: FieldNote[] = [
+  ["time","s","time at which the grasp opened"],
+  ["end_effector","","end-effector that lost its target"],
+  ["target","","target that it held"],
+  ["force","N","force between gripper and target"],
+  ["moment","N m","moment between them, about the grasp point"],
+  ["load","1","load relative to the limits in `holds`, which is 1 at the limit"],
+  ["in_impact","","whether an impact exceeded the limits: force and moment are then means over `impact.duration`, or the peaks of a compliant impact"],
 ];
 
 // the motion after the impact, or the motion of a run without impact.

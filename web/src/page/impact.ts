@@ -1,6 +1,6 @@
 // The impact: impulses on grasps, impulses that the arms transmit, changes of motion.
 import { element } from "../dom";
-import { kCompliantReport, kImpactReport, kLoopGap, kReleaseReport, kRetainedModes, type ImpactReport } from "../summary_types";
+import { kCompliantReport, kImpactReport, kLoopGap, kLossReport, kReleaseReport, kRetainedModes, type ImpactReport } from "../summary_types";
 import { describedPairs, describedTable, without } from "./described";
 import { graspTables, impulseSets } from "./grasp_tables";
 import { marginsPart } from "./margins";
@@ -20,7 +20,12 @@ export function impactSection(s: PartlySummary): HTMLElement[] {
       ...oneImpact(impact),
     ),
   );
-  return [...oneImpact(s.impact), ...later, ...describedTable("Releases", kReleaseReport, list(s.releases))];
+  return [
+    ...oneImpact(s.impact),
+    ...later,
+    ...describedTable("Grasps lost under load", kLossReport, list(s.losses)),
+    ...describedTable("Releases", kReleaseReport, list(s.releases)),
+  ];
 }
 
 function oneImpact(impact: Partly<ImpactReport>): HTMLElement[] {

@@ -1,0 +1,66 @@
+#pragma once
+
+/// @file
+/// Loads of grasps relative to the limits of what they hold (GraspLimits), during a motion and in impacts; docs/theory,
+/// section 8, Grasps with limits.
+
+#include <span>
+#include <vector>
+
+#include "grapnel/capture/load_monitor.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/impact_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Force and moment magnitudes of a grasp's load, relative to its limits: 1 at the limit (8.13).
+double share_of_limits(const GraspLimits& limits, double force, double moment);
+
+/// The load of a grasp with limits.
+struct HoldLoad {
+  std::size_t grasp = 0;  // of the problem
+  double force = 0;       // [N]
+  double moment = 0;      // about the grasp point [N m]
+  double share = 0;       // of its limits
+  double time = 0;        // [s]
+};
+
+/// Watches the loads of the grasps of a system that have limits, in one motion segment.
+class HoldWatch {
+ public:
+  /// `problem` and `system` outlive it.
+  HoldWatch(const CaptureProblem& problem, const CaptureSystem& system);
+
+  /// Whether any grasp that holds has limits.
+  bool any() const { return !watched_.empty(); }
+  /// One less the largest share at a sample (LoadCondition).
+  double margin(const PhaseSample& sample);
+  /// The result of the last margin(); one if there was none.
+  double last_margin() const;
+  /// The loads at the last margin() of the grasps that have reached their limits: the largest, and all within rounding
+  /// of it.
+  std::vector<HoldLoad> at_limit() const;
+  /// Adds a step to the search for the largest shares.
+  void step(const PhaseStep& step);
+  /// Per grasp with limits the largest share in all steps, and its time; force and moment are not filled.
+  std::vector<HoldLoad> largest() const;
+
+ private:
+  void evaluate(const PhaseSample& sample);
+
+  const CaptureProblem& problem_;
+  const CaptureSystem& system_;
+  std::vector<std::size_t> watched_;  // entries of system.grasps with limits
+  std::vector<HoldLoad> loads_;       // of these, at the last evaluation
+  std::vector<HoldLoad> stop_;        // at the last margin()
+  Kinematics kinematics_;
+  PeakSearch search_;
+};
+
+/// The loads of grasps with limits in an impact, per grasp of its report: the means over its duration, or the peaks of
+/// a compliant impact, whose force and moment need not be simultaneous. `time` is not filled.
+std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const ImpactReport& report);
+
+}  // namespace grapnel
