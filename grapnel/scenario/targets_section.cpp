@@ -146,7 +146,7 @@ template <>
 struct Described<GraspSetup> {
   using T = GraspSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::end_effector>("end_effector", "", "End-effector of the robot. Each grasps once.").required(),
+      field<&T::end_effector>("end_effector", "", "End-effector of the robot. Each has one grasp.").required(),
       field<&T::target>("target", "", "Name of the target.").required(),
       field<&T::grasp_point>("point", "", "Name of a grasp point of that target.").required(),
       field<&T::model>(

@@ -633,6 +633,24 @@ void expect_a_stopped_spin(const CaptureResult& r) {
   EXPECT_LT(std::abs(r.post_impact_end->targets[0].angular_velocity[2]), 0.05);  // measured 0.0016
 }
 
+// The gripper loses the satellite at its limits and closes again at the boundary of its envelope.
+void expect_a_lost_grasp(const CaptureResult& r) {
+  ASSERT_EQ(r.losses.size(), 1u);
+  EXPECT_NEAR(r.losses[0].time, 2.58, 0.01);
+  EXPECT_NEAR(std::hypot(r.losses[0].force / 120, r.losses[0].moment / 400), 1, 1e-9);
+  ASSERT_EQ(r.impacts.size(), 2u);
+  EXPECT_NEAR(r.impacts[1].time, 9.13, 0.01);
+  EXPECT_NEAR(r.grasps[0].distance, 0.1, 1e-9);
+  EXPECT_EQ(r.grasps[0].closings, 2);
+  EXPECT_TRUE(r.captured());
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
+  // Braked gently, the grasp holds.
+  const CaptureResult gentle = simulate_capture(load(
+      "lost-grasp", {{"external_wrenches[0].force", "[0, 0, -300]"}, {"external_wrenches[1].force", "[0, 0, 0]"}}));
+  EXPECT_TRUE(gentle.losses.empty());
+  EXPECT_NEAR(gentle.grasps[0].largest_load.value(), 0.81, 0.01);  // measured 0.807
+}
+
 // The scene agrees with the simulated motion, and the summary satisfies the published schema.
 TEST_P(Shipped, RunsAsDocumented) {
   const std::string name = GetParam();
@@ -668,6 +686,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "magnetic-detumble") return expect_magnetic_detumbling(p, r);
   if (name == "four-arm-cage") return expect_a_cage(p, r);
   if (name == "parallel-gripper") return expect_a_grip(r);
+  if (name == "lost-grasp") return expect_a_lost_grasp(r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

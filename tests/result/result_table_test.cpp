@@ -106,6 +106,8 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   EXPECT_THAT(text,
               HasSubstr("  the loop over debris has a gap of 0.25 m: left and right are 1.25 m apart, left_handle "
                         "and\n  right_handle 1 m\n"));
+  EXPECT_THAT(text,
+              HasSubstr("\nloss at t = 44 s: third loses debris, under 12.5 N and 2.5 N m (1.25 of its limits)\n"));
   EXPECT_THAT(text, HasSubstr("\nrelease at t = 45 s: left releases debris, right releases debris\n"));
   EXPECT_THAT(text, HasSubstr("\nclosed loops, post_impact: right - debris, third - debris; rank 9 of 12 rows\n"));
   EXPECT_THAT(text, ContainsRegex("largest defect of a step +m, rad +1\\.25e-13 +2\\.5e-13\n"));

@@ -191,6 +191,7 @@ CaptureResult sample_result() {
   result.impacts[1].time = 27;
   result.impacts[1].rank = 12;
   result.impacts[1].null_space.clear();
+  result.losses = {{44, "third", "debris", 12.5, 2.5, 1.25, false}};
   result.releases = {{45, {"left", "right"}, {"debris", "debris"}}};
   result.loops = {
       {"post_impact", {"right - debris", "third - debris"}, 12, 9, next(), next(), next(), next(), next(), next()}};

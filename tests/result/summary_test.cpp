@@ -32,11 +32,11 @@ const std::vector<std::string> kBody{"name", "position", "quaternion_wxyz", "ang
 
 TEST(Summary, HasEveryKeyOfTheContract) {
   const json summary = parsed(test::sample_result_with_laws());
-  expect_keys(
-      summary,
-      {"schema", "version", "scenario", "status", "failure", "warnings", "verdicts", "approach", "impact",
-       "post_impact", "later_impacts", "releases", "capture", "clearance", "limits", "ledger", "feasibility", "cost"},
-      "");
+  expect_keys(summary,
+              {"schema", "version", "scenario", "status", "failure", "warnings", "verdicts", "approach", "impact",
+               "post_impact", "later_impacts", "losses", "releases", "capture", "clearance", "limits", "ledger",
+               "feasibility", "cost"},
+              "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   ASSERT_EQ(summary["verdicts"].size(), 4u);
   expect_keys(summary["verdicts"][0], {"question", "tone", "word", "sentence", "remarks"}, "verdicts[]");
@@ -168,6 +168,8 @@ TEST(Summary, HasLoopsLaterImpactsAndReleases) {
   EXPECT_EQ(summary["later_impacts"][0]["time"], 27);
   EXPECT_TRUE(summary["later_impacts"][0]["null_space"].empty());
   EXPECT_TRUE(summary["later_impacts"][0]["null_space"].is_array());
+  expect_keys(summary["losses"][0], {"time", "end_effector", "target", "force", "moment", "load", "in_impact"},
+              "losses[]");
   expect_keys(summary["releases"][0], {"time", "end_effectors", "targets"}, "releases[]");
   expect_keys(summary["post_impact"]["loops"][0],
               {"phase", "closures", "rows", "rank", "unprojected_position", "unprojected_angle", "unprojected_velocity",
@@ -241,7 +243,7 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   EXPECT_EQ(capture["captured"], "no");
   expect_keys(capture["grasps"][1],
               {"end_effector", "target", "grasp_point", "captured", "judged", "reason", "limiting", "distance", "angle",
-               "velocity", "angular_velocity", "time", "target_moved"},
+               "velocity", "angular_velocity", "time", "target_moved", "closings"},
               "capture.grasps[]");
   EXPECT_EQ(capture["grasps"][0]["time"], 20);
   EXPECT_EQ(capture["grasps"][0]["released"], 45);

@@ -66,6 +66,22 @@ TEST(LoadGrasps, IndividualTimes) {
   EXPECT_EQ(load({with_grasp("closes_at: 10"), without_approach()}).grasps[0].closes_at, 10);
 }
 
+TEST(LoadGrasps, LimitsAndLaterClosings) {
+  const CaptureProblem p = load({with_tip("envelope: {position: 0.1}"),
+                                 with_grasp("holds: {force: 0.2 kN, moment: 30}, closes_again_at: [22, 25], "
+                                            "closes_again_on_arrival: true")});
+  ASSERT_TRUE(p.grasps[0].holds);
+  EXPECT_EQ(p.grasps[0].holds->force, 200);
+  EXPECT_EQ(p.grasps[0].holds->moment, 30);
+  EXPECT_EQ(p.grasps[0].holds->combined, GraspLimits::Combined::ellipsoid);
+  EXPECT_THAT(p.grasps[0].closes_again_at, ElementsAre(22, 25));
+  EXPECT_TRUE(p.grasps[0].closes_again_on_arrival);
+  const CaptureProblem one = load({with_grasp("holds: {force: 5, combined: components}")});
+  EXPECT_EQ(one.grasps[0].holds->combined, GraspLimits::Combined::components);
+  EXPECT_EQ(one.grasps[0].holds->moment, GraspLimits::kNone);
+  EXPECT_FALSE(load({}).grasps[0].holds);
+}
+
 TEST(LoadGrasps, EnvelopesOnlyOfGraspsThatWaitForEachOther) {
   const std::vector<Edit> edits{with_approach("capture_at: envelope"), with_knee(), with_knee_grasp()};
   std::vector<Edit> timed = edits;
@@ -131,6 +147,28 @@ TEST_P(GraspFault, IsReportedWithItsPlace) {
 }
 
 const std::vector<FaultCase> kCases{
+    {"holds_nothing",
+     {with_grasp("holds: {combined: components}")},
+     {"scenario.yaml:29:59: error: grasps[0].holds states no limit; add force or moment"}},
+    {"holds_zero",
+     {with_grasp("holds: {force: 0}")},
+     {"scenario.yaml:29:67: error: grasps[0].holds.force is 0, must be greater than 0 [N]"}},
+    {"closes_again_before_the_end_of_the_approach",
+     {with_grasp("closes_again_at: [15, 25, 25]")},
+     {"scenario.yaml:29:70: error: grasps[0].closes_again_at[0] is 15 [s], must be greater than 20, the approach's end",
+      "scenario.yaml:29:78: error: grasps[0].closes_again_at[2] is 25 [s], must be greater than 25, the time before"}},
+    {"closes_again_after_the_run",
+     {with_grasp("closes_again_at: [31]")},
+     {"scenario.yaml:29:70: error: grasps[0].closes_again_at[0] is 31 [s], must be at most 30, the end of "
+      "post_impact"}},
+    {"returns_without_envelope",
+     {with_grasp("closes_again_on_arrival: true")},
+     {"scenario.yaml:29:77: error: grasps[0].closes_again_on_arrival needs an 'envelope' at end-effector 'tip'"}},
+    {"as_published_closes_again",
+     {with_grasp("closes_again_at: [25]"), with_impact("law: as_published")},
+     {"scenario.yaml:34:15: error: impact.law: as_published is not defined for grasps[0], which does not close with "
+      "the "
+      "others; use plastic"}},
     {"closes_at_zero",
      {with_grasp("closes_at: 0")},
      {"scenario.yaml:29:63: error: grasps[0].closes_at is 0, must be greater than 0 [s]"}},
