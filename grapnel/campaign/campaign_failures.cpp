@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "grapnel/campaign/campaign_report.hpp"
@@ -46,6 +47,15 @@ struct GraspColumns {
   std::string end_effector;
   std::size_t captured = 0;
   std::vector<std::pair<std::string, std::size_t>> tolerances;  // by name: value over tolerance
+  std::optional<std::size_t> lost = {};                         // of a grasp with limits: time of a loss
+
+  // Why it is not captured: 0, it is; one plus its limiting tolerance; then without a cause, and by a loss.
+  std::size_t cause(const std::vector<double>& numbers) const {
+    if (numbers[captured] != 0) return 0;
+    const std::size_t worst = limiting(numbers);
+    const bool by_loss = worst == tolerances.size() && lost && !std::isnan(numbers[*lost]);
+    return 1 + worst + by_loss;
+  }
 
   // The tolerance that is exceeded by the largest factor; the number of tolerances if none is exceeded.
   std::size_t limiting(const std::vector<double>& numbers) const {
@@ -70,6 +80,7 @@ std::vector<GraspColumns> grasp_columns(const Campaign& campaign) {
       const std::string& other = campaign.columns[j].name;
       if (other.starts_with(prefix + std::string(kUsed)))
         grasp.tolerances.emplace_back(other.substr(prefix.size() + kUsed.size()), j);
+      if (other == prefix + "/lost") grasp.lost = j;
     }
     grasps.push_back(std::move(grasp));
   }
@@ -80,6 +91,7 @@ void add_reads(const std::vector<GraspColumns>& grasps, std::set<std::size_t>& r
   for (const GraspColumns& grasp : grasps) {
     reads.insert(grasp.captured);
     for (const auto& [name, column] : grasp.tolerances) reads.insert(column);
+    if (grasp.lost) reads.insert(*grasp.lost);
   }
 }
 
@@ -116,8 +128,7 @@ CampaignReport::CriterionCount not_counted(const Campaign& campaign, const Crite
   return made;
 }
 
-// The failure of a row as numbers for fast comparison: per criterion its verdict, per grasp its limiting tolerance,
-// plus one; 0: it closed.
+// The failure of a row as numbers for fast comparison: per criterion its verdict, per grasp GraspColumns::cause().
 using Signature = std::vector<std::uint16_t>;  // not bytes: g++ 12 warns falsely of their comparison at -O3
 
 class CriteriaCounter {
@@ -167,9 +178,7 @@ class CriteriaCounter {
       return;
     }
     if (capture_) {
-      for (const GraspColumns& grasp : grasps_)
-        signature.push_back(numbers[grasp.captured] == 0 ? static_cast<std::uint8_t>(1 + grasp.limiting(numbers))
-                                                         : std::uint8_t{0});
+      for (const GraspColumns& grasp : grasps_) signature.push_back(static_cast<std::uint8_t>(grasp.cause(numbers)));
     }
     auto kind = kinds_.find(signature);
     if (kind == kinds_.end()) {
@@ -196,8 +205,10 @@ class CriteriaCounter {
     for (std::size_t g = 0; criteria_.size() + g < signature.size(); ++g) {
       const std::size_t code = signature[criteria_.size() + g];
       if (code == 0) continue;
-      misses += (misses.empty() ? "" : ", ") + grasps_[g].end_effector + " misses";
-      if (code - 1 < grasps_[g].tolerances.size()) misses += " by " + grasps_[g].tolerances[code - 1].first;
+      const auto& tolerances = grasps_[g].tolerances;
+      misses += (misses.empty() ? "" : ", ") + grasps_[g].end_effector;
+      misses += code - 1 > tolerances.size() ? " loses its target" : " misses";
+      if (code - 1 < tolerances.size()) misses += " by " + tolerances[code - 1].first;
     }
     const std::string refused = names_of(signature, Verdict::no), unknown = names_of(signature, Verdict::not_checked);
     std::string text;

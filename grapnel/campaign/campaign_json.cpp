@@ -402,8 +402,8 @@ struct Described<Report::Grasp> {
   using T = Report::Grasp;
   static constexpr Field fields[] = {
       field<&T::end_effector>("end_effector", "end-effector of the grasp"),
-      field<&T::captured>("captured", "1", "rows that are ok in which it closed"),
-      field<&T::missed>("missed", "1", "rows that are ok in which it did not close"),
+      field<&T::captured>("captured", "1", "rows that are ok in which it closed and was not lost"),
+      field<&T::missed>("missed", "1", "rows that are ok in which it did not close, or was lost"),
       field<&T::tolerances>("tolerances", "tolerances of its envelope; empty: no envelope"),
   };
   static constexpr Type type = structure<T>("GraspCount", "results of one grasp.", fields);

@@ -317,21 +317,6 @@ void note_target_speeds(const Model& model, const State& before, const State& af
   }
 }
 
-// Sample of a compliant impact => the largest loads so far of the grasps with limits that already hold.
-void raise_held_loads(const CaptureRun& run, const CompliantSample& sample, std::vector<HoldLoad>& largest) {
-  for (std::size_t g = 0; g < run.bodies.system.grasps.size(); ++g) {
-    const std::size_t grasp = run.bodies.system.grasps[g].grasp;
-    if (!run.problem.grasps[grasp].holds) continue;
-    const double force = norm(sample.held_wrenches[g].linear), moment = norm(sample.held_wrenches[g].angular);
-    const HoldLoad load{grasp, force, moment, share_of_limits(*run.problem.grasps[grasp].holds, force, moment), 0};
-    const auto at = std::ranges::find(largest, grasp, &HoldLoad::grasp);
-    if (at == largest.end())
-      largest.push_back(load);
-    else if (load.share > at->share)
-      *at = load;
-  }
-}
-
 // Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
 // `held_loads` becomes the largest loads of the grasps that already hold.
 ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
@@ -356,7 +341,7 @@ ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, con
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool begun = false;
   const auto observe = [&](const CompliantSample& sample) {
-    raise_held_loads(run, sample, held_loads);
+    raise_held_loads(run.problem, bodies.system, sample, held_loads);
     if (!begun) {
       run.monitor.begin_impact_in_time(event.phase, bodies.system, start, bodies.time, event.closing,
                                        run.schedule.opened());

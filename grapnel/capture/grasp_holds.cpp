@@ -13,7 +13,7 @@ constexpr double kEqual = 1e-9;
 
 }  // namespace
 
-// Limits, magnitudes => share (8.13). Infinite limits contribute nothing.
+// Limits, magnitudes => share (8.15). Infinite limits contribute nothing.
 double share_of_limits(const GraspLimits& limits, double force, double moment) {
   const double f = force / limits.force, m = moment / limits.moment;
   return limits.combined == GraspLimits::Combined::ellipsoid ? std::hypot(f, m) : std::max(f, m);
@@ -90,6 +90,21 @@ std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const Impac
     loads.push_back(load);
   }
   return loads;
+}
+
+void raise_held_loads(const CaptureProblem& problem, const CaptureSystem& system, const CompliantSample& sample,
+                      std::vector<HoldLoad>& largest) {
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
+    const std::size_t grasp = system.grasps[g].grasp;
+    if (!problem.grasps[grasp].holds) continue;
+    const double force = norm(sample.held_wrenches[g].linear), moment = norm(sample.held_wrenches[g].angular);
+    const HoldLoad load{grasp, force, moment, share_of_limits(*problem.grasps[grasp].holds, force, moment), 0};
+    const auto at = std::ranges::find(largest, grasp, &HoldLoad::grasp);
+    if (at == largest.end())
+      largest.push_back(load);
+    else if (load.share > at->share)
+      *at = load;
+  }
 }
 
 }  // namespace grapnel

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
@@ -15,7 +16,7 @@
 
 namespace grapnel {
 
-/// Force and moment magnitudes of a grasp's load, relative to its limits: 1 at the limit (8.13).
+/// Force and moment magnitudes of a grasp's load, relative to its limits: 1 at the limit (8.15).
 double share_of_limits(const GraspLimits& limits, double force, double moment);
 
 /// The load of a grasp with limits.
@@ -62,5 +63,9 @@ class HoldWatch {
 /// The loads of grasps with limits in an impact, per grasp of its report: the means over its duration, or the peaks of
 /// a compliant impact, whose force and moment need not be simultaneous. `time` is not filled.
 std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const ImpactReport& report);
+
+/// Sample of a compliant impact => the largest loads so far of the grasps with limits that already hold.
+void raise_held_loads(const CaptureProblem& problem, const CaptureSystem& system, const CompliantSample& sample,
+                      std::vector<HoldLoad>& largest);
 
 }  // namespace grapnel

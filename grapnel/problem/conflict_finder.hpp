@@ -29,6 +29,8 @@ void find_stage_conflicts(const CaptureProblem& problem, std::vector<ProblemFaul
 void find_coupling_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Conflicts of the times at which grasps close, and of the limits of what they hold.
+void find_grasp_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the sequence of phases after the approach: names, conditions, and phases that need a capture.
 void find_phase_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 

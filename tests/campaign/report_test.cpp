@@ -280,6 +280,25 @@ struct Grasping {
   }
 };
 
+TEST(CampaignReport, LostGraspsAreAKindOfTheirOwn) {
+  Grasping grasping;
+  grasping.campaign.columns.push_back({"grasps/tip-1/lost", "s", "", {}});
+  std::uint64_t lost = 0;
+  for (CaseRow& row : grasping.rows) {
+    const bool loses = row.values[0] == 1 && row.index % 2 == 0;
+    if (loses) row.values[0] = row.values[2] = 0;
+    row.values.push_back(loses ? 3.0 : NAN);
+    lost += loses;
+  }
+  ASSERT_GT(lost, 50u);
+  const Analyzed a = grasping.with({"captured"});
+  std::uint64_t counted = 0;
+  for (const Json& failure : a.json["failures"]) {
+    if (failure["reason"] == "not met: captured (tip-1 loses its target)") counted = failure["count"];
+  }
+  EXPECT_EQ(counted, lost);
+}
+
 TEST(CampaignReport, CountsReasonsForFailure) {
   Grasping grasping;
   grasping.rows[7].status = CaseStatus::failed;

@@ -360,7 +360,7 @@ TEST(GraspHolds, ARedundantPairOpensTogetherOrInTurn) {
   ASSERT_EQ(equal.losses.size(), 2u) << equal.failure;
   EXPECT_NEAR(equal.losses[0].time, 4 / ramp, 1e-9);
   EXPECT_EQ(equal.losses[0].time, equal.losses[1].time);
-  // The second arm takes over the whole force: at once beyond its limit of 3 N, or until it reaches 5 N.
+  // The second arm takes over the whole force: immediately beyond its limit of 3 N, or until it reaches 5 N.
   const CaptureResult cascade = run(pair("2", "3"));
   ASSERT_EQ(cascade.losses.size(), 2u) << cascade.failure;
   EXPECT_NEAR(cascade.losses[1].time, 4 / ramp, 1e-9);

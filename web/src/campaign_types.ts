@@ -474,17 +474,17 @@ export const kReasonExample: FieldNote[] = [
 export interface GraspCount {
   /** end-effector of the grasp */
   end_effector: string;
-  /** rows that are ok in which it closed [1] */
+  /** rows that are ok in which it closed and was not lost [1] */
   captured: number;
-  /** rows that are ok in which it did not close [1] */
+  /** rows that are ok in which it did not close, or was lost [1] */
   missed: number;
   /** tolerances of its envelope; empty: no envelope */
   tolerances: ToleranceCount[];
 }
 export const kGraspCount: FieldNote[] = [
   ["end_effector","","end-effector of the grasp"],
-  ["captured","1","rows that are ok in which it closed"],
-  ["missed","1","rows that are ok in which it did not close"],
+  ["captured","1","rows that are ok in which it closed and was not lost"],
+  ["missed","1","rows that are ok in which it did not close, or was lost"],
   ["tolerances","","tolerances of its envelope; empty: no envelope"],
 ];
 

@@ -1,0 +1,106 @@
+// Conflicts of the times at which grasps close, and of the limits of what they hold.
+#include <cmath>
+
+#include "grapnel/problem/conflict_finder.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+namespace {
+
+class GraspConflicts : ConflictFinder {
+ public:
+  using ConflictFinder::ConflictFinder;
+
+  void find() {
+    check_closing();
+    check_holding();
+  }
+
+ private:
+  void check_closing() {
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      if (grasp.closes == GraspSetup::Closes::together) continue;
+      const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
+      const bool on_arrival = grasp.closes == GraspSetup::Closes::on_arrival;
+      const std::string path = fmt::format("grasps[{}].{}", i,
+                                           at_time      ? "closes_at"
+                                           : on_arrival ? "closes_on_arrival"
+                                                        : "closes_when_settled");
+      const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+      if (on_arrival && effector && !effector->envelope)
+        add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(effector->name));
+      if (!problem_.impact) {
+        add(path, "{} needs 'impact' in the scenario: without it no grasp closes", path);
+      } else if (at_time) {
+        check_closing_time(grasp.closes_at, path);
+      }
+    }
+  }
+
+  // Limits of what grasps hold, and later closings.
+  void check_holding() {
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const std::string path = fmt::format("grasps[{}].", i);
+      if (grasp.holds) {
+        if (grasp.contact) add(path + "holds", "{}holds is for grasps: a contact does not hold; leave it out", path);
+        if (!std::isfinite(grasp.holds->force) && !std::isfinite(grasp.holds->moment))
+          add(path + "holds", "{}holds states no limit; add force or moment", path);
+      }
+      if (!grasp.closes_again_at.empty()) check_again(grasp, "closes_again_at", path);
+      if (grasp.closes_again_on_arrival) check_again(grasp, "closes_again_on_arrival", path);
+      check_later_times(grasp, path + "closes_again_at");
+    }
+  }
+
+  void check_again(const GraspSetup& grasp, const char* key, const std::string& path) {
+    const bool at_time = key == std::string_view("closes_again_at");
+    const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+    if (grasp.contact) add(path + key, "{}{} is for grasps: a contact does not close; leave it out", path, key);
+    if (!problem_.impact)
+      add(path + key, "{}{} needs 'impact' in the scenario: without it no grasp closes", path, key);
+    else if (!problem_.post_impact && grasp.closes == GraspSetup::Closes::together)
+      add(path + key, "{}{} needs 'post_impact': the run ends at the first closing", path, key);
+    if (!at_time && effector && !effector->envelope)
+      add(path + key, "{}{} needs an 'envelope' at end-effector {}", path, key, in_quotes(effector->name));
+  }
+
+  void check_later_times(const GraspSetup& grasp, const std::string& path) {
+    const auto approach = shortest(problem_.approach);
+    const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
+    double before = at_time ? grasp.closes_at : 0;
+    if (grasp.closes == GraspSetup::Closes::together && approach) before = *approach;
+    for (std::size_t k = 0; k < grasp.closes_again_at.size(); ++k) {
+      const double time = grasp.closes_again_at[k];
+      const std::string place = fmt::format("{}[{}]", path, k);
+      if (time > 0 && time <= before)
+        add(place, "{} is {} [s], must be greater than {}, the {}", place, time, before,
+            k > 0     ? "time before"
+            : at_time ? "first closing time"
+                      : "approach's end");
+      before = std::max(before, time);
+      if (problem_.impact) check_closing_time(time, place);
+    }
+  }
+
+  void check_closing_time(double time, const std::string& path) {
+    const auto approach = shortest(problem_.approach), after = duration_of(problem_.post_impact);
+    if (!(time > 0) || !approach) return;
+    if (time > *approach && !problem_.post_impact) {
+      const std::string end = *approach > 0 ? fmt::format("after the approach's end at {}", *approach)
+                                            : "but without an approach all grasps close at 0";
+      add(path, "{} is {} [s], {}; later closing needs 'post_impact'", path, time, end);
+    } else if (after && time > *approach + *after) {
+      add(path, "{} is {} [s], must be at most {}, the end of post_impact", path, time, *approach + *after);
+    }
+  }
+};
+
+}  // namespace
+
+void find_grasp_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found) {
+  GraspConflicts(problem, found).find();
+}
+
+}  // namespace grapnel
