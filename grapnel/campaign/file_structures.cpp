@@ -362,8 +362,9 @@ struct Described<KeepFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::columns>("columns",
                          "Columns to keep, as in studies. The columns of `success` and series.worst.by are always "
-                         "kept; with `captured` also the causes of a missed grasp: `grasps/*/captured`, "
-                         "`grasps/*/tolerance_used` and `captured/judged`. Absent: all.")
+                         "kept; with `captured` also the causes of a missed or lost grasp: "
+                         "`grasps/*/captured`, `grasps/*/tolerance_used`, `grasps/*/lost` and `captured/judged`. "
+                         "Absent: all.")
           .called("a list")
           .items(1, 0)
           .optional(),

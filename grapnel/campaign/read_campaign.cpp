@@ -423,7 +423,8 @@ class CampaignReader {
   void select_capture_columns() {
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const std::string& name = columns_[c].name;
-      if (is_capture_column(name) || name == "captured/judged" || column_matches("grasps/*/tolerance_used", name))
+      if (is_capture_column(name) || name == "captured/judged" || column_matches("grasps/*/tolerance_used", name) ||
+          column_matches("grasps/*/lost", name))
         chosen_[c] = true;
     }
   }
