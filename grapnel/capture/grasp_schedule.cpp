@@ -1,6 +1,7 @@
 // The closing times of grasps, and their outcomes.
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
