@@ -67,7 +67,7 @@ void add(const char* name, const Scene& scene) {
       moved = !moved;
       const Kinematics& kinematics = moved ? scene.moved : scene.kinematics;
       wrenches.clear();
-      benchmark::DoNotOptimize(set.margin(kinematics));
+      benchmark::DoNotOptimize(set.margin(0, kinematics));
       set.evaluate(kinematics, wrenches);
       benchmark::DoNotOptimize(wrenches.data());
       benchmark::ClobberMemory();

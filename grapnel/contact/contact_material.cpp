@@ -17,9 +17,13 @@ void check(const ContactMaterial& m) {
   }
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
   if (!positive(m.damping_depth) || !positive(m.stiction_speed) || !positive(m.stiction_displacement) ||
-      !positive(m.stiction_rate)) {
+      !positive(m.stiction_rate) || !positive(m.rest_speed)) {
     throw std::invalid_argument(
-        "ContactMaterial: damping_depth, stiction_speed, stiction_displacement and stiction_rate must be positive");
+        "ContactMaterial: damping_depth, stiction_speed, stiction_displacement, stiction_rate and rest_speed must be "
+        "positive");
+  }
+  if (!(m.restitution >= 0 && m.restitution <= 1)) {
+    throw std::invalid_argument("ContactMaterial: restitution must be within [0, 1]");
   }
   if (!(m.poisson_ratio > -1 && m.poisson_ratio <= 0.5)) {
     throw std::invalid_argument("ContactMaterial: poisson_ratio must be within (-1, 0.5]");
@@ -79,6 +83,9 @@ ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b) {
   law.rolling_length = std::sqrt(a.rolling_length * b.rolling_length);
   law.torsional_length = std::sqrt(a.torsional_length * b.torsional_length);
   law.stiction_rate = std::max(a.stiction_rate, b.stiction_rate);
+  law.hard = a.hard && b.hard;
+  if (law.hard) law.restitution = a.restitution * part_a + b.restitution * part_b;
+  law.rest_speed = std::max(a.rest_speed, b.rest_speed);
   return law;
 }
 

@@ -26,6 +26,11 @@ struct ContactMaterial {
   double rolling_length = 0;    // couple against rolling per normal force [m]
   double torsional_length = 0;  // couple against spinning about the normal per normal force [m]
   double stiction_rate = 1e-3;  // of the maximum of the couple against rolling [rad/s]
+  /// Hard: contact begins with an impact in an instant, unless it is slower than rest_speed (ContactSet). Two hard
+  /// surfaces are needed; with a compliant one, the contact is compliant.
+  bool hard = false;
+  double restitution = 0;    // of these impacts, 0 to 1
+  double rest_speed = 1e-3;  // largest approach speed at which persistent contact begins [m/s]
 };
 
 /// Two materials in contact.
@@ -43,13 +48,17 @@ struct ContactLaw {
   double rolling_length = 0;
   double torsional_length = 0;
   double stiction_rate = 0;
+  bool hard = false;
+  double restitution = 0;  // of impacts; hard only
+  double rest_speed = 0;
 };
 
-/// The law of two materials (23.3): elasticities in series; damping and dissipation weighted by each one's part of the
-/// deformation; geometric means of friction coefficients and of lengths; the larger speed, rate, displacement and
-/// depth. Independent of the order, except elastic_a and elastic_b. @throws std::invalid_argument if a value is
-/// negative or not finite, if a Poisson's ratio is not within (-1, 0.5], if a stiction speed, rate or displacement or a
-/// damping depth is not positive, or if not both materials state a modulus, or both a stiffness.
+/// The law of two materials (23.3): elasticities in series; damping, dissipation and restitution weighted by each one's
+/// part of the deformation; geometric means of friction coefficients and of lengths; the larger speed, rate,
+/// displacement and depth; hard if both are. Independent of the order, except elastic_a and elastic_b. @throws
+/// std::invalid_argument if a value is negative or not finite, if a Poisson's ratio is not within (-1, 0.5], if a
+/// restitution is not within [0, 1], if a stiction speed, rate or displacement, a damping depth or a rest speed is not
+/// positive, or if not both materials state a modulus, or both a stiffness.
 ContactLaw combine(const ContactMaterial& a, const ContactMaterial& b);
 
 /// The dissipation a [s/m] with which a collision of `approach_speed` [m/s] has the coefficient of restitution e: a

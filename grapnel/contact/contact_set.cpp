@@ -12,6 +12,10 @@ namespace {
 // A pair closer than this is at the boundary of its mode, and its velocity decides [m].
 constexpr double kGrazing = 1e-13;
 
+// The gap at which a hard pair closes at a time after its impact, which returns to zero at half the rest speed, more
+// slowly than the gap opens [m].
+double level_at(double level, double time, double rest_speed) { return std::min(0.0, level + 0.5 * rest_speed * time); }
+
 MovingBody motion_of(int body, const Kinematics& kinematics) {
   if (body < 0) return {Posed::identity(), Twistd::zero()};
   return {kinematics.X_WB[body], kinematics.V_WB[body]};
@@ -35,20 +39,25 @@ ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::v
     const ContactSurface &a = surfaces[pair.a], &b = surfaces[pair.b];
     if (a.body == b.body) throw std::invalid_argument("ContactSet: both surfaces of a pair are on one body");
     pairs_.push_back({a.body, b.body, pair.group, PairContact(a.shape, b.shape, pair.law)});
+    any_hard_ = any_hard_ || pair.law.hard;
   }
 }
 
 // --- Modes ---
 
-// Apart: the gap, or a lower bound by bounding spheres. Otherwise the depth, and minus the gap beyond it.
-double ContactSet::margin_of(Pair& pair, const Kinematics& kinematics) {
+// Apart: the gap, or a lower bound by bounding spheres. Otherwise the depth, and minus the gap beyond it. Hard pairs
+// close at a level that returns to zero after an impact, and touch up to kPartingGap.
+double ContactSet::margin_of(Pair& pair, double t, const Kinematics& kinematics) {
   const Posed X_WA = pose_of(pair.body_a, kinematics), X_WB = pose_of(pair.body_b, kinematics);
   if (pair.mode == Mode::apart) {
     const double bound = pair.contact.gap_bound(X_WA, X_WB);
-    return bound > 0 ? bound : pair.contact.gap(X_WA, X_WB);
+    const double gap = bound > 0 ? bound : pair.contact.gap(X_WA, X_WB);
+    return pair.is_hard() ? gap - level_at(pair.hard.level, t - pair.hard.level_time, pair.contact.law().rest_speed)
+                          : gap;
   }
   const double depth = pair.contact.depth(X_WA, X_WB);
-  return depth > 0 ? depth : -pair.contact.gap(X_WA, X_WB);
+  const double overlap = depth > 0 ? depth : -pair.contact.gap(X_WA, X_WB);
+  return pair.is_hard() && pair.mode == Mode::touching ? kPartingGap + overlap : overlap;
 }
 
 // Whether the surfaces of a pair at the boundary of its mode move apart.
@@ -63,7 +72,7 @@ bool ContactSet::parts(const Pair& pair, const Kinematics& kinematics) const {
 // as touching unless it moves apart.
 ContactSet::Mode ContactSet::mode_after(const Pair& pair, double margin, const Kinematics& kinematics) const {
   const bool is_apart = pair.mode == Mode::apart;
-  if (std::abs(margin) <= kGrazing) return parts(pair, kinematics) ? Mode::apart : Mode::touching;
+  if (!pair.is_hard() && std::abs(margin) <= kGrazing) return parts(pair, kinematics) ? Mode::apart : Mode::touching;
   if (margin > 0) return pair.mode;
   return is_apart ? Mode::touching : Mode::apart;
 }
@@ -80,6 +89,7 @@ void ContactSet::set_mode(Pair& pair, Mode mode, double t) {
     ++history.touches;
     history.since = t;
     if (!history.first_time) history.first_time = t;
+    if (pair.is_hard() && !history.persistent_since) history.persistent_since = t;
   }
   if (mode == Mode::touching) {  // undeformed at first
     pair.base.slip += pair.stick.slip, pair.base.spin += pair.stick.spin;
@@ -91,17 +101,22 @@ void ContactSet::set_mode(Pair& pair, Mode mode, double t) {
 void ContactSet::begin(double t, const Kinematics& kinematics) {
   for (Pair& pair : pairs_) {
     if (pair.mode != Mode::unknown) continue;
+    if (pair.is_hard()) {
+      part(pair, t, kinematics);
+      continue;
+    }
     pair.mode = Mode::apart;
-    set_mode(pair, mode_after(pair, margin_of(pair, kinematics), kinematics), t);
+    set_mode(pair, mode_after(pair, margin_of(pair, t, kinematics), kinematics), t);
   }
 }
 
 void ContactSet::take(const ContactSet& other) {
   if (other.size() != size() || other.groups() != groups())
     throw std::invalid_argument("ContactSet: the other set has other pairs");
-  for (std::size_t i = 0; i < size(); ++i)
-    pairs_[i].mode = other.pairs_[i].mode, pairs_[i].stick = other.pairs_[i].stick,
-    pairs_[i].base = other.pairs_[i].base;
+  for (std::size_t i = 0; i < size(); ++i) {
+    pairs_[i].mode = other.pairs_[i].mode, pairs_[i].stick = other.pairs_[i].stick;
+    pairs_[i].base = other.pairs_[i].base, pairs_[i].hard = other.pairs_[i].hard;
+  }
   histories_ = other.histories_, touching_ = other.touching_;
 }
 
@@ -109,19 +124,24 @@ void ContactSet::let_pass(int group, const Kinematics& kinematics, double t) {
   for (Pair& pair : pairs_) {
     if (pair.group != group) continue;
     set_mode(pair, Mode::apart, t);
-    if (!(margin_of(pair, kinematics) > 0)) pair.mode = Mode::passing;
+    pair.hard.level = 0;
+    if (!(margin_of(pair, t, kinematics) > 0)) pair.mode = Mode::passing;
   }
 }
 
-double ContactSet::margin(const Kinematics& kinematics) {
+double ContactSet::margin(double t, const Kinematics& kinematics) {
   double least = std::numeric_limits<double>::infinity();
-  for (Pair& pair : pairs_) least = std::min(least, margin_of(pair, kinematics));
+  for (Pair& pair : pairs_) least = std::min(least, margin_of(pair, t, kinematics));
   return least;
 }
 
 void ContactSet::choose_modes(double t, const Kinematics& kinematics) {
   for (Pair& pair : pairs_) {
-    set_mode(pair, mode_after(pair, margin_of(pair, kinematics), kinematics), t);
+    const Mode mode = mode_after(pair, margin_of(pair, t, kinematics), kinematics);
+    if (pair.is_hard() && mode == Mode::apart && pair.mode != Mode::apart)
+      part(pair, t, kinematics);
+    else
+      set_mode(pair, mode, t);
   }
 }
 

@@ -1,13 +1,15 @@
 #pragma once
 
 /// @file
-/// The contacts of a system: shapes on bodies, the pairs that may touch, and the modes between which their forces are
-/// smooth.
+/// The contacts of a system: shapes on bodies, the pairs that may touch, the modes between which their forces are
+/// smooth, and the instantaneous impacts of hard pairs.
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "grapnel/contact/pair_contact.hpp"
@@ -51,11 +53,44 @@ struct GroupHistory {
   std::optional<double> first_time;  // [s]
   std::optional<double> since;       // begin of the present contact [s]; absent: none
   double duration = 0;               // of past contacts [s]
+  // Of hard pairs:
+  long impacts = 0;                        // in an instant
+  std::optional<double> last_impact;       // [s]
+  std::optional<double> persistent_since;  // begin of the first persistent contact [s]
+  double fastest_impact = 0;               // largest approach speed [m/s]
+  double impact_impulse = 0;               // sum of the normal impulses [N s]
+  double impact_work = 0;                  // of the impulses on both bodies [J]
+  double impact_loss = 0;                  // by normal impulses: less restitution than 1 [J]
+  double impact_friction_loss = 0;         // by tangential impulses [J]
+};
+
+/// A point at which a hard pair touches at the instant of an impact.
+struct HardPoint {
+  std::size_t pair;
+  int body_a, body_b;  // -1: fixed in W
+  Vector3d p_WC;
+  Vector3d normal;        // unit, from a to b, in W
+  double restitution;     // 0 to 1
+  double friction;        // Coulomb's coefficient
+  double approach_speed;  // [m/s]; negative: the bodies separate
+  bool lasts;             // the pair has lasting contact, with forces
+};
+/// The impact at such a point.
+struct HardPointImpact {
+  double impulse = 0;           // normal [N s]
+  double work = 0;              // of the whole impulse on both bodies [J]
+  double loss = 0;              // of the normal impulse [J]
+  double friction_loss = 0;     // of the tangential impulse [J]
+  double separation_speed = 0;  // afterwards [m/s]
 };
 
 /// A pair is apart, without force; touching, with the forces of PairContact; or passing: its shapes overlap without
 /// force until they are apart. Modes change where the gap of a pair changes sign. Thread safety: one thread at a time.
 /// Forces depend on the state and the modes alone.
+///
+/// A hard pair (ContactLaw::hard) that closes has an impact in an instant and remains apart, unless it closes more
+/// slowly than its rest speed, has had kCrowdedImpacts impacts within kCrowdedTime, or does not separate afterwards:
+/// then it touches, with the forces of its law, until its gap exceeds kPartingGap (theory section 23, Hard contacts).
 class ContactSet {
  public:
   enum class Mode : std::uint8_t { unknown, apart, touching, passing };
@@ -64,9 +99,22 @@ class ContactSet {
   /// are on one body, or as PairContact.
   ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<SurfacePair>& pairs, int groups);
 
+  /// Impacts of a hard pair within this time [s] after which it has persistent contact.
+  static constexpr int kCrowdedImpacts = 20;
+  static constexpr double kCrowdedTime = 0.01;
+  /// Gap at which persistent contact of a hard pair ends [m].
+  static constexpr double kPartingGap = 1e-6;
+
   std::size_t size() const { return pairs_.size(); }
   std::size_t groups() const { return groups_.size(); }
   int group_of(std::size_t pair) const { return pairs_[pair].group; }
+  /// Both bodies of the first pair of a group; -1: fixed in W, or the group has no pair.
+  std::pair<int, int> bodies_of_group(std::size_t group) const {
+    for (const Pair& pair : pairs_) {
+      if (pair.group == static_cast<int>(group)) return {pair.body_a, pair.body_b};
+    }
+    return {-1, -1};
+  }
 
   /// Chooses unknown modes: apart or touching.
   void begin(double t, const Kinematics& kinematics);
@@ -76,9 +124,17 @@ class ContactSet {
   /// Lets the shapes of a group pass through each other: pairs that overlap now act once they have been apart.
   void let_pass(int group, const Kinematics& kinematics, double t);
   /// Positive while all modes are valid [m]: gaps of pairs that are apart, depths of others.
-  double margin(const Kinematics& kinematics);
+  double margin(double t, const Kinematics& kinematics);
   /// Changes modes whose margins are not positive.
   void choose_modes(double t, const Kinematics& kinematics);
+
+  /// The points of all hard pairs that touch at this instant, if at least one of them must have an impact; otherwise
+  /// none. Allocates.
+  std::vector<HardPoint> impact_points(double t, const Kinematics& kinematics);
+  /// Records an impact of these points, one entry each, and chooses the modes of their pairs.
+  void note_impact(double t, std::span<const HardPoint> points, std::span<const HardPointImpact> impacts,
+                   const Kinematics& kinematics);
+  bool any_hard() const { return any_hard_; }
 
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
   /// `wrenches` has room for two per pair.
@@ -101,14 +157,28 @@ class ContactSet {
   ShapeSeparation separation(std::size_t pair, const Kinematics& kinematics) const;
 
  private:
+  /// Of a hard pair.
+  struct HardHistory {
+    double level = 0, level_time = 0;  // gap at which it closes after an impact [m], and the impact's time [s]
+    std::array<double, kCrowdedImpacts> times = {};  // of the last impacts, cyclically
+    std::size_t next = 0;                            // place of the next one
+    bool full = false;
+  };
   struct Pair {
     int body_a, body_b, group;
     PairContact contact;
     Mode mode = Mode::unknown;
     /// Present deformation, and what the integrated numbers must be less for it.
     StickState stick = {}, base = {};
+    HardHistory hard = {};
+    bool is_hard() const { return contact.law().hard; }
   };
-  double margin_of(Pair& pair, const Kinematics& kinematics);
+  double margin_of(Pair& pair, double t, const Kinematics& kinematics);
+  void part(Pair& pair, double t, const Kinematics& kinematics);
+  static bool is_crowded(const Pair& pair, double t);
+  bool add_hard_points(std::size_t index, double t, const Kinematics& kinematics, std::vector<HardPoint>& points);
+  void note_pair_impact(Pair& pair, double t, std::span<const HardPoint> points,
+                        std::span<const HardPointImpact> impacts, const Kinematics& kinematics);
   bool parts(const Pair& pair, const Kinematics& kinematics) const;
   Mode mode_after(const Pair& pair, double margin, const Kinematics& kinematics) const;
   void set_mode(Pair& pair, Mode mode, double t);
@@ -118,6 +188,7 @@ class ContactSet {
   std::vector<GroupContact> groups_;
   std::vector<GroupHistory> histories_;
   std::vector<int> touching_;  // pairs, per group
+  bool any_hard_ = false;
 };
 
 }  // namespace grapnel

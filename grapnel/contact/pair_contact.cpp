@@ -319,10 +319,25 @@ double PairContact::gap(const Posed& X_WA, const Posed& X_WB) const {
   const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
   const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
   if (shapes_.b.kind() == Kind::half_space) return to_half_space(shapes_.a.core(), X_AB).distance;
+  const CorePair pair = cores(X_AB);
+  return of_cores(pair.a, pair.b, X_AB).distance;
+}
+
+TouchPoints PairContact::touch(const Posed& X_WA, const Posed& X_WB) const {
+  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
+  const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  TouchPoints found =
+      shapes_.b.kind() == Kind::half_space ? touch_points_on_plane(shapes_.a.core(), X_AB) : touch_points(cores(X_AB));
+  found.normal = (exchanged_ ? -1.0 : 1.0) * (X_WFirst.R * found.normal);
+  for (Vector3d& p : found.points) p = X_WFirst * p;
+  return found;
+}
+
+// The cores between which forces begin.
+CorePair PairContact::cores(const Posed& X_AB) const {
   const bool prisms = shapes_.a.kind() >= Kind::cylinder;
-  const ConvexCore& a = prisms ? shapes_.a.bounding_core() : shapes_.a.core();
-  const ConvexCore& b = prisms ? shapes_.b.bounding_core() : shapes_.b.core();
-  return of_cores(a, b, X_AB).distance;
+  return {prisms ? shapes_.a.bounding_core() : shapes_.a.core(), prisms ? shapes_.b.bounding_core() : shapes_.b.core(),
+          X_AB};
 }
 
 double PairContact::depth(const Posed& X_WA, const Posed& X_WB) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grapnel/contact/contact_element.hpp"
+#include "grapnel/contact/touch_points.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
@@ -76,13 +77,17 @@ class PairContact {
   /// The distance of the shapes to which the forces belong: cylinders are prisms where the forces take them as such, or
   /// larger; negative if they overlap [m]. There is no force while it is positive.
   double gap(const Posed& X_WA, const Posed& X_WB) const;
+  /// The points at which the shapes of gap() touch, in W. Where gap() is far from zero they have no meaning. Allocates.
+  TouchPoints touch(const Posed& X_WA, const Posed& X_WB) const;
   /// A lower bound of gap() from spheres around the shapes, or boxes along the line of the centres or the normal of a
   /// half-space, at a small part of its cost.
   double gap_bound(const Posed& X_WA, const Posed& X_WB) const;
   /// ContactForce::depth in these poses; zero without contact.
   double depth(const Posed& X_WA, const Posed& X_WB);
+  const ContactLaw& law() const { return shapes_.law; }
 
  private:
+  CorePair cores(const Posed& X_AB) const;
   void gather(const Posed& X_AB);
   Vector3d find_center();
   void add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);

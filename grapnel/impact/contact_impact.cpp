@@ -130,9 +130,9 @@ std::string unyielding(const ContactPathProblem& problem) {
 
 // The path, followed by those with which vary_order() evaluates the dependence on the order of the contacts: other
 // stiffness ratios represent other orders.
-std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& problem) {
+std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& problem, bool spread) {
   const std::size_t n = problem.contacts.size();
-  std::vector<ContactPathProblem> all(n < 2 ? 1 : 2 * n + 1, problem);
+  std::vector<ContactPathProblem> all(n < 2 || !spread ? 1 : 2 * n + 1, problem);
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
     ContactPathProblem& other = all[k + 1];
     other.tolerance = kOtherTolerance;
@@ -213,7 +213,7 @@ Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const G
 // `message` states why there is no solution; throws std::invalid_argument for invalid contacts.
 ImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
                               RestitutionHypothesis hypothesis, std::span<const Grasp> closed,
-                              std::span<const HeldRate> held) {
+                              std::span<const HeldRate> held, const ContactImpactOptions& options) {
   check(contacts);
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
@@ -229,6 +229,7 @@ ImpactSolution contact_impact(const Model& model, const State& state, std::span<
       bilateral.held_after.tail(allowed->size()) = *allowed;
   }
   ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
+  problem.max_steps = options.max_steps;
   ImpactSolution solution;
   solution.message = unyielding(problem);
   if (!solution.message.empty()) {
@@ -237,8 +238,8 @@ ImpactSolution contact_impact(const Model& model, const State& state, std::span<
     problem.u.setZero();
   }
   // If the first path fails the spread is not needed, and only the spread needs the others.
-  const std::vector<ContactPath> paths =
-      follow_contacts(with_other_orders(problem), lanes::best_instruction_set(), OtherPaths::if_first_ends);
+  const std::vector<ContactPath> paths = follow_contacts(with_other_orders(problem, options.spread),
+                                                         lanes::best_instruction_set(), OtherPaths::if_first_ends);
   const ContactPath& path = paths[0];
   if (solution.message.empty()) solution.message = path.failure;
   if (solution.message.empty()) solution.status = ImpactSolution::Status::solved;

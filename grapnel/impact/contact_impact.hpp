@@ -13,7 +13,7 @@
 
 namespace grapnel {
 
-/// A point at which a body of the robot touches a target.
+/// A point at which a body of the robot touches a target. One of both may be -1: fixed in W.
 struct ContactPoint {
   int robot_body;
   int target_body;
@@ -23,6 +23,11 @@ struct ContactPoint {
   double friction = 0;     // Coulomb's coefficient, >= 0
   /// Normal stiffness relative to the other contacts: determines how simultaneous contacts share the impulse.
   double relative_stiffness = 1;
+};
+
+struct ContactImpactOptions {
+  bool spread = true;      // evaluate `spread` and `unique` of several contacts, by 2 n further paths
+  int max_steps = 100000;  // of a path, beyond which it fails
 };
 
 /// Solves the impact. `closed`: grasps that hold and transmit the contacts' impulses; `held`: as for plastic_impact(),
@@ -37,6 +42,6 @@ struct ContactPoint {
 /// state of another model; std::runtime_error if GRAPNEL_LANES names no instruction set available here.
 ImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
                               RestitutionHypothesis hypothesis, std::span<const Grasp> closed = {},
-                              std::span<const HeldRate> held = {});
+                              std::span<const HeldRate> held = {}, const ContactImpactOptions& options = {});
 
 }  // namespace grapnel

@@ -247,8 +247,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A structured binding: a new member of these structures fails to compile here until lanes handle it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
-               effectors, clock, channels, sensors, law_model, recover_roots, contacts, closures, project_loops,
-               loop_feedback] = setup;
+               effectors, clock, channels, sensors, law_model, recover_roots, driven_in_impacts, braked_in_impacts,
+               contacts, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }

@@ -404,7 +404,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   double least = modes_.moving_margin(now_.q, now_.v);
   if (setup_.contacts) {
     forward_kinematics(model_, now_, workspace_.kinematics);
-    least = std::min(least, setup_.contacts->margin(workspace_.kinematics));
+    least = std::min(least, setup_.contacts->margin(t, workspace_.kinematics));
   }
   if (modes_.any_held()) {
     accelerations_in(t, y);
@@ -450,8 +450,9 @@ void PhaseDynamics::apply_stop_impacts(double t, std::span<double> y) {
 
 // The response of the system at rest to changes of some rates, as to accelerations: M change = J^T P and the stops'
 // impulses, (19.3). `friction_holds`: held joints remain held; not in impacts, where friction has no effect.
+// `link_impulse`: of contacts, per link of the kernels' tree.
 JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes::RateChange> changes,
-                                                      bool friction_holds) {
+                                                      bool friction_holds, std::span<const Wrenchd> link_impulse) {
   for (const JointModes::Joint& joint : modes_.joints())
     prescribed_[joint.v] = friction_holds && joint.mode == JointModes::Mode::held;
   std::fill(acceleration_.begin(), acceleration_.end(), 0.0);
@@ -460,6 +461,7 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
   std::fill(force_.begin(), force_.end(), 0.0);
   DynamicsInput<double> in;
   in.q = now_.q, in.v = at_rest_, in.force = force_, in.prescribed = prescribed_, in.acceleration = acceleration_;
+  in.link_wrench = link_impulse;
   if (solver_) {
     solver_->accelerations(in, 0, workspace_, vdot_, workspace_.force);
   } else {

@@ -22,6 +22,7 @@
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/impact/impact_solution.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/base_actuation.hpp"
@@ -81,6 +82,9 @@ struct PhaseSetup {
   /// motion of the centre of mass, unless gravity, ground or a holding wrench changes them; otherwise they are
   /// integrated.
   bool recover_roots = true;
+  /// Velocities of joints that keep their values in impacts of hard contacts, and of those that such an impact stops.
+  /// Prescribed joints always keep theirs; all others are free.
+  std::vector<int> driven_in_impacts = {}, braked_in_impacts = {};
   /// Contacts of the model's bodies. They keep modes and histories beyond a phase: two concurrent phases must not share
   /// them. Null: none.
   std::shared_ptr<ContactSet> contacts = {};
@@ -158,6 +162,12 @@ class PhaseDynamics {
 
   /// Computes impacts of joints at their stops, in y at t, which changes. Does nothing without stops.
   void apply_stop_impacts(double t, std::span<double> y);
+  /// Computes the impact of hard contacts, if they close in y at t; y changes. All of them, closed loops and rates that
+  /// joints hold are solved together. If no finite impulse can separate bodies, since held rates press them together,
+  /// their contact lasts without an impact.
+  void apply_contact_impacts(double t, std::span<double> y);
+  /// The pair with the most impacts, for messages; empty: there were no impacts.
+  std::string busiest_hard_contact() const;
   /// Joints with static friction or stops.
   const JointModes& joint_modes() const { return modes_; }
   /// Whether modes of the base's actuators, of joints or of contacts can change: then choose_modes() is needed at the
@@ -244,8 +254,17 @@ class PhaseDynamics {
   JointModes::Mobility mobility_of(std::span<const int> velocities);
   Eigen::VectorXd accelerations_released(std::span<const int> velocities);
   void settle_friction();
-  JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
-  void book_impulses(std::span<double> y);
+  JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds,
+                                         std::span<const Wrenchd> link_impulse = {});
+  void book_impulses(std::span<double> y, bool of_contacts = false);
+  std::vector<HeldRate> rates_in_contact_impact() const;
+  void stop_braked_joints(std::span<const HeldRate> held, std::span<double> y);
+  ImpactSolution solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held);
+  ImpactSolution solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held);
+  void respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
+                           std::span<const HeldRate> held);
+  std::vector<HardPointImpact> book_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
+                                             const ImpactSolution& solution, std::span<double> y);
   double friction_of(std::size_t joint) const;
   double output_of_motor(std::size_t joint, double commanded);
   template <class Add>

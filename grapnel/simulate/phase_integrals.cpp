@@ -77,13 +77,18 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
 }
 
 // Adds the effects of the last response: the work of motors that hold their rates, and the impulse of the ground. An
-// impulse works at the mean of the velocities before and after it.
-void PhaseDynamics::book_impulses(std::span<double> y) {
+// impulse works at the mean of the velocities before and after it. `of_contacts`: joints hold their rates as in impacts
+// of hard contacts.
+void PhaseDynamics::book_impulses(std::span<double> y, bool of_contacts) {
   const std::span<double> integrals = y.subspan(now_.q.size() + now_.v.size(), integral_count());
   for (std::size_t i = 0; i < now_.v.size(); ++i) now_.v[i] += 0.5 * vdot_[i];
   const auto work_of_motor = [&](std::size_t joint) {
     const int v = model_.bodies()[model_.joints()[joint]].v;
-    const bool holds = output_of(setup_.drives[joint].control) == ControlOutput::motion || base_.holds_wheel(v);
+    const auto is_in = [v](const std::vector<int>& list) {
+      return std::find(list.begin(), list.end(), v) != list.end();
+    };
+    const bool holds = output_of(setup_.drives[joint].control) == ControlOutput::motion || base_.holds_wheel(v) ||
+                       (of_contacts && (is_in(setup_.driven_in_impacts) || is_in(setup_.braked_in_impacts)));
     return holds ? workspace_.force[v] * now_.v[v] : 0.0;
   };
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) integrals[kMotorWork] += work_of_motor(j);

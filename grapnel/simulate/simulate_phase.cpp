@@ -83,6 +83,7 @@ class PhaseRun {
     try {
       dynamics_.begin_control(t0, t1);
       dynamics_.apply_stop_impacts(t0, y0);
+      dynamics_.apply_contact_impacts(t0, y0);
       cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {
@@ -231,9 +232,12 @@ class PhaseRun {
           "reaction wheels, thrusters, joints or contacts (at maximum rates, levels, stops, in static friction or "
           "touching) change their modes more than {} times up to t = {:.9g} s",
           kMaxSwitches, t);
+      if (const std::string busiest = dynamics_.busiest_hard_contact(); !busiest.empty())
+        broken_off_ += "; hard contacts: " + busiest;
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
+    dynamics_.apply_contact_impacts(t, y_);
     dynamics_.apply_stop_impacts(t, y_);
     dynamics_.choose_modes(t, y_);
     const double end = dynamics_.next_edge(t, smooth_end);

@@ -168,7 +168,7 @@ TEST(ContactGeometry, SetSumsThePairsOfAModel) {
   EXPECT_TRUE(set.group(0).touches);
   EXPECT_EQ(set.mode(0), ContactSet::Mode::touching);
   EXPECT_EQ(set.mode(1), ContactSet::Mode::apart);
-  EXPECT_NEAR(set.margin(kinematics), 1e-3, 1e-15);
+  EXPECT_NEAR(set.margin(0, kinematics), 1e-3, 1e-15);
   EXPECT_GT(set.elastic_energy(0, kinematics), 0);
   EXPECT_NEAR(set.separation(1, kinematics).distance, 0.1, 1e-15);
   EXPECT_THROW(ContactSet({ball, ball}, {{0, 1, law}}, 1), std::invalid_argument);
