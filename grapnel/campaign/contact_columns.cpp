@@ -27,6 +27,10 @@ double sum(const Reports& pairs, double (*value)(const ContactPairReport&)) {
   for (const ContactPairReport& pair : pairs) total += value(pair);
   return total;
 }
+double loss_of(const ContactPairReport& pair) {
+  const double impacts = pair.hard ? pair.hard->restitution_loss + pair.hard->friction_loss : 0;
+  return pair.damping_loss + pair.friction_loss + impacts;
+}
 double largest(const Reports& pairs, double ContactPairReport::*member) {
   double found = 0;
   for (const ContactPairReport& pair : pairs) found = std::fmax(found, pair.*member);
@@ -51,12 +55,33 @@ std::vector<Column> totals() {
            of_all([](const Reports& all) { return largest(all, &C::peak_force); })},
           {"contacts/largest_depth", "m", "largest penetration of any pair",
            of_all([](const Reports& all) { return largest(all, &C::largest_depth); })},
-          {"contacts/loss", "J", "energy dissipated by normal forces and friction, sum over all pairs",
-           of_all([](const Reports& all) {
-             return sum(all, [](const C& c) { return c.damping_loss + c.friction_loss; });
-           })},
+          {"contacts/loss", "J", "energy dissipated by normal forces, friction and impacts, sum over all pairs",
+           of_all([](const Reports& all) { return sum(all, loss_of); })},
           {"contacts/beyond_model", "1", "whether an overlap of any pair was too deep for the contact model",
            of_all([](const Reports& all) { return std::ranges::any_of(all, &C::beyond_model); })}};
+}
+
+Column impact_column() {
+  return {"contacts/impacts", "1", "number of impacts in an instant, over all hard pairs",
+          of_all([](const Reports& all) {
+            return sum(all, [](const ContactPairReport& c) { return c.hard ? double(c.hard->impacts) : 0.0; });
+          })};
+}
+
+// Columns of the impacts of one hard pair; NaN where there is no value.
+void add_hard_columns(const std::string& a, const std::string& b, bool by_default, std::vector<Column>& columns) {
+  for (const char* key :
+       {"impacts", "fastest_impact", "last_time", "impulse", "restitution_loss", "friction_loss", "persistent_since"}) {
+    const Field& field = *field_named(type_of<HardContactReport>(), key);
+    const auto value = [a, b, &field](const StudyCase&, const CaptureResult& r) {
+      for (const ContactPairReport& pair : r.contacts) {
+        if (pair.body_a == a && pair.body_b == b && pair.hard) return number_in(field, &*pair.hard, 0);
+      }
+      return double(NAN);
+    };
+    columns.push_back({"contacts/" + a + "/" + b + "/hard/" + key, std::string(field.unit.empty() ? "1" : field.unit),
+                       std::string(field.text), value, false, by_default});
+  }
 }
 
 }  // namespace
@@ -66,8 +91,12 @@ std::vector<Column> contact_columns(const CaptureProblem& problem) {
   const std::vector<ContactPair> pairs = contact_pairs(problem, make_capture_system(problem));
   if (pairs.empty()) return {};
   std::vector<Column> columns = totals();
+  const auto is_hard = [](const ContactPair& pair) { return pair.law.hard; };
+  if (std::ranges::any_of(pairs, is_hard)) columns.push_back(impact_column());
   for (const ContactPair& bodies : pairs) {
     const std::string a = contact_name(problem, bodies.a), b = contact_name(problem, bodies.b);
+    const bool by_default = pairs.size() <= kPairsByDefault;
+    if (bodies.law.hard) add_hard_columns(a, b, by_default, columns);
     for (const char* key : {"touches", "touches_at_end", "first_time", "duration", "impulse", "peak_force",
                             "largest_depth", "slip_distance", "damping_loss", "friction_loss"}) {
       const Field& field = *field_named(type_of<ContactPairReport>(), key);
@@ -78,7 +107,7 @@ std::vector<Column> contact_columns(const CaptureProblem& problem) {
         return double(NAN);
       };
       columns.push_back({"contacts/" + a + "/" + b + "/" + key, std::string(field.unit.empty() ? "1" : field.unit),
-                         std::string(field.text), value, false, pairs.size() <= kPairsByDefault});
+                         std::string(field.text), value, false, by_default});
     }
   }
   return columns;

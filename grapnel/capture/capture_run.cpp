@@ -91,12 +91,24 @@ void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, c
 PhaseSetup RunJoints::setup(const RunBodies& bodies) {
   PhaseSetup setup = segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
   setup.clock = clock_;
+  hold_in_impacts(bodies, setup);
   if (setup.actuators.thrusters) setup.actuators.thrusters = thrusters_;
   if (setup.controller) return setup;  // by the law
   const auto is_commanded = [](const JointDrive& drive) { return drive.control == JointControl::controller; };
   if (setup.commanded_root >= 0 || std::any_of(setup.drives.begin(), setup.drives.end(), is_commanded))
     setup.controller = controller(bodies);
   return setup;
+}
+
+// Joints in impacts of hard contacts, by impact.joints; free without it.
+void RunJoints::hold_in_impacts(const RunBodies& bodies, PhaseSetup& setup) const {
+  if (!problem_.impact) return;
+  const ImpactSetup::Joints joints = problem_.impact->joints;
+  for (std::size_t j = 0; j < size(); ++j) {
+    const int v = joint_body(bodies.system, j).v;
+    if (joints == ImpactSetup::Joints::driven) setup.driven_in_impacts.push_back(v);
+    if (joints == ImpactSetup::Joints::braked) setup.braked_in_impacts.push_back(v);
+  }
 }
 
 // The plugin, which is created once per run.

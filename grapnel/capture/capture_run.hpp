@@ -160,6 +160,7 @@ class RunJoints {
 
  private:
   void settle(const RunBodies& bodies, const State& known, std::size_t joint);
+  void hold_in_impacts(const RunBodies& bodies, PhaseSetup& setup) const;
   std::vector<HeldRate> with_rows(const RunBodies& bodies, std::vector<HeldRate> held) const;
 
   std::shared_ptr<Controller> controller(const RunBodies& bodies);

@@ -20,15 +20,22 @@ struct ContactSample {
   Vector3d force_on_b = Vector3d::zero();  // on the second body, normal and friction, in W [N]
   double normal_force = 0;                 // sum of the magnitudes at all places [N]
   double depth = 0;                        // largest penetration, of both surfaces together [m]
+  // Of a hard pair, since the run began:
+  double impacts = 0;         // number
+  double impact_impulse = 0;  // sum of their normal impulses [N s]
 };
 
 /// Declares the series of all pairs and writes their samples.
 class ContactSeries {
  public:
-  /// Names of the pairs, as in CaptureResult::contacts.
-  explicit ContactSeries(std::vector<std::pair<std::string, std::string>> pairs) : pairs_(std::move(pairs)) {}
+  /// Names of the pairs, as in CaptureResult::contacts, and which of them are hard; empty: none.
+  explicit ContactSeries(std::vector<std::pair<std::string, std::string>> pairs, std::vector<bool> hard = {})
+      : pairs_(std::move(pairs)), hard_(std::move(hard)) {
+    hard_.resize(pairs_.size(), false);
+  }
 
-  /// contacts/A--B/force, normal_force, point and depth of each pair, without values.
+  /// contacts/A--B/force, normal_force, point and depth of each pair, and of hard pairs also impacts and
+  /// impact_impulse, without values.
   std::vector<Series> series() const;
   /// Writes one sample of each pair, in their order; empty: all bodies are apart. Bodies that are apart have no point:
   /// NaN.
@@ -36,6 +43,7 @@ class ContactSeries {
 
  private:
   std::vector<std::pair<std::string, std::string>> pairs_;
+  std::vector<bool> hard_;
 };
 
 }  // namespace grapnel

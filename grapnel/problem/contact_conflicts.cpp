@@ -56,6 +56,9 @@ class ContactConflicts : ConflictFinder {
     if (surface.kinetic_friction > surface.static_friction)
       add(path + ".friction", "{}.friction: kinetic is {}, must be at most static, {}", path, surface.kinetic_friction,
           surface.static_friction);
+    if (surface.hard && !material.restitution) add(path, "missing key 'restitution' in {}, needed with hard", path);
+    if (!surface.hard && material.restitution == 0.0)
+      add(path + ".restitution", "{}.restitution is 0, must be greater than 0 unless the material is hard", path);
     if (found_.size() == before) {
       try {
         contact_law_of(material, material, true);

@@ -11,15 +11,24 @@
 
 namespace grapnel {
 
-ContactMaterial surface_of(const MaterialSetup& material) {
+ContactMaterial surface_of(const MaterialSetup& material, bool on_hard) {
   ContactMaterial surface = material.surface;
-  if (material.restitution) surface.dissipation = dissipation_for(*material.restitution, material.restitution_speed);
+  if (!material.restitution) return surface;
+  const double e = *material.restitution;
+  if (surface.hard && on_hard) {
+    surface.restitution = e;
+    surface.dissipation = dissipation_for(std::max(e, kLeastRestitutionAtRest), surface.rest_speed);
+  } else if (!surface.hard || e > 0) {
+    surface.dissipation = dissipation_for(e, material.restitution_speed);
+  } else {
+    surface.dissipation = dissipation_for(kLeastRestitutionAtRest, material.restitution_speed);
+  }
   return surface;
 }
 
 // Two equal surfaces in series have half the stiffness and half the damping of one.
 ContactLaw contact_law_of(const MaterialSetup& a, const MaterialSetup& b, bool same) {
-  ContactMaterial surface_a = surface_of(a), surface_b = surface_of(b);
+  ContactMaterial surface_a = surface_of(a, b.surface.hard), surface_b = surface_of(b, a.surface.hard);
   if (same) {
     for (ContactMaterial* surface : {&surface_a, &surface_b}) surface->stiffness *= 2, surface->damping *= 2;
   }

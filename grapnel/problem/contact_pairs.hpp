@@ -22,9 +22,13 @@ bool has_shape(const CaptureProblem& problem, const BodyName& body);
 /// their shapes overlap. The end of a sentence: "are ..."; empty: they can be one. Both must exist.
 std::string contact_pair_fault(const CaptureProblem& problem, const BodyName& a, const BodyName& b);
 
-/// The surface of a material, with the dissipation of its coefficient of restitution. @throws std::invalid_argument as
-/// dissipation_for().
-ContactMaterial surface_of(const MaterialSetup& material);
+/// Minimum restitution from which the dissipation of persistent contact between hard surfaces follows.
+inline constexpr double kLeastRestitutionAtRest = 0.1;
+/// The surface of a material, with the dissipation of its coefficient of restitution. `on_hard`: on a hard surface,
+/// where a hard material has impacts with this restitution, and in persistent contact the dissipation at its rest
+/// speed.
+/// @throws std::invalid_argument as dissipation_for().
+ContactMaterial surface_of(const MaterialSetup& material, bool on_hard = false);
 /// The law of two materials, in series. `same`: one material states the law of the contact, so that a linear stiffness
 /// and a damping are those of both surfaces together (ContactPairsSetup::materials). @throws std::invalid_argument as
 /// combine() and dissipation_for().

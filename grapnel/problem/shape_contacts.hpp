@@ -45,7 +45,8 @@ struct MaterialSetup {
   std::string name;
   ContactMaterial surface;
   /// Coefficient of restitution of an impact at restitution_speed [m/s], from which surface.dissipation follows (23.6);
-  /// absent: surface.dissipation as stated.
+  /// absent: surface.dissipation as stated. Of a hard surface on another one: of every impact; surface.restitution is
+  /// then not read, and the dissipation follows at surface.rest_speed.
   std::optional<double> restitution = {};
   double restitution_speed = 0.1;
 };

@@ -6,9 +6,27 @@
 namespace grapnel {
 
 template <>
+const Type& type_of<HardContactReport>() {
+  using H = HardContactReport;
+  static constexpr Field fields[] = {
+      field<&H::impacts>("impacts", "1", "number of impacts in an instant"),
+      field<&H::fastest_impact>("fastest_impact", "m/s", "largest approach speed of an impact"),
+      field<&H::last_time>("last_time", "s", "time of the last impact; absent: no impact"),
+      field<&H::impulse>("impulse", "N s", "sum of the normal impulses of all impacts"),
+      field<&H::restitution_loss>("restitution_loss", "J", "energy lost in impacts by the normal impulses"),
+      field<&H::friction_loss>("friction_loss", "J", "energy lost in impacts by friction"),
+      field<&H::persistent_since>("persistent_since", "s",
+                                  "start of the first contact that lasted; absent: every contact was an impact"),
+  };
+  static constexpr Type type =
+      structure<H>("HardContactReport", "instantaneous impacts of two hard bodies over the whole run.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<ContactPairReport>() {
   using C = ContactPairReport;
-  constexpr auto touched = [](const C& c) { return c.first_time.has_value(); };
+  constexpr auto pressed = [](const C& c) { return c.first_time && (!c.hard || c.peak_force > 0); };
   static constexpr Field fields[] = {
       derived<[](const C& c) {
         return std::array{c.body_a, c.body_b};
@@ -17,11 +35,13 @@ const Type& type_of<ContactPairReport>() {
       field<&C::touches_at_end>("touches_at_end", "whether the bodies touched at the end of the run"),
       field<&C::first_time>("first_time", "s", "start of the first contact; absent: no contact"),
       field<&C::duration>("duration", "s", "total time with contact"),
-      field<&C::impulse>("impulse", "N s", "time integral of the normal force"),
+      field<&C::impulse>("impulse", "N s", "time integral of the normal force, with the impulses of hard contact"),
       field<&C::peak_force>("peak_force", "N", "largest normal force"),
-      field<&C::peak_time>("peak_time", "s", "time of the largest normal force; absent: no contact").when<touched>(),
-      field<&C::peak_point>("peak_point", "m", "centre of the normal forces at that time, in W; absent: no contact")
-          .when<touched>(),
+      field<&C::peak_time>("peak_time", "s", "time of the largest normal force; absent: no contact that lasts")
+          .when<pressed>(),
+      field<&C::peak_point>("peak_point", "m",
+                            "centre of the normal forces at that time, in W; absent: no contact that lasts")
+          .when<pressed>(),
       field<&C::largest_depth>("largest_depth", "m", "largest penetration, of both surfaces together"),
       field<&C::slip_distance>("slip_distance", "m", "path of the largest slip velocity during contact"),
       field<&C::damping_loss>("damping_loss", "J", "energy dissipated by the normal forces"),
@@ -29,6 +49,7 @@ const Type& type_of<ContactPairReport>() {
       field<&C::elastic_energy>("elastic_energy", "J", "elastic energy of the surfaces at the end of the run"),
       field<&C::beyond_model>("beyond_model",
                               "whether an overlap was too deep for the contact model; then forces are not reliable"),
+      field<&C::hard>("hard", "impacts of hard contact; absent: the contact is compliant"),
   };
   static constexpr Type type = structure<C>(
       "ContactPairReport",

@@ -11,23 +11,35 @@
 
 namespace grapnel {
 
+/// Impacts of two hard bodies in an instant, over the whole run.
+struct HardContactReport {
+  int impacts = 0;
+  double fastest_impact = 0;               // largest approach speed [m/s]
+  std::optional<double> last_time;         // of the last impact [s]; absent: none
+  double impulse = 0;                      // sum of the normal impulses [N s]
+  double restitution_loss = 0;             // lost by normal impulses [J]
+  double friction_loss = 0;                // lost by tangential impulses [J]
+  std::optional<double> persistent_since;  // begin of the first persistent contact [s]; absent: none
+};
+
 /// Two bodies that may touch, over the whole run. All shapes of a body together.
 struct ContactPairReport {
   std::string body_a, body_b;
-  int touches = 0;                         // times that contact began
-  bool touches_at_end = false;             // contact lasts at the end of the run
-  std::optional<double> first_time;        // begin of the first contact [s]; absent: no contact
-  double duration = 0;                     // with contact, in total [s]
-  double impulse = 0;                      // of the normal forces: their magnitude over time [N s]
-  double peak_force = 0;                   // maximum of the normal forces' sum [N]
-  double peak_time = 0;                    // its time [s]
-  Vector3d peak_point = Vector3d::zero();  // centre of the normal forces then, in W [m]
-  double largest_depth = 0;                // maximum penetration of both surfaces together [m]
-  double slip_distance = 0;                // path of the largest slip velocity, in contact [m]
-  double damping_loss = 0;                 // dissipated by the normal forces [J]
-  double friction_loss = 0;                // dissipated by friction [J]
-  double elastic_energy = 0;               // stored at the end of the run [J]
-  bool beyond_model = false;               // some overlap was too deep for the model (theory, section 23)
+  int touches = 0;                             // times that contact began
+  bool touches_at_end = false;                 // contact lasts at the end of the run
+  std::optional<double> first_time;            // begin of the first contact [s]; absent: no contact
+  double duration = 0;                         // with contact, in total [s]
+  double impulse = 0;                          // of the normal forces: their magnitude over time, and of impacts [N s]
+  double peak_force = 0;                       // maximum of the normal forces' sum [N]
+  double peak_time = 0;                        // its time [s]
+  Vector3d peak_point = Vector3d::zero();      // centre of the normal forces then, in W [m]
+  double largest_depth = 0;                    // maximum penetration of both surfaces together [m]
+  double slip_distance = 0;                    // path of the largest slip velocity, in contact [m]
+  double damping_loss = 0;                     // dissipated by the normal forces [J]
+  double friction_loss = 0;                    // dissipated by friction [J]
+  double elastic_energy = 0;                   // stored at the end of the run [J]
+  bool beyond_model = false;                   // some overlap was too deep for the model (theory, section 23)
+  std::optional<HardContactReport> hard = {};  // absent: the contact is compliant
 };
 
 /// The stages of the capture of one target by contacts (StagesSetup), over the whole run. Times are absent for stages

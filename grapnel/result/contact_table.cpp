@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "grapnel/result/text_table.hpp"
@@ -22,6 +23,24 @@ std::vector<const ContactPairReport*> touching_pairs(const CaptureResult& result
     if (pair.touches > 0) touching.push_back(&pair);
   }
   return touching;
+}
+
+// The impacts of the hard ones among these pairs; empty: there are none.
+std::string impact_table(std::span<const ContactPairReport* const> pairs) {
+  TextTable table;
+  table.row({"bodies", "impacts", "last at", "fastest", "impulse", "restitution loss", "friction loss", "lasts from"});
+  table.row({"", "", "s", "m/s", "N s", "J", "J", "s"});
+  bool any = false;
+  for (const ContactPairReport* pair : pairs) {
+    if (!pair->hard) continue;
+    const HardContactReport& hard = *pair->hard;
+    const auto time = [](const std::optional<double>& t) { return t ? short_number(*t) : std::string("-"); };
+    any = true;
+    table.row({pair_name(*pair), std::to_string(hard.impacts), time(hard.last_time), short_number(hard.fastest_impact),
+               short_number(hard.impulse), short_number(hard.restitution_loss), short_number(hard.friction_loss),
+               time(hard.persistent_since)});
+  }
+  return any ? table.text() : std::string();
 }
 
 }  // namespace
@@ -60,7 +79,7 @@ std::string contact_table(const CaptureResult& result) {
                 short_number(pair.damping_loss), short_number(pair.friction_loss), short_number(pair.elastic_energy),
                 pair.touches_at_end ? "contact" : "apart"});
   }
-  out += forces.text() + losses.text();
+  out += forces.text() + losses.text() + impact_table(std::span(touching).first(shown));
   if (shown < touching.size()) out += fmt::format("  {} more, see contacts in summary.json\n", touching.size() - shown);
   if (std::ranges::any_of(touching, [](const ContactPairReport* pair) { return pair->beyond_model; }))
     out += paragraph("* an overlap was too deep for the contact model: these forces are not reliable", "  ");

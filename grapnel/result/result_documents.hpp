@@ -122,6 +122,8 @@ const Type& type_of<StagesReport::Failure>();
 template <>
 const Type& type_of<StagesReport>();
 template <>
+const Type& type_of<HardContactReport>();
+template <>
 const Type& type_of<WheelReport>();
 template <>
 const Type& type_of<GyrosReport>();

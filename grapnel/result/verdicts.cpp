@@ -389,9 +389,13 @@ std::string contact_sentence(const CaptureResult& result) {
   const auto touching = std::ranges::count_if(result.contacts, [](const auto& pair) { return pair.touches > 0; });
   std::string text = fmt::format("contacts: {} of {} pairs touched", touching, result.contacts.size());
   if (touching == 0) return text;
+  int impacts = 0;
+  for (const ContactPairReport& pair : result.contacts) impacts += pair.hard ? pair.hard->impacts : 0;
+  if (impacts > 0) text += fmt::format("; {} {} in an instant", impacts, impacts == 1 ? "impact" : "impacts");
   const ContactPairReport& hardest = *std::ranges::max_element(result.contacts, {}, &ContactPairReport::peak_force);
-  text += fmt::format("; largest force {} N between {} and {} at t = {} s", short_number(hardest.peak_force),
-                      hardest.body_a, hardest.body_b, short_number(hardest.peak_time));
+  if (hardest.peak_force > 0)
+    text += fmt::format("; largest force {} N between {} and {} at t = {} s", short_number(hardest.peak_force),
+                        hardest.body_a, hardest.body_b, short_number(hardest.peak_time));
   std::vector<std::string> deep;
   for (const ContactPairReport& pair : result.contacts) {
     if (pair.beyond_model) deep.push_back(pair.body_a + " and " + pair.body_b);

@@ -52,12 +52,24 @@ struct Described<MaterialSetup> {
           .optional(),
       field<&T::restitution>("restitution", "",
                              "Coefficient of restitution of an impact at `restitution_speed`, from which the "
-                             "dissipation follows. Absent: by `dissipation`.")
-          .above(0)
+                             "dissipation follows; of two hard surfaces at any speed. 0 only if `hard`. Absent: by "
+                             "`dissipation`.")
+          .at_least(0)
           .at_most(1)
           .optional(),
       field<&T::restitution_speed>("restitution_speed", "m/s",
                                    "Approach speed at which the coefficient of restitution applies. Absent: 0.1.")
+          .above(0)
+          .optional(),
+      found<[](T& t) -> bool& { return t.surface.hard; }>(
+          "hard", "",
+          "`true`: contact with another hard surface begins with an impact in an instant. Needs `restitution`. Absent: "
+          "false.")
+          .optional(),
+      found<[](T& t) -> double& { return t.surface.rest_speed; }>(
+          "rest_speed", "m/s",
+          "Largest approach speed of hard surfaces at which contact lasts, with elasticity and friction as between "
+          "other surfaces. Absent: 1e-3.")
           .above(0)
           .optional(),
       found<[](T& t) -> double& { return t.surface.dissipation; }>(
@@ -99,6 +111,7 @@ struct Described<MaterialSetup> {
       not_both("stiffness, poisson_ratio"),
       not_both("restitution, dissipation"),
       needs("restitution_speed", "restitution"),
+      needs("rest_speed", "hard"),
   });
   static constexpr Type type = structure<T>(
       "material", "A surface material. It states either `stiffness`, or `youngs_modulus`, or `like`.", fields, rules);

@@ -67,6 +67,24 @@ const Column& named(const std::vector<Column>& columns, const std::string& name)
   throw std::runtime_error("no column " + name);
 }
 
+TEST(ContactColumns, HardPairsHaveTheirImpacts) {
+  StudyCase point = touching();
+  EXPECT_THAT(names(standard_columns(point.problem, true)), Not(Contains("contacts/impacts")));
+  point.problem.materials[0].surface.hard = true;
+  point.problem.materials[0].restitution = 0.5;
+  CaptureResult r = result_of_touching();
+  r.contacts[0].hard = HardContactReport{5, 0.25, 4, 3.5, 0.5, 0.25, {}};
+  r.contacts[1].hard = HardContactReport{2, 0.5, 4, 1, 0.125, 0, {}};
+  const std::vector<Column> columns = standard_columns(point.problem, true);
+  const auto value = [&](const std::string& name) { return named(columns, name).value(point, r); };
+  EXPECT_EQ(value("contacts/impacts"), 7);
+  EXPECT_EQ(value("contacts/base/ball/hard/impacts"), 5);
+  EXPECT_EQ(value("contacts/base/ball/hard/last_time"), 4);
+  EXPECT_EQ(value("contacts/ball/wall/hard/fastest_impact"), 0.5);
+  EXPECT_TRUE(std::isnan(value("contacts/base/ball/hard/persistent_since")));
+  EXPECT_EQ(value("contacts/loss"), 0.125 + 0.0625 + 1 + 0.875);
+}
+
 TEST(ContactColumns, PairsAndTotals) {
   const StudyCase point = touching();
   const CaptureResult r = result_of_touching();

@@ -196,5 +196,26 @@ TEST(ContactLawOf, RestitutionGivesTheDissipation) {
   EXPECT_THROW(contact_law_of(m, m, true), std::invalid_argument);
 }
 
+TEST(ContactLawOf, OnlyTwoHardMaterialsAreHard) {
+  MaterialSetup hard = pad("hard", 1e4), harder = pad("harder", 3e4), soft = pad("soft", 1e4);
+  hard.surface.hard = harder.surface.hard = true;
+  hard.restitution = 0.6, harder.restitution = 0, soft.restitution = 0.8;
+  hard.surface.rest_speed = 2e-3;
+  const ContactLaw one = contact_law_of(hard, hard, true);
+  EXPECT_TRUE(one.hard);
+  EXPECT_DOUBLE_EQ(one.restitution, 0.6);
+  EXPECT_DOUBLE_EQ(one.rest_speed, 2e-3);
+  EXPECT_DOUBLE_EQ(one.dissipation, dissipation_for(0.6, 2e-3));
+  // By parts of the deformation: 3/4 in the softer one.
+  const ContactLaw two = contact_law_of(hard, harder, false);
+  EXPECT_TRUE(two.hard);
+  EXPECT_DOUBLE_EQ(two.restitution, 0.75 * 0.6);
+  EXPECT_DOUBLE_EQ(two.rest_speed, 2e-3);
+  EXPECT_DOUBLE_EQ(two.dissipation, 0.75 * dissipation_for(0.6, 2e-3) + 0.25 * dissipation_for(0.1, 1e-3));
+  const ContactLaw mixed = contact_law_of(hard, soft, false);
+  EXPECT_FALSE(mixed.hard);
+  EXPECT_DOUBLE_EQ(mixed.dissipation, 0.5 * dissipation_for(0.6, 0.1) + 0.5 * dissipation_for(0.8, 0.1));
+}
+
 }  // namespace contact_pairs_test
 }  // namespace grapnel::testing

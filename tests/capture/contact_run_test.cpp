@@ -35,8 +35,8 @@ std::string scene(const std::string& target, const std::string& rest,
          "  - {name: box, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: " +
          target +
          ", grasp_points: [{name: face, position: [-0.18, 0, 0]}]}\n"
-         "materials: [{name: pad, stiffness: 2e4, " +
-         material + ", friction: 0.3}]\n" + rest;
+         "materials:\n  - {name: pad, stiffness: 2e4, " +
+         material + ", friction: 0.3}\n" + rest;
 }
 CaptureResult run(const std::string& text) {
   const test::TemporaryFolder folder;
@@ -109,6 +109,88 @@ TEST(ContactRun, AGripperPassesThroughItsTargetUntilTheyAreApart) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
   EXPECT_EQ(pair(r, "arm", "box").peak_force, 0);
+}
+
+// ---- Hard contacts ----
+
+// The box strikes the arm's ball: a central impact in an instant, of 105 and 20 kg, or with a free joint of 5 and 20
+// kg.
+TEST(HardContactRun, ABoxReboundsInAnInstant) {
+  for (const bool braked : {true, false}) {
+    SCOPED_TRACE(braked);
+    const CaptureResult r = run(scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
+                                      "contacts: {pairs: [[arm, box]], material: pad}\n"
+                                      "motion: {duration: 3, joints: " +
+                                          std::string(braked ? "braked" : "free") + "}\n",
+                                      "hard: true, restitution: 0.5"));
+    ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+    EXPECT_TRUE(r.ledger.pass());
+    const ContactPairReport& contact = pair(r, "arm", "box");
+    ASSERT_TRUE(contact.hard);
+    EXPECT_EQ(contact.hard->impacts, 1);
+    EXPECT_EQ(contact.touches, 1);
+    const double arm = braked ? 105 : 5, reduced = arm * 20 / (arm + 20);
+    EXPECT_NEAR(contact.hard->impulse, reduced * 0.1 * 1.5, 1e-12);
+    EXPECT_EQ(contact.impulse, contact.hard->impulse);
+    EXPECT_NEAR(contact.hard->restitution_loss, 0.5 * reduced * 0.01 * 0.75, 1e-13);
+    EXPECT_NEAR(contact.hard->friction_loss, 0, 1e-13);
+    EXPECT_NEAR(contact.first_time.value(), 1, 1e-10);
+    EXPECT_EQ(contact.hard->last_time, contact.first_time);
+    EXPECT_NEAR(contact.hard->fastest_impact, 0.1, 1e-12);
+    EXPECT_FALSE(contact.hard->persistent_since);
+    EXPECT_EQ(contact.peak_force, 0);
+    EXPECT_NEAR(r.post_impact_end->targets[0].velocity[0], -0.1 + reduced * 0.15 / 20, 1e-12);
+  }
+}
+
+TEST(HardContactRun, ABoxBouncesUntilItRests) {
+  const CaptureResult r = run(scene("{at: start, position: [3, 0, 0.1], angular_velocity: [0.1, 0.2, 0.3]}",
+                                    "gravity: [0, 0, -1]\n"
+                                    "obstacles: [{name: floor, half_space: true, position: [0, 0, -0.15]}]\n"
+                                    "contacts: {pairs: [[box, floor]], material: pad}\n"
+                                    "motion: {duration: 10, joints: braked}\n",
+                                    "hard: true, restitution: 0.4"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+  const ContactPairReport& contact = pair(r, "box", "floor");
+  ASSERT_TRUE(contact.hard);
+  EXPECT_GT(contact.hard->impacts, 3);
+  EXPECT_TRUE(contact.hard->persistent_since);
+  EXPECT_TRUE(contact.touches_at_end);
+  EXPECT_GT(contact.hard->restitution_loss, 0);
+  EXPECT_GT(contact.hard->friction_loss, 0);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].velocity), 1e-6);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 1e-6);
+}
+
+// impact.joints applies to hard contacts: a driven arm is as heavy as its base. The grasp is too late to close.
+TEST(HardContactRun, JointsAreAsInImpacts) {
+  std::string text = scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
+                           "contacts: {pairs: [[arm, box]], material: pad}\n"
+                           "grasps: [{end_effector: tip, target: box, point: face, closes_at: 2.5}]\n"
+                           "impact: {law: plastic, joints: driven}\n"
+                           "post_impact: {duration: 3, joints: free}\n",
+                           "hard: true, restitution: 0.5");
+  const std::string tip = "position: [0.3, 0, 0]}";
+  text.replace(text.find(tip), tip.size(), "position: [0.3, 0, 0], envelope: {position: 1e-3}}");
+  const CaptureResult r = run(text);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_NEAR(pair(r, "arm", "box").hard->impulse, 105.0 * 20 / 125 * 0.1 * 1.5, 1e-12);
+}
+
+// With a compliant surface the contact is compliant.
+TEST(HardContactRun, ACompliantSurfaceDecides) {
+  const std::string rest =
+      "  - {name: soft, stiffness: 2e4}\ncontacts: {pairs: [[arm, box]], materials: [soft, pad]}\n"
+      "motion: {duration: 3, joints: braked}\n";
+  std::string text =
+      scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}", rest, "hard: true, restitution: 0.5");
+  const CaptureResult r = run(text);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  const ContactPairReport& contact = pair(r, "arm", "box");
+  EXPECT_FALSE(contact.hard);
+  EXPECT_EQ(contact.touches, 1);
+  EXPECT_GT(contact.peak_force, 0);
 }
 
 }  // namespace contact_run_test

@@ -565,6 +565,22 @@ void expect_a_grip(const CaptureResult& r) {
   EXPECT_NEAR(r.contacts[1].peak_force, 10, 0.1);
 }
 
+// Impacts in an instant between two paddles take part of a tank's spin.
+void expect_bounces(const CaptureProblem& p, const CaptureResult& r) {
+  int impacts = 0;
+  double lost = 0;
+  for (const ContactPairReport& pair : r.contacts) {
+    ASSERT_TRUE(pair.hard);
+    impacts += pair.hard->impacts;
+    lost += pair.hard->restitution_loss + pair.hard->friction_loss;
+    EXPECT_FALSE(pair.beyond_model);
+  }
+  EXPECT_EQ(impacts, 6);
+  EXPECT_NEAR(lost, 1.27, 0.01);
+  ASSERT_TRUE(r.post_impact_end);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 0.25 * norm(p.targets[0].V_WT.angular));
+}
+
 // Magnetic torquers only brake: their torque m x B is perpendicular to the field and takes power at every instant. The
 // error of a scenario without a field names the place.
 void expect_magnetic_detumbling(const CaptureProblem& p, const CaptureResult& r) {
@@ -687,6 +703,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "four-arm-cage") return expect_a_cage(p, r);
   if (name == "parallel-gripper") return expect_a_grip(r);
   if (name == "lost-grasp") return expect_a_lost_grasp(r);
+  if (name == "hard-paddles") return expect_bounces(p, r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

@@ -103,9 +103,42 @@ TEST(ContactReport, TableListsThePairsThatTouched) {
   EXPECT_EQ(contact_table({}), "");
 }
 
+TEST(ContactReport, HardPairsHaveTheirImpacts) {
+  CaptureResult result = sample();
+  ContactPairReport& pair = result.contacts[1];
+  pair.hard = HardContactReport{7, 0.25, 3.5, 4.25, 0.625, 0.125, 3.75};
+  const json expected = {{"impacts", 7},
+                         {"fastest_impact", 0.25},
+                         {"last_time", 3.5},
+                         {"impulse", 4.25},
+                         {"restitution_loss", 0.625},
+                         {"friction_loss", 0.125},
+                         {"persistent_since", 3.75}};
+  const json contacts = parsed(result).at("contacts");
+  EXPECT_EQ(contacts[1].at("hard"), expected);
+  EXPECT_FALSE(contacts[2].contains("hard"));
+  const std::string text = contact_table(result);
+  EXPECT_THAT(text, ContainsRegex("\n  palm, debris +7 +3\\.5 +0\\.25 +4\\.25 +0\\.625 +0\\.125 +3\\.75\n"));
+  EXPECT_THAT(contact_sentence(result),
+              HasSubstr("2 of 3 pairs touched; 7 impacts in an instant; largest force 12.3 N"));
+  // Of impacts alone there is no force, and no time of the largest one.
+  pair.peak_force = 0, result.contacts[2].peak_force = 0, pair.hard->persistent_since.reset();
+  EXPECT_FALSE(parsed(result).at("contacts")[1].contains("peak_time"));
+  EXPECT_FALSE(parsed(result).at("contacts")[1].at("hard").contains("persistent_since"));
+  EXPECT_EQ(contact_sentence(result), "contacts: 2 of 3 pairs touched; 7 impacts in an instant");
+}
+
 TEST(ContactReport, TableIsLimited) {
   CaptureResult result;
   for (int i = 0; i < 25; ++i) result.contacts.push_back(touching(std::string(90, 'n'), std::to_string(i)));
+  for (ContactPairReport& pair : result.contacts)
+    pair.hard = HardContactReport{1000,
+                                  -1.23456789e-100,
+                                  -1.23456789e-100,
+                                  -1.23456789e-100,
+                                  -1.23456789e-100,
+                                  -1.23456789e-100,
+                                  -1.23456789e-100};
   for (ContactPairReport& pair : result.contacts)
     pair.duration = pair.impulse = pair.peak_force = pair.peak_time = pair.largest_depth = pair.slip_distance =
         pair.damping_loss = pair.friction_loss = pair.elastic_energy = -1.23456789e-100;

@@ -39,6 +39,16 @@ CaptureProblem read(const std::string& text) {
 const BodyName kBall = BodyName::of_target(0), kFloor = BodyName::of_obstacle(0), kPost = BodyName::of_obstacle(1);
 using Pair = std::pair<BodyName, BodyName>;
 
+TEST(Contacts, HardMaterialsAreRead) {
+  const CaptureProblem p =
+      read(touching("{pairs: [[lower, ball]], materials: [rim, pad]}",
+                    "{name: rim, stiffness: 2e4, hard: true, restitution: 0, rest_speed: 2 mm/s, friction: 0.2}"));
+  EXPECT_TRUE(p.materials[1].surface.hard);
+  EXPECT_EQ(p.materials[1].restitution, 0);
+  EXPECT_EQ(p.materials[1].surface.rest_speed, 2e-3);
+  EXPECT_FALSE(p.materials[0].surface.hard);
+}
+
 TEST(Contacts, EveryKeyIsRead) {
   const CaptureProblem p = read(touching(
       "\n  - {pairs: [[lower, ball], [floor, base]], material: pad}"
@@ -206,6 +216,15 @@ const std::vector<Case> kCases{
     {"restitution_and_dissipation",
      touching(kRule, "{name: rim, stiffness: 1, restitution: 0.5, dissipation: 1}"),
      {"scenario.yaml:38:49: error: materials[1] has both 'restitution' and 'dissipation', only one is allowed"}},
+    {"hard_without_restitution",
+     touching(kRule, "{name: rim, stiffness: 1, hard: true}"),
+     {"scenario.yaml:38:5: error: missing key 'restitution' in materials[1], needed with hard"}},
+    {"plastic_but_not_hard",
+     touching(kRule, "{name: rim, stiffness: 1, restitution: 0}"),
+     {"scenario.yaml:38:44: error: materials[1].restitution is 0, must be greater than 0 unless the material is hard"}},
+    {"rest_speed_without_hard",
+     touching(kRule, "{name: rim, stiffness: 1, rest_speed: 1 mm/s}"),
+     {"scenario.yaml:38:31: error: 'rest_speed' needs 'hard' in materials[1]"}},
     {"unknown_ready_made",
      touching(kRule, "{name: rim, like: aluminum}"),
      {"scenario.yaml:38:23: error: unknown value 'aluminum' for materials[1].like; did you mean 'aluminium'?"}},

@@ -2361,13 +2361,13 @@ export interface ContactPairReport {
   first_time?: number;
   /** total time with contact [s] */
   duration: number;
-  /** time integral of the normal force [N s] */
+  /** time integral of the normal force, with the impulses of hard contact [N s] */
   impulse: number;
   /** largest normal force [N] */
   peak_force: number;
-  /** time of the largest normal force; absent: no contact [s] */
+  /** time of the largest normal force; absent: no contact that lasts [s] */
   peak_time?: number;
-  /** centre of the normal forces at that time, in W; absent: no contact [m] */
+  /** centre of the normal forces at that time, in W; absent: no contact that lasts [m] */
   peak_point?: [number, number, number];
   /** largest penetration, of both surfaces together [m] */
   largest_depth: number;
@@ -2381,6 +2381,8 @@ export interface ContactPairReport {
   elastic_energy: number;
   /** whether an overlap was too deep for the contact model; then forces are not reliable */
   beyond_model: boolean;
+  /** impacts of hard contact; absent: the contact is compliant */
+  hard?: HardContactReport;
 }
 export const kContactPairReport: FieldNote[] = [
   ["bodies","","pair of bodies, or of a body and an obstacle"],
@@ -2388,16 +2390,44 @@ export const kContactPairReport: FieldNote[] = [
   ["touches_at_end","","whether the bodies touched at the end of the run"],
   ["first_time","s","start of the first contact; absent: no contact"],
   ["duration","s","total time with contact"],
-  ["impulse","N s","time integral of the normal force"],
+  ["impulse","N s","time integral of the normal force, with the impulses of hard contact"],
   ["peak_force","N","largest normal force"],
-  ["peak_time","s","time of the largest normal force; absent: no contact"],
-  ["peak_point","m","centre of the normal forces at that time, in W; absent: no contact"],
+  ["peak_time","s","time of the largest normal force; absent: no contact that lasts"],
+  ["peak_point","m","centre of the normal forces at that time, in W; absent: no contact that lasts"],
   ["largest_depth","m","largest penetration, of both surfaces together"],
   ["slip_distance","m","path of the largest slip velocity during contact"],
   ["damping_loss","J","energy dissipated by the normal forces"],
   ["friction_loss","J","energy dissipated by friction"],
   ["elastic_energy","J","elastic energy of the surfaces at the end of the run"],
   ["beyond_model","","whether an overlap was too deep for the contact model; then forces are not reliable"],
+  ["hard","","impacts of hard contact; absent: the contact is compliant"],
+];
+
+// instantaneous impacts of two hard bodies over the whole run.
+export interface HardContactReport {
+  /** number of impacts in an instant [1] */
+  impacts: number;
+  /** largest approach speed of an impact [m/s] */
+  fastest_impact: number;
+  /** time of the last impact; absent: no impact [s] */
+  last_time?: number;
+  /** sum of the normal impulses of all impacts [N s] */
+  impulse: number;
+  /** energy lost in impacts by the normal impulses [J] */
+  restitution_loss: number;
+  /** energy lost in impacts by friction [J] */
+  friction_loss: number;
+  /** start of the first contact that lasted; absent: every contact was an impact [s] */
+  persistent_since?: number;
+}
+export const kHardContactReport: FieldNote[] = [
+  ["impacts","1","number of impacts in an instant"],
+  ["fastest_impact","m/s","largest approach speed of an impact"],
+  ["last_time","s","time of the last impact; absent: no impact"],
+  ["impulse","N s","sum of the normal impulses of all impacts"],
+  ["restitution_loss","J","energy lost in impacts by the normal impulses"],
+  ["friction_loss","J","energy lost in impacts by friction"],
+  ["persistent_since","s","start of the first contact that lasted; absent: every contact was an impact"],
 ];
 
 // distances between bodies with shapes.

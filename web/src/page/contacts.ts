@@ -24,6 +24,7 @@ export function contactsSection(s: PartlySummary): HTMLElement[] {
       ? [element("p", {}, mark("warn", "An overlap was too deep for the contact model: forces of these pairs are not reliable."))]
       : []),
     ...describedTable("Pairs that touched", described.kContactPairReport, touching, { cells, few: 20 }),
+    ...describedTable("Impacts of hard pairs", [["bodies", "", "pair of bodies"], ...described.kHardContactReport], touching.filter((one) => one.hard).map(impactsOf), { cells: { bodies }, few: 20 }),
     ...(touching.length === 0 ? [element("p", {}, "No pair touched.")] : []),
     ...(apart.length > 0 ? [fold(`${apart.length === 1 ? "1 pair" : `${apart.length} pairs`} did not touch`, element("p", {}, `${apart.join("; ")}.`))] : []),
   ];
@@ -33,6 +34,12 @@ function hasTouched(one: Pair): boolean {
   return (num(one.touches) ?? 0) > 0;
 }
 
-function bodies(one: Pair): string {
+type Impacts = Partly<described.HardContactReport> & Pick<Pair, "bodies">;
+
+function impactsOf(one: Pair): Impacts {
+  return { bodies: one.bodies, ...one.hard };
+}
+
+function bodies(one: Pick<Pair, "bodies">): string {
   return list(one.bodies).join(" – ");
 }

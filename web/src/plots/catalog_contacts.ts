@@ -12,15 +12,16 @@ export function touchPlots(context: Context): PlotSpec[] {
     const found = kPath.exec(series.path);
     return found ? [{ path: series.path.slice(0, -"/normal_force".length), a: found[1], b: found[2], name: `${found[1]} – ${found[2]}` }] : [];
   });
-  for (const { path } of pairs) for (const name of ["force", "normal_force", "point", "depth"]) context.used.add(`${path}/${name}`);
+  for (const { path } of pairs) for (const name of ["force", "normal_force", "point", "depth", "impacts", "impact_impulse"]) context.used.add(`${path}/${name}`);
   const touching = pairs.filter(({ path }) => !isZero(context.run.series(`${path}/normal_force`)));
-  const common = (quantity: string, title: string, unit: string): PlotSpec => ({
+  const struck = pairs.filter(({ path }) => !isZero(context.run.series(`${path}/impacts`)));
+  const common = (quantity: string, title: string, unit: string, among = touching): PlotSpec => ({
     id: `contacts-${quantity}`,
     group: "Contacts",
     title,
     axis: label(quantity.replace(/_/g, " "), unit),
     unit,
-    lines: touching.flatMap(({ path, name }, i) => {
+    lines: among.flatMap(({ path, name }, i) => {
       const series = take(context, `${path}/${quantity}`);
       return series ? [componentLine(context, series, 0, { label: name, ...lineStyle(i) })] : [];
     }),
@@ -28,6 +29,8 @@ export function touchPlots(context: Context): PlotSpec[] {
   return [
     common("normal_force", "Normal forces of contacts", "N"),
     common("depth", "Depths of contacts", "m"),
+    common("impacts", "Impacts of hard contacts so far", "", struck),
+    common("impact_impulse", "Impulses of hard contacts so far", "N s", struck),
     ...touching.flatMap(({ path, a, b }): PlotSpec[] => {
       const series = take(context, `${path}/force`);
       if (!series) return [];
