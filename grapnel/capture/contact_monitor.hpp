@@ -29,7 +29,7 @@ class ContactMonitor final : public ActuatorMonitor {
  private:
   void note_peaks(double time);
   void check_energy(std::size_t group);
-  void check_impacts(std::size_t group);
+  void check_impacts();
 
   MovingFrame frame_;
   std::vector<ContactPairReport> reports_;  // integrals and histories: of completed phases

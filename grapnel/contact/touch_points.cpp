@@ -93,13 +93,14 @@ Polygon hull_of(Polygon points, double same) {
 // The part of a polygon or segment to the left of the line from a to b.
 Polygon left_of(const Polygon& polygon, const Point2& a, const Point2& b, double same) {
   const Point2 edge = b - a;
-  const auto side = [&](const Point2& p) { return cross2(edge, p - a) / length(edge) + same; };
+  const auto side = [&](const Point2& p) { return cross2(edge, p - a) / length(edge); };
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2 &p = polygon[i], &next = polygon[(i + 1) % polygon.size()];
     const double here = side(p), there = side(next);
-    if (here >= 0) kept.push_back(p);
-    if ((here < 0) != (there < 0)) kept.push_back(between(p, next, here / (here - there)));
+    if (here >= -same) kept.push_back(p);
+    if ((here < -same) != (there < -same))
+      kept.push_back(between(p, next, std::clamp(here / (here - there), 0.0, 1.0)));
   }
   return kept;
 }

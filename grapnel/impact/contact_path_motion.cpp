@@ -121,6 +121,7 @@ bool PathMotion::balanced(const std::vector<int>& rubbing, const Eigen::VectorXd
     b.segment<2>(2 * k) = W_.middleRows<2>(3 * i + 1) * force_;
     radius[k] = friction(i) * std::max(0.0, normal[i]);
   }
+  remove_rounding(b, force_.norm());
   const FrictionForces forces = friction_at_rest(mobility_of(rubbing).A, b, radius);
   count(forces);
   for (Eigen::Index k = 0; k < m; ++k)
@@ -258,6 +259,7 @@ RestProblem PathMotion::at_rest(const std::vector<int>& rest) {
     r.b.segment<2>(2 * i) = W_.middleRows<2>(3 * a + 1) * force;
     r.radius[i] = friction(a) * normal[a];
   }
+  remove_rounding(r.b, force.norm());
   return r;
 }
 

@@ -49,6 +49,12 @@ struct RestMobility {
   bool redundant = false;   // A is singular
 };
 
+/// Sets slip rates that are rounding errors to zero: forces that balanced them would have no meaning. `size`: of the
+/// terms of which b is the sum, with mobilities and speeds of the order of 1 (PathMotion).
+inline void remove_rounding(Eigen::Ref<Eigen::VectorXd> b, double size) {
+  if (b.norm() <= 1e-14 * size) b.setZero();
+}
+
 /// Contacts at rest in their tangent planes: rate = A force + b, |force_i| <= radius_i.
 struct RestProblem {
   const RestMobility& mobility;

@@ -58,6 +58,7 @@ void PathMotion::moreau(double h, PathState& increment, Eigen::VectorXd& l) {
     rub_radius_[k] = friction(i) * std::max(0.0, force_[3 * i]);
   }
   if (m > 0) {
+    remove_rounding(rub_rate_, u_.norm() + h * force_.norm());
     const FrictionForces forces = friction_at_rest(h * rub_, rub_rate_, rub_radius_, l, rub_choice_);
     l = forces.force;
     count(forces);

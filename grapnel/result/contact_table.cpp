@@ -28,17 +28,16 @@ std::vector<const ContactPairReport*> touching_pairs(const CaptureResult& result
 // The impacts of the hard ones among these pairs; empty: there are none.
 std::string impact_table(std::span<const ContactPairReport* const> pairs) {
   TextTable table;
-  table.row({"bodies", "impacts", "last at", "fastest", "impulse", "restitution loss", "friction loss", "lasts from"});
-  table.row({"", "", "s", "m/s", "N s", "J", "J", "s"});
+  table.row({"bodies", "impacts", "last at", "impulse", "restitution loss", "friction loss", "lasts from"});
+  table.row({"", "", "s", "N s", "J", "J", "s"});
   bool any = false;
   for (const ContactPairReport* pair : pairs) {
     if (!pair->hard) continue;
     const HardContactReport& hard = *pair->hard;
     const auto time = [](const std::optional<double>& t) { return t ? short_number(*t) : std::string("-"); };
     any = true;
-    table.row({pair_name(*pair), std::to_string(hard.impacts), time(hard.last_time), short_number(hard.fastest_impact),
-               short_number(hard.impulse), short_number(hard.restitution_loss), short_number(hard.friction_loss),
-               time(hard.persistent_since)});
+    table.row({pair_name(*pair), std::to_string(hard.impacts), time(hard.last_time), short_number(hard.impulse),
+               short_number(hard.restitution_loss), short_number(hard.friction_loss), time(hard.persistent_since)});
   }
   return any ? table.text() : std::string();
 }

@@ -16,9 +16,38 @@ namespace {
 
 // Steps of a path of impulses beyond which contacts do not part, since held rates press them together.
 constexpr int kMaxSteps = 10'000;
+// Slip speed that counts as a rounding error, relative to the largest approach speed.
+constexpr double kNoSlip = 1e-9;
 
 Vector3d point_velocity(int body, const Vector3d& p_W, const Kinematics& k) {
   return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
+}
+
+double slip_of(const Vector3d& v, const Vector3d& n) { return norm(v - dot(v, n) * n); }
+
+// The largest slip speed of points, at the velocities of kinematics, or after an impact [m/s].
+double largest_slip(std::span<const HardPoint> points, const Kinematics& k) {
+  double slip = 0;
+  for (const HardPoint& p : points)
+    slip = std::max(slip, slip_of(point_velocity(p.body_b, p.p_WC, k) - point_velocity(p.body_a, p.p_WC, k), p.normal));
+  return slip;
+}
+double largest_slip(std::span<const HardPoint> points, const ImpactSolution& solution) {
+  double slip = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    slip = std::max(slip, slip_of(solution.points[i].velocity_after, points[i].normal));
+  return slip;
+}
+
+double largest_approach(std::span<const HardPoint> points) {
+  double speed = 0;
+  for (const HardPoint& p : points) speed = std::max(speed, p.approach_speed);
+  return speed;
+}
+
+std::vector<HardPoint> without_friction(std::vector<HardPoint> points) {
+  for (HardPoint& p : points) p.friction = 0;
+  return points;
 }
 
 Grasp grasp_of_closure(const LoopClosure& closure, const Kinematics& k) {
@@ -131,32 +160,47 @@ std::vector<HardPointImpact> PhaseDynamics::book_contacts(std::span<const HardPo
 }
 
 // Points, held rates => the impact of all points or, if held rates press them together so that no finite impulse
-// separates the bodies, of those without lasting contact, whose forces remain finite; `points` are then only these. Not
-// solved: neither has a solution.
+// separates the bodies, of those without lasting contact, whose forces remain finite; `points` are then only these.
+// Not solved: neither has a solution. If no point slips before and after the impact without friction, that impact is
+// the solution: friction of redundant points, as of a box that falls flat, would have to balance rounding errors.
 ImpactSolution PhaseDynamics::solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held) {
+  if (points.size() > 1 && largest_slip(points, workspace_.kinematics) <= kNoSlip * largest_approach(points)) {
+    ImpactSolution smooth = solve_contact_impact(without_friction(points), held);
+    if (smooth.status == ImpactSolution::Status::solved &&
+        largest_slip(points, smooth) <= kNoSlip * largest_approach(points))
+      return smooth;
+  }
   ImpactSolution solution = solve_contact_impact(points, held);
-  if (solution.status == ImpactSolution::Status::solved) return solution;
   const auto lasts = [](const HardPoint& p) { return p.lasts; };
-  if (std::none_of(points.begin(), points.end(), lasts)) return solution;
+  if (solution.status == ImpactSolution::Status::solved || std::none_of(points.begin(), points.end(), lasts) ||
+      can_separate(points, held))
+    return solution;
   std::erase_if(points, lasts);
   return solve_contact_impact(points, held);
 }
 
+// Whether normal impulses alone can end the impact: they cannot if held rates press bodies together.
+bool PhaseDynamics::can_separate(std::vector<HardPoint> points, std::span<const HeldRate> held) {
+  return solve_contact_impact(without_friction(std::move(points)), held).status == ImpactSolution::Status::solved;
+}
+
 // Time and y => y after the impact of all hard contacts that touch, with its effects among the integrals and in the
 // contacts' histories and modes.
-void PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) {
-  if (!setup_.contacts || !setup_.contacts->any_hard()) return;
+std::string PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) {
+  if (!setup_.contacts || !setup_.contacts->any_hard()) return {};
   load(t, y);
   forward_kinematics(model_, now_, workspace_.kinematics);
   std::vector<HardPoint> points = setup_.contacts->impact_points(t, workspace_.kinematics);
-  if (points.empty()) return;
+  if (points.empty()) return {};
 
   const std::vector<HeldRate> held = rates_in_contact_impact();
   stop_braked_joints(held, y);
   const ImpactSolution solution = solve_possible_impact(points, held);
   if (solution.status != ImpactSolution::Status::solved) {
+    if (can_separate(points, held))
+      return fmt::format("the impact of hard contacts at t = {:.9g} s has no solution: {}", t, solution.message);
     setup_.contacts->note_impact(t, points, std::vector<HardPointImpact>(points.size()), workspace_.kinematics);
-    return;
+    return {};
   }
   std::vector<Vector3d> impulses;
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -166,6 +210,7 @@ void PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) {
   const std::vector<HardPointImpact> impacts = book_contacts(points, impulses, solution, y);
   for (std::size_t i = 0; i < now_.v.size(); ++i) y[now_.q.size() + i] += vdot_[i];
   setup_.contacts->note_impact(t, points, impacts, workspace_.kinematics);
+  return {};
 }
 
 std::string PhaseDynamics::busiest_hard_contact() const {

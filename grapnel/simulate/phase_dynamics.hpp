@@ -164,8 +164,8 @@ class PhaseDynamics {
   void apply_stop_impacts(double t, std::span<double> y);
   /// Computes the impact of hard contacts, if they close in y at t; y changes. All of them, closed loops and rates that
   /// joints hold are solved together. If no finite impulse can separate bodies, since held rates press them together,
-  /// their contact lasts without an impact.
-  void apply_contact_impacts(double t, std::span<double> y);
+  /// their contact lasts without an impact. Returns why another impact has no solution; empty otherwise.
+  std::string apply_contact_impacts(double t, std::span<double> y);
   /// The pair with the most impacts, for messages; empty: there were no impacts.
   std::string busiest_hard_contact() const;
   /// Joints with static friction or stops.
@@ -260,6 +260,7 @@ class PhaseDynamics {
   std::vector<HeldRate> rates_in_contact_impact() const;
   void stop_braked_joints(std::span<const HeldRate> held, std::span<double> y);
   ImpactSolution solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held);
+  bool can_separate(std::vector<HardPoint> points, std::span<const HeldRate> held);
   ImpactSolution solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held);
   void respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
                            std::span<const HeldRate> held);

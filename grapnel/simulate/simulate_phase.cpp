@@ -83,8 +83,8 @@ class PhaseRun {
     try {
       dynamics_.begin_control(t0, t1);
       dynamics_.apply_stop_impacts(t0, y0);
-      dynamics_.apply_contact_impacts(t0, y0);
-      cross(t0, y0, ends);
+      broken_off_ = dynamics_.apply_contact_impacts(t0, y0);
+      if (broken_off_.empty()) cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {
       broken_off_ = error.what();
@@ -237,7 +237,8 @@ class PhaseRun {
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
-    dynamics_.apply_contact_impacts(t, y_);
+    broken_off_ = dynamics_.apply_contact_impacts(t, y_);
+    if (!broken_off_.empty()) return;
     dynamics_.apply_stop_impacts(t, y_);
     dynamics_.choose_modes(t, y_);
     const double end = dynamics_.next_edge(t, smooth_end);

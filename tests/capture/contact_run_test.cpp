@@ -163,6 +163,32 @@ TEST(HardContactRun, ABoxBouncesUntilItRests) {
   EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 1e-6);
 }
 
+// Three boxes fall on each other: impacts of several pairs and points at once, and contact that lasts.
+TEST(HardContactRun, BoxesPileUp) {
+  const CaptureResult r =
+      run("schema: grapnel-scenario/1\n"
+          "name: pile\n"
+          "robot: {name: r, base: {name: base, mass: 100, inertia: [10, 10, 10], geometry: {shape: box, size: [1, 1, "
+          "0.2]}}}\n"
+          "targets:\n"
+          "  - {name: large, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: {at: "
+          "start, "
+          "position: [0.1, 0, 0.6], rpy: [0.2, 0.3, 0.1], velocity: [0, 0, -0.1]}}\n"
+          "  - {name: small, mass: 10, inertia: [0.5, 0.5, 0.5], geometry: {shape: box, size: [0.3, 0.3, 0.3]}, state: "
+          "{at: "
+          "start, position: [0, 0, 1.3], rpy: [0.5, 0.3, 0.1], velocity: [0, 0, -0.3]}}\n"
+          "gravity: [0, 0, -0.3]\n"
+          "obstacles: [{name: floor, half_space: true, position: [0, 0, -0.3]}]\n"
+          "materials: [{name: pad, stiffness: 1e5, hard: true, restitution: 0.3, friction: 0.5}]\n"
+          "contacts: {all: true, material: pad}\n"
+          "motion: {duration: 1.74}\n");
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+  EXPECT_GT(pair(r, "base", "floor").hard->impacts, 5);
+  EXPECT_GT(pair(r, "base", "large").hard->impacts, 2);
+  EXPECT_TRUE(pair(r, "base", "floor").hard->persistent_since);
+}
+
 // impact.joints applies to hard contacts: a driven arm is as heavy as its base. The grasp is too late to close.
 TEST(HardContactRun, JointsAreAsInImpacts) {
   std::string text = scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",

@@ -116,11 +116,11 @@ TEST(HardBodies, RandomShapesConserveMomentumAndNeverGainEnergy) {
       s.surfaces.push_back({body, random_contact_shape(kKinds[random.integer(0, 4)], random)});
       s.surface_of.push_back(body + 1);
     }
-    s.pair(0, 1, hard_law(random.uniform(0, 1), random.uniform(0, 1), 1e5));
+    s.pair(0, 1, hard_law(random.uniform(0, 1), random.uniform(0, 1), 2e4));
     const Vector3d side = random.direction();
     s.place(0, Vector3d::zero(), random.vector(0.2), random.vector(1), random.rotation());
     s.place(1, 1.5 * side, -1.0 * side + random.vector(0.2), random.vector(1), random.rotation());
-    const PhaseOutcome outcome = s.run(1.3);
+    const PhaseOutcome outcome = s.run(1.2);
     ASSERT_TRUE(outcome.finished) << k << ": " << outcome.failure;
     struck += s.history().impacts > 0, lasting += s.history().persistent_since.has_value();
     const Momentumd before = s.momentum(s.state), after = s.momentum(outcome.end_state);

@@ -147,6 +147,27 @@ TEST(HardContact, ABoxFallsFlatOnFourPoints) {
   EXPECT_LT(norm(V.angular), 1e-10);
 }
 
+// The same with friction for rotated boxes, whose tangential rates are rounding errors.
+TEST(HardContact, FlatFallsOfRotatedBoxesAreNotDisturbedByRounding) {
+  const Vector3d size{0.4, 0.6, 0.2};
+  const double e = 0.5, v = 0.7;
+  Worst worst("velocity after a flat fall");
+  for (int k = 0; k < 40; ++k) {
+    HardScene s({hard_box("box", 1 + 0.3 * k, size)});
+    s.shape(0, hard_shape(Geometry::Shape::box, size));
+    s.pair(0, -1, hard_law(e, 0.05 + 0.02 * k));
+    s.place(0, {0.1 * k, -0.2 * k, 0.5 * size[2] + 0.05}, {0, 0, -v}, Vector3d::zero(),
+            rotation_about({0, 0, 1}, 0.37 * k));
+    const PhaseOutcome outcome = s.run(0.1);
+    ASSERT_TRUE(outcome.finished) << k << ": " << outcome.failure;
+    ASSERT_EQ(s.history().impacts, 1) << k;
+    const Twistd V = s.twist(outcome.end_state, 0);
+    worst.note(norm(V.linear - Vector3d{0, 0, e * v}), k);
+    worst.note(norm(V.angular), k);
+  }
+  EXPECT_LT(worst.value(), 1e-10);
+}
+
 // A tilted box meets the floor with an edge of two points: the closed form of one central point at the distance d.
 TEST(HardContact, ABoxFallsOnAnEdge) {
   const Vector3d size{0.4, 0.6, 0.2};
@@ -167,6 +188,27 @@ TEST(HardContact, ABoxFallsOnAnEdge) {
   EXPECT_NEAR(V.linear[2], -v + P / mass, 1e-11);
   EXPECT_NEAR(V.angular[1], -d * P / I, 1e-10);
   EXPECT_NEAR(V.angular[0], 0, 1e-10);
+}
+
+// Boxes that slip, or meet the floor with an edge, have a solution for every coefficient of friction; energy falls.
+TEST(HardContact, BoxesSlipOnEdgesAndFaces) {
+  const Vector3d size{0.4, 0.6, 0.2};
+  for (int k = 0; k < 40; ++k) {
+    const bool edge = k % 2 == 0;
+    HardScene s({hard_box("box", 1 + 0.3 * k, size)});
+    s.shape(0, hard_shape(Geometry::Shape::box, size));
+    s.pair(0, -1, hard_law(0.02 * k, 0.05 + 0.02 * k));
+    const Rotationd R = rotation_about({0, 0, 1}, 0.37 * k) * rotation_about({0, 1, 0}, edge ? 0.3 + 0.01 * k : 0.0);
+    const double height = edge ? 0.4 : 0.5 * size[2] + 0.05;
+    s.place(0, {0.1 * k, -0.2 * k, height}, {0.05 * k, 0.2, -0.7}, {0, 0, edge ? 0.0 : 0.5}, R);
+    const PhaseOutcome outcome = s.run(edge ? 0.4 : 0.1);
+    ASSERT_TRUE(outcome.finished) << k << ": " << outcome.failure;
+    EXPECT_GE(s.history().impacts, 1) << k;
+    EXPECT_GT(s.history().impact_friction_loss, 0) << k;
+    EXPECT_NEAR(s.history().impact_work, -s.history().impact_loss - s.history().impact_friction_loss,
+                1e-11 * s.energy(s.state))
+        << k;
+  }
 }
 
 // Balls in a row that touch: the simultaneous law is that of equal springs of infinitesimal size, which differs from a
