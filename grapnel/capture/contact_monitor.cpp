@@ -19,16 +19,11 @@ std::vector<ContactPairReport> reports_of(const CaptureProblem& problem, const C
   return reports;
 }
 
-std::vector<std::pair<std::string, std::string>> names_of(const std::vector<ContactPairReport>& reports) {
-  std::vector<std::pair<std::string, std::string>> names;
-  for (const ContactPairReport& report : reports) names.emplace_back(report.body_a, report.body_b);
-  return names;
-}
-
-std::vector<bool> which_are_hard(const std::vector<ContactPairReport>& reports) {
-  std::vector<bool> hard;
-  for (const ContactPairReport& report : reports) hard.push_back(report.hard.has_value());
-  return hard;
+std::vector<ContactSeriesPair> pairs_of_series(const std::vector<ContactPairReport>& reports) {
+  std::vector<ContactSeriesPair> pairs;
+  for (const ContactPairReport& report : reports)
+    pairs.push_back({report.body_a, report.body_b, report.hard.has_value()});
+  return pairs;
 }
 
 HardContactReport impacts_of(const GroupHistory& history) {
@@ -44,7 +39,7 @@ HardContactReport impacts_of(const GroupHistory& history) {
 }  // namespace
 
 ContactMonitor::ContactMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame)
-    : frame_(frame), reports_(reports_of(problem, free)), series_(names_of(reports_), which_are_hard(reports_)) {}
+    : frame_(frame), reports_(reports_of(problem, free)), series_(pairs_of_series(reports_)) {}
 
 void ContactMonitor::put(const CaptureSystem&, const PhaseSample& sample, SeriesRow& row) const {
   const ContactSet* set = sample.dynamics ? sample.dynamics->setup().contacts.get() : nullptr;

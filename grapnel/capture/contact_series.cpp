@@ -5,15 +5,15 @@ namespace grapnel {
 std::vector<Series> ContactSeries::series() const {
   const std::vector<std::string> xyz{"x", "y", "z"};
   std::vector<Series> all;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const std::string &a = pairs_[i].first, &b = pairs_[i].second;
+  for (const ContactSeriesPair& pair : pairs_) {
+    const std::string &a = pair.a, &b = pair.b;
     const std::string group = "contacts/" + a + "--" + b + "/";
     all.push_back({group + "force", "N", "force of " + a + " on " + b + ", in W: normal forces and friction", xyz, {}});
     all.push_back(
         {group + "normal_force", "N", "sum of the normal forces at all places of contact", {"normal_force"}, {}});
     all.push_back({group + "point", "m", "centre of the normal forces, in W; NaN while the bodies are apart", xyz, {}});
     all.push_back({group + "depth", "m", "largest penetration, of both surfaces together", {"depth"}, {}});
-    if (!hard_[i]) continue;
+    if (!pair.hard) continue;
     all.push_back({group + "impacts", "1", "number of impacts in an instant so far", {"impacts"}, {}});
     all.push_back({group + "impact_impulse", "N s", "sum of the normal impulses so far", {"impulse"}, {}});
   }
@@ -30,7 +30,7 @@ void ContactSeries::put(std::span<const ContactSample> samples, SeriesRow& row) 
     row.put(pair.normal_force);
     row.put(pair.touches ? pair.point : Vector3d{kNone, kNone, kNone});
     row.put(pair.depth);
-    if (!hard_[i]) continue;
+    if (!pairs_[i].hard) continue;
     row.put(given.impacts);
     row.put(given.impact_impulse);
   }

@@ -25,14 +25,16 @@ struct ContactSample {
   double impact_impulse = 0;  // sum of their normal impulses [N s]
 };
 
+/// A pair of the series, by the names in CaptureResult::contacts.
+struct ContactSeriesPair {
+  std::string a, b;
+  bool hard = false;
+};
+
 /// Declares the series of all pairs and writes their samples.
 class ContactSeries {
  public:
-  /// Names of the pairs, as in CaptureResult::contacts, and which of them are hard; empty: none.
-  explicit ContactSeries(std::vector<std::pair<std::string, std::string>> pairs, std::vector<bool> hard = {})
-      : pairs_(std::move(pairs)), hard_(std::move(hard)) {
-    hard_.resize(pairs_.size(), false);
-  }
+  explicit ContactSeries(std::vector<ContactSeriesPair> pairs) : pairs_(std::move(pairs)) {}
 
   /// contacts/A--B/force, normal_force, point and depth of each pair, and of hard pairs also impacts and
   /// impact_impulse, without values.
@@ -42,8 +44,7 @@ class ContactSeries {
   void put(std::span<const ContactSample> samples, SeriesRow& row) const;
 
  private:
-  std::vector<std::pair<std::string, std::string>> pairs_;
-  std::vector<bool> hard_;
+  std::vector<ContactSeriesPair> pairs_;
 };
 
 }  // namespace grapnel

@@ -83,8 +83,8 @@ class PhaseRun {
     try {
       dynamics_.begin_control(t0, t1);
       dynamics_.apply_stop_impacts(t0, y0);
-      broken_off_ = dynamics_.apply_contact_impacts(t0, y0);
-      if (broken_off_.empty()) cross(t0, y0, ends);
+      apply_contact_impacts(t0, y0);
+      cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {
       broken_off_ = error.what();
@@ -224,6 +224,10 @@ class PhaseRun {
     }
   }
 
+  void apply_contact_impacts(double t, std::span<double> y) {
+    if (std::string fault = dynamics_.apply_contact_impacts(t, y); !fault.empty()) broken_off_ = std::move(fault);
+  }
+
   // Modes of actuators or joints change inside the last step, which ends there; the motion restarts.
   void switch_at(double t, double smooth_end) {
     constexpr long kMaxSwitches = 100'000;
@@ -237,7 +241,7 @@ class PhaseRun {
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
-    broken_off_ = dynamics_.apply_contact_impacts(t, y_);
+    apply_contact_impacts(t, y_);
     if (!broken_off_.empty()) return;
     dynamics_.apply_stop_impacts(t, y_);
     dynamics_.choose_modes(t, y_);

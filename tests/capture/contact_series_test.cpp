@@ -58,6 +58,21 @@ TEST(ContactSeries, EachPairHasForceDepthAndPoint) {
   EXPECT_THAT(series_of(all, "contacts/finger--debris/depth").data, ElementsAre(0, 0));
 }
 
+TEST(ContactSeries, HardPairsHaveTheirImpacts) {
+  const ContactSeries contacts({{"finger", "debris"}, {"palm", "debris", true}});
+  TimeSeries all;
+  all.phases = {"motion"}, all.series = contacts.series();
+  ASSERT_EQ(all.series.size(), 10U);
+  std::vector<ContactSample> samples(2);
+  samples[1].impacts = 3, samples[1].impact_impulse = 4.5;
+  SeriesRow row(all);
+  contacts.put(samples, row);
+  all.time.push_back(0), all.phase.push_back(0);
+  EXPECT_THAT(series_of(all, "contacts/palm--debris/impacts").data, ElementsAre(3));
+  EXPECT_THAT(series_of(all, "contacts/palm--debris/impact_impulse").data, ElementsAre(4.5));
+  EXPECT_THAT(series_of(all, "contacts/palm--debris/normal_force").data, ElementsAre(0));
+}
+
 TEST(ContactSeries, BodiesThatAreApartHaveNoPoint) {
   const TimeSeries all = recorded();
   const std::vector<double>& point = series_of(all, "contacts/palm--debris/panel/point").data;
