@@ -163,7 +163,7 @@ TEST(HardContactRun, ABoxBouncesUntilItRests) {
   EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 1e-6);
 }
 
-// Three boxes fall on each other: impacts of several pairs and points at once, and contact that lasts.
+// Three boxes fall on each other: impacts of several pairs and points simultaneously, and contact that lasts.
 TEST(HardContactRun, BoxesPileUp) {
   const CaptureResult r =
       run("schema: grapnel-scenario/1\n"

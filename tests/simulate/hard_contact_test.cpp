@@ -127,7 +127,7 @@ TEST(HardContact, BallsAtRestThatTouchStayAtRest) {
   }
 }
 
-// ---- Several points and several pairs at once ----
+// ---- Several points and several pairs simultaneously ----
 
 TEST(HardContact, ABoxFallsFlatOnFourPoints) {
   const Vector3d size{0.4, 0.6, 0.2};
