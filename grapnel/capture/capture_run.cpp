@@ -105,6 +105,7 @@ void RunJoints::hold_in_impacts(const RunBodies& bodies, PhaseSetup& setup) cons
   if (!problem_.impact) return;
   const ImpactSetup::Joints joints = problem_.impact->joints;
   for (std::size_t j = 0; j < size(); ++j) {
+    if (follows_others(joint_body(bodies.system, j))) continue;
     const int v = joint_body(bodies.system, j).v;
     if (joints == ImpactSetup::Joints::driven) setup.driven_in_impacts.push_back(v);
     if (joints == ImpactSetup::Joints::braked) setup.braked_in_impacts.push_back(v);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
 
 namespace grapnel {
@@ -75,7 +76,7 @@ std::vector<HeldRate> PhaseDynamics::rates_in_contact_impact() const {
   return held;
 }
 
-// Points with their laws, closed loops, held rates => impulses and energies by (11.1) to (11.8), with Stronge's
+// Points with their laws, closed loops, couplings, held rates => impulses and energies by (11.1) to (11.8), with Stronge's
 // hypothesis, under which no impact creates energy.
 ImpactSolution PhaseDynamics::solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held) {
   std::vector<Grasp> closed;
@@ -83,7 +84,9 @@ ImpactSolution PhaseDynamics::solve_contact_impact(std::span<const HardPoint> po
   std::vector<ContactPoint> contacts;
   for (const HardPoint& p : points)
     contacts.push_back({p.body_b, p.body_a, p.p_WC, p.normal, p.restitution, p.friction});
-  return contact_impact(model_, now_, contacts, RestitutionHypothesis::stronge, closed, held,
+  std::vector<HeldRate> rows = coupling_rates(model_);
+  rows.insert(rows.end(), held.begin(), held.end());
+  return contact_impact(model_, now_, contacts, RestitutionHypothesis::stronge, closed, rows,
                         {.spread = false, .max_steps = kMaxSteps});
 }
 

@@ -565,6 +565,17 @@ void expect_a_grip(const CaptureResult& r) {
   EXPECT_NEAR(r.contacts[1].peak_force, 10, 0.1);
 }
 
+// Friction brings a CubeSat to rest between two fingers; the latch takes up what is left.
+void expect_a_latched_cubesat(const CaptureResult& r) {
+  ASSERT_EQ(r.stages.size(), 1U);
+  const StagesReport& stages = r.stages[0];
+  EXPECT_EQ(stages.reached, StagesReport::Stage::latched);
+  EXPECT_EQ(stages.failure, StagesReport::Failure::none);
+  EXPECT_NEAR(stages.settled_time.value_or(0), 5.62, 0.01);
+  EXPECT_NEAR(stages.grip_force, 6.07, 0.02);
+  EXPECT_LT(norm(r.impact()->grasps.at(0).relative_velocity_before), 5e-4);
+}
+
 // Impacts in an instant between two paddles take part of a tank's spin.
 void expect_bounces(const CaptureProblem& p, const CaptureResult& r) {
   int impacts = 0;
@@ -703,6 +714,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "four-arm-cage") return expect_a_cage(p, r);
   if (name == "parallel-gripper") return expect_a_grip(r);
   if (name == "lost-grasp") return expect_a_lost_grasp(r);
+  if (name == "cubesat-two-finger") return expect_a_latched_cubesat(r);
   if (name == "hard-paddles") return expect_bounces(p, r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
