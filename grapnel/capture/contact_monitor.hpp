@@ -6,14 +6,14 @@
 
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/contact_series.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/contact_pairs.hpp"
 
 namespace grapnel {
 
-class ContactMonitor final : public ActuatorMonitor {
+class ContactMonitor final : public MotionObserver {
  public:
   /// `free`: the system with free targets.
   ContactMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame);

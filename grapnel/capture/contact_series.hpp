@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 
-class CouplingMonitor : public ActuatorMonitor {
+class CouplingMonitor : public MotionObserver {
  public:
   explicit CouplingMonitor(const CaptureProblem& problem);
   std::vector<Series> series() const override;

@@ -6,11 +6,11 @@
 
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 
-class EffectorMonitor final : public ActuatorMonitor {
+class EffectorMonitor final : public MotionObserver {
  public:
   explicit EffectorMonitor(const CaptureProblem& problem);
 

@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 
-class GyroMonitor final : public ActuatorMonitor {
+class GyroMonitor final : public MotionObserver {
  public:
   /// The problem must outlive this.
   explicit GyroMonitor(const CaptureProblem& problem);

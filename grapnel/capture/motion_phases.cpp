@@ -78,7 +78,9 @@ bool is_of_state(const PhaseUntil& until) {
 const PhaseUntil* open_condition(const CaptureRun& run) {
   if (run.joints.approaching() || !run.problem.post_impact || !run.problem.post_impact->until) return nullptr;
   const PhaseUntil& until = *run.problem.post_impact->until;
-  return until.event == PhaseUntil::Event::law_ended && !run.law.is_over() ? nullptr : &until;
+  if (until.event == PhaseUntil::Event::law_ended && !run.law.is_over()) return nullptr;
+  if (until.event == PhaseUntil::Event::latched && !run.monitor.stages().has_latched()) return nullptr;
+  return &until;
 }
 
 }  // namespace

@@ -58,12 +58,12 @@ const std::vector<std::string> kWxyz{"w", "x", "y", "z"};
 // Problem, system => all time series with path, unit, description and components, without values, in the order of
 // sample(); also the number of rows that fit one block of a sink.
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
-                   const Actuators& actuators, TimeSeries& series)
-    : problem_(problem), series_(series), actuators_(actuators), frame_(frame) {
+                   const Observers& observers, TimeSeries& series)
+    : problem_(problem), series_(series), observers_(observers), frame_(frame) {
   add_motion(system);
   add_grasps();
   add_joints(system);
-  add_actuators();
+  add_observers();
   add_conserved(system);
   if (problem.orbit) add_orbit();
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
@@ -157,14 +157,14 @@ void Recorder::add_joints(const CaptureSystem& system) {
   }
 }
 
-void Recorder::add_actuators() {
+void Recorder::add_observers() {
   controls_base_ = (problem_.approach && problem_.approach->base_control) ||
                    problem_.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
                    (problem_.control && (problem_.control->base_torque || problem_.control->base_actuators ||
                                          (problem_.control->log && problem_.control->log->commands_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", kXyz);
-  for (const auto& actuator : actuators_) {
-    for (Series& one : actuator->series()) series_.series.push_back(std::move(one));
+  for (const auto& observer : observers_) {
+    for (Series& one : observer->series()) series_.series.push_back(std::move(one));
   }
 }
 
@@ -212,8 +212,9 @@ void Recorder::add_orbit() {
 // interval.
 ExpectedSeries expected_series(const CaptureProblem& problem) {
   TimeSeries names;
-  const Recorder::Actuators actuators = actuator_monitors(problem);
-  const Recorder recorder(problem, make_capture_system(problem), {}, actuators, names);
+  const CaptureSystem free = make_capture_system(problem);
+  const MotionObservers observers(problem, free, {});
+  const Recorder recorder(problem, free, {}, observers.all, names);
   ExpectedSeries expected;
   expected.columns = 1;  // the time
   for (const Series& s : names.series) expected.columns += s.width();
@@ -406,7 +407,7 @@ void Recorder::sample(const RecordedInstant& instant) {
     put_elastic([&](const Body& b) { return s.state.v[b.v]; });
   }
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
-  for (const auto& actuator : actuators_) actuator->put(system, s, row_);
+  for (const auto& observer : observers_) observer->put(system, s, row_);
   put_conserved(system, in_world, instant.quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(instant.clearance);

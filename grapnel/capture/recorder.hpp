@@ -3,9 +3,9 @@
 /// @file
 /// The time series of a run.
 
-#include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/problem/capture_system.hpp"
@@ -38,11 +38,11 @@ struct RecordedInstant {
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
-  using Actuators = std::vector<std::unique_ptr<ActuatorMonitor>>;
+  using Observers = std::vector<std::unique_ptr<MotionObserver>>;
 
   /// `frame`: that of the problem and the states; the series are in W. The monitors outlive this.
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
-           const Actuators& actuators, TimeSeries& series);
+           const Observers& observers, TimeSeries& series);
   /// Passes samples to the sink in blocks, without keeping them. Null: all are kept.
   void stream_to(SeriesSink* sink) { sink_ = sink; }
   /// Sets the sensors whose readings are recorded; they outlive this. Null: none.
@@ -57,7 +57,7 @@ class Recorder {
   void add_motion(const CaptureSystem& system);
   void add_grasps();
   void add_joints(const CaptureSystem& system);
-  void add_actuators();
+  void add_observers();
   void add_conserved(const CaptureSystem& system);
   void add_orbit();
   void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
@@ -77,7 +77,7 @@ class Recorder {
   SeriesSink* sink_ = nullptr;
   const SensorRun* sensors_ = nullptr;
   std::size_t block_capacity_ = 0;  // maximum number of samples of a block
-  const Actuators& actuators_;
+  const Observers& observers_;
   SeriesRow row_{series_};             // of the current sample
   std::vector<Quaterniond> previous_;  // for continuous signs of quaternions
   const MovingFrame frame_;

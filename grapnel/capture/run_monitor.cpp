@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "grapnel/capture/conservation_monitor.hpp"
-#include "grapnel/capture/contact_monitor.hpp"
 #include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -21,13 +20,9 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       loads_(problem),
       saturation_(problem),
       stability_(problem),
-      actuators_(actuator_monitors(problem)) {
-  if (!problem.contacts.empty()) actuators_.push_back(std::make_unique<ContactMonitor>(problem, free, frame));
-  auto stages = std::make_unique<StageMonitor>(problem, free);
-  stages_ = stages.get();
-  actuators_.push_back(std::move(stages));
+      observers_(problem, free, frame) {
   if (detail_ != CaptureDetail::full) return;
-  recorder_.emplace(problem, free, frame, actuators_, result.series);
+  recorder_.emplace(problem, free, frame, observers_.all, result.series);
   recorder_->stream_to(recording.sink);
   recorder_->observe(recording.sensors);
 }
@@ -43,7 +38,7 @@ void RunMonitor::begin_phase(Phase phase) {
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
-  for (const auto& actuator : actuators_) actuator->begin_phase(phase.system, phase.dynamics);
+  for (const auto& observer : observers_.all) observer->begin_phase(phase.system, phase.dynamics);
   saturation_.begin_phase(phase.system, phase.dynamics);
   stability_.begin_phase(name_, phase.system, phase.dynamics, phase.moved_by_law, phase.after_impact);
   kinematics_ = Kinematics(phase.system.model);
@@ -69,7 +64,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool record) {
   // Efforts have been evaluated in every step if loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
-  observe_actuators(*system_, sample.state, sample.motor);
+  observe_motion(*system_, sample.state, sample.motor);
   if (!record) return;
   last_check_ = sample.time;
   if (recorder_)
@@ -86,18 +81,18 @@ std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std:
 void RunMonitor::check(double time, const State& state, const PhaseIntegrals& integrals) {
   forward_kinematics(system_->model, state, kinematics_);
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
-  observe_actuators(*system_, state, {});
+  observe_motion(*system_, state, {});
   last_check_ = time;
 }
 
 void RunMonitor::watch(double time, const State& state, std::span<const double> motor) {
   if (watches_.watching()) watches_.sample(time, state, motor);
-  observe_actuators(*system_, state, {});
+  observe_motion(*system_, state, {});
 }
 
 void RunMonitor::restart_watch() {
   if (watches_.watching()) watches_.restart_phase();
-  for (const auto& actuator : actuators_) actuator->restart_phase();
+  for (const auto& observer : observers_.all) observer->restart_phase();
 }
 
 StepProbe RunMonitor::load_probe() {
@@ -105,8 +100,8 @@ StepProbe RunMonitor::load_probe() {
   return [this](const PhaseStep& step) {
     if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
-    for (const auto& actuator : actuators_) {
-      if (actuator->observes()) actuator->step(step);
+    for (const auto& observer : observers_.all) {
+      if (observer->observes()) observer->step(step);
     }
     check_at_end(step);
   };
@@ -126,7 +121,7 @@ void RunMonitor::end_phase(const PhaseOutcome& outcome) {
   result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
   loops_.end_phase(outcome.loops);
   saturation_.end_phase(outcome.end_time - begin_);
-  for (const auto& actuator : actuators_) actuator->end_phase(outcome.end_time - begin_);
+  for (const auto& observer : observers_.all) observer->end_phase(outcome.end_time - begin_);
   if (seeks_stability()) stability_.end_phase();
   end_ = outcome.end_time;
   if (!outcome.finished) return;  // write() ends the others
@@ -162,7 +157,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
                          std::span<const GraspSample> grasps) {
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
-  observe_actuators(system, state, {});
+  observe_motion(system, state, {});
   last_check_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
@@ -232,7 +227,7 @@ void RunMonitor::write() {
   if (result_.impact()) scale_published(result_.ledger.scale, result_.impacts.front());
   loops_.write(result_);
   loads_.write(result_);
-  for (const auto& actuator : actuators_) actuator->write(result_);
+  for (const auto& observer : observers_.all) observer->write(result_);
   joints_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);

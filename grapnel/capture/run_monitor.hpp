@@ -8,11 +8,11 @@
 #include <memory>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
 #include "grapnel/capture/compliant_run.hpp"
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/joint_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/capture/saturation_monitor.hpp"
@@ -52,7 +52,7 @@ class RunMonitor {
   /// Whether samples are recorded.
   bool records() const { return recorder_.has_value(); }
   /// Whether clearance or joint limits are observed in the phase.
-  bool watches() const { return watches_.watching() || any_actuator(&ActuatorMonitor::follows_states); }
+  bool watches() const { return watches_.watching() || any_observer(&MotionObserver::follows_states); }
   /// Whether limits may be exceeded only between the ends of long steps.
   bool watches_closely() const { return watches_.watching(); }
   /// Whether loads are evaluated in every step of a phase.
@@ -62,7 +62,7 @@ class RunMonitor {
   /// Whether every step of the phase is needed: for loads, plumes, gyro steering, or the time of rest. Saturation does
   /// not need it: lanes stop when a wheel reaches its maximum rate, and have neither gyros nor thrusters.
   bool inspects_steps() const {
-    return seeks_loads() || any_actuator(&ActuatorMonitor::observes) || stability_.monitors_rest();
+    return seeks_loads() || any_observer(&MotionObserver::observes) || stability_.monitors_rest();
   }
   /// Whether the phase needs samples; otherwise ends of steps suffice.
   bool needs_samples() const;
@@ -108,8 +108,8 @@ class RunMonitor {
 
   // --- Stages of captures by contacts ---
 
-  StageMonitor& stages() { return *stages_; }
-  const StageMonitor& stages() const { return *stages_; }
+  StageMonitor& stages() { return *observers_.stages; }
+  const StageMonitor& stages() const { return *observers_.stages; }
 
   // --- The end ---
 
@@ -120,11 +120,12 @@ class RunMonitor {
   void write();
 
  private:
-  bool any_actuator(bool (ActuatorMonitor::*property)() const) const {
-    return std::any_of(actuators_.begin(), actuators_.end(), [&](const auto& one) { return (*one.*property)(); });
+  bool any_observer(bool (MotionObserver::*property)() const) const {
+    return std::any_of(observers_.all.begin(), observers_.all.end(),
+                       [&](const auto& one) { return (*one.*property)(); });
   }
-  void observe_actuators(const CaptureSystem& system, const State& state, std::span<const double> motor) {
-    for (const auto& actuator : actuators_) actuator->observe(system, state, motor);
+  void observe_motion(const CaptureSystem& system, const State& state, std::span<const double> motor) {
+    for (const auto& observer : observers_.all) observer->observe(system, state, motor);
   }
   void check_at_end(const PhaseStep& step);
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
@@ -151,8 +152,7 @@ class RunMonitor {
   LoadMonitor loads_;
   SaturationMonitor saturation_;
   StabilityMonitor stability_;
-  std::vector<std::unique_ptr<ActuatorMonitor>> actuators_;
-  StageMonitor* stages_;  // one of these
+  MotionObservers observers_;
   JointMonitor joints_;
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;

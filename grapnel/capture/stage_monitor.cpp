@@ -278,6 +278,10 @@ void StageMonitor::search(Watch& watch, const PhaseStep& step, double time) {
 
 // --- Grasps ---
 
+bool StageMonitor::has_latched() const {
+  return std::ranges::any_of(watches_, [](const Watch& watch) { return watch.report.latched_time.has_value(); });
+}
+
 bool StageMonitor::is_settled(std::size_t target) const {
   return std::ranges::any_of(
       watches_, [&](const Watch& watch) { return watch.target == target && watch.settled && !may_leave(watch); });

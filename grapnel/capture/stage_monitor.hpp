@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 #include "grapnel/problem/stage_pairs.hpp"
 
 namespace grapnel {
 
-class StageMonitor final : public ActuatorMonitor {
+class StageMonitor final : public MotionObserver {
  public:
   /// `free`: the system with free targets.
   StageMonitor(const CaptureProblem& problem, const CaptureSystem& free);
@@ -32,6 +32,8 @@ class StageMonitor final : public ActuatorMonitor {
   /// A grasp of a target has closed.
   void latch(std::size_t target, double time);
 
+  /// Whether a grasp of any target with stages has closed.
+  bool has_latched() const;
   /// Whether a grasp that waits for it may close: the target is settled, and no way out was found.
   bool is_settled(std::size_t target) const;
   /// Falls to zero when a target is settled of which a grasp waits (`waiting`, per target); empty if none does.

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 
-class ThrusterMonitor final : public ActuatorMonitor {
+class ThrusterMonitor final : public MotionObserver {
  public:
   /// The problem must outlive this.
   explicit ThrusterMonitor(const CaptureProblem& problem) : problem_(problem) {}

@@ -5,11 +5,11 @@
 
 #include <vector>
 
-#include "grapnel/capture/actuator_monitor.hpp"
+#include "grapnel/capture/motion_observer.hpp"
 
 namespace grapnel {
 
-class WheelMonitor final : public ActuatorMonitor {
+class WheelMonitor final : public MotionObserver {
  public:
   explicit WheelMonitor(const CaptureProblem& problem);
 

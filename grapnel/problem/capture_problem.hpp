@@ -469,7 +469,9 @@ struct PhaseUntil {
   std::optional<double> joint_rate;            // upper bound for all driven joints [rad/s or m/s]
   std::optional<double> wheel_momentum_below;  // upper bound for all wheels, as a share of the maximum momentum
   std::optional<double> wheel_momentum_above;  // at least one wheel holds this share of its maximum momentum or more
-  enum class Event { law_ended };              // the law that moves the joints together has ended
+  /// law_ended: the law that moves the joints together has ended. latched: a grasp that waits until its target is
+  /// settled has closed.
+  enum class Event { law_ended, latched };
   std::optional<Event> event;
 };
 

@@ -56,7 +56,7 @@ struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
                   "detumble", "keep_base_attitude", "impedance", "grasp_force"> {};
 template <>
-struct Described<PhaseUntil::Event> : Enumeration<PhaseUntil::Event, "PhaseEvent", "law_ended"> {};
+struct Described<PhaseUntil::Event> : Enumeration<PhaseUntil::Event, "PhaseEvent", "law_ended", "latched"> {};
 template <>
 struct Described<ImpedanceSetup::Motion> : Enumeration<ImpedanceSetup::Motion, "Motion", "pose", "position", "plane"> {
 };

@@ -68,6 +68,9 @@ class PhaseConflicts : ConflictFinder {
     if (until.event == PhaseUntil::Event::law_ended && !is_law(phase.joints))
       refuse("event",
              fmt::format("requires joints with a law that ends, such as detumble; they are {}", name_of(phase.joints)));
+    const auto waits = [](const GraspSetup& grasp) { return grasp.closes == GraspSetup::Closes::when_settled; };
+    if (until.event == PhaseUntil::Event::latched && std::ranges::none_of(problem_.grasps, waits))
+      refuse("event", "requires a grasp with closes_when_settled");
   }
 
   void check_wheels(const char* key, const std::string& place) {

@@ -191,7 +191,7 @@ struct Described<PhaseUntil> {
           .optional(),
       field<&T::event>("event", "",
                        "law_ended: the law that moves all joints together (detumble, keep_base_attitude, impedance, "
-                       "grasp_force) has ended.")
+                       "grasp_force) has ended. latched: a grasp with closes_when_settled has closed.")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});

@@ -148,5 +148,28 @@ TEST(ContactColumns, ManyPairsAreStoredOnRequest) {
   EXPECT_THAT(names(offered_columns(point.problem, true)), Contains("contacts/base/ball/peak_force"));
 }
 
+TEST(StageColumns, AreZeroOrOne) {
+  StudyCase point = touching();
+  point.problem.stages = {{.target = "ball", .speed = 1e-3, .rate = 1e-3, .time = 1}};
+  CaptureResult r = result_of_touching();
+  StagesReport& stages = r.stages.emplace_back();
+  stages.target = "ball", stages.contact_time = 3, stages.settled_time = 5, stages.grip_force = 7;
+  stages.failure = StagesReport::Failure::slipped;
+  const std::vector<Column> columns = standard_columns(point.problem, true);
+  const auto value = [&](const std::string& key) { return named(columns, "stages/ball/" + key).value(point, r); };
+  EXPECT_EQ(value("contact"), 1);
+  EXPECT_EQ(value("closed"), 0);
+  EXPECT_EQ(value("caged"), 0);
+  EXPECT_EQ(value("settled"), 1);
+  EXPECT_EQ(value("latched"), 0);
+  EXPECT_EQ(value("slipped"), 1);
+  EXPECT_EQ(value("lost"), 0);
+  EXPECT_EQ(value("settled_time"), 5);
+  EXPECT_EQ(value("grip_force"), 7);
+  EXPECT_TRUE(std::isnan(value("latched_time")));
+  r.stages.clear();  // the run failed before
+  EXPECT_TRUE(std::isnan(value("contact")));
+}
+
 }  // namespace contact_columns_test
 }  // namespace grapnel

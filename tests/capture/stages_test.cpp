@@ -75,6 +75,16 @@ const Series* series(const CaptureResult& r, const std::string& path) {
   return found == r.series.series.end() ? nullptr : &*found;
 }
 
+std::string fault_of(const Scene& scene) {
+  const test::TemporaryFolder folder;
+  try {
+    load_scenario(folder.write("scenario.yaml", scene.text()));
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(Stages, ATargetSettlesBetweenTwoFingers) {
   Scene scene;
   scene.position = "[0, 0.03, 1]", scene.rotation = "[0, 0, 0.1]";
@@ -127,6 +137,21 @@ TEST(Stages, AGraspClosesWhenItsTargetIsSettled) {
   EXPECT_LT(norm(r.impact()->grasps.at(0).relative_velocity_before), 1e-3);
 }
 
+TEST(Stages, ALatchEndsAPhase) {
+  Scene scene;
+  scene.grasp = "closes_when_settled: true";
+  scene.phases =
+      "{name: close, duration: 8, joints: pd, kp: 200, kd: 60, move: {joints: [0.2, 0.2], duration: 2}, until: {event: "
+      "latched}}\n  - {name: held, duration: 0.5, joints: braked}";
+  const CaptureResult r = scene.run();
+  ASSERT_EQ(r.phases.size(), 2u);
+  EXPECT_EQ(r.phases[0].end, report(r).latched_time.value());
+  EXPECT_EQ(r.phases[0].ended, MotionPhaseReport::End::condition);
+  EXPECT_NEAR(r.phases[1].end, r.phases[0].end + 0.5, 1e-12);
+  scene.grasp = "";
+  EXPECT_THAT(fault_of(scene), HasSubstr("requires a grasp with closes_when_settled"));
+}
+
 TEST(Stages, FailuresAreNamed) {
   Scene far;
   far.position = "[0, 0, 3]";
@@ -167,16 +192,6 @@ TEST(Stages, TwoFingersAreNoCage) {
   EXPECT_EQ(s.failure, Failure::jammed);
   EXPECT_FALSE(s.latched_time);
   EXPECT_NEAR(s.cage_allowance, 0.02, 5e-3);
-}
-
-std::string fault_of(const Scene& scene) {
-  const test::TemporaryFolder folder;
-  try {
-    load_scenario(folder.write("scenario.yaml", scene.text()));
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(Stages, FaultsHavePlaces) {

@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// Observers of the base's actuators, one per kind: time series, checks of steps and states, and the report. Thread
-/// safety: one thread at a time.
+/// Observers of the motion, one per kind: actuators, couplings, contacts and stages. Each has time series, checks of
+/// steps and states, and a report. Thread safety: one thread at a time.
 
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/result/time_series.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -38,12 +38,14 @@ class SeriesRow {
   std::size_t next_ = 0;
 };
 
-class ActuatorMonitor {
+class StageMonitor;
+
+class MotionObserver {
  public:
-  ActuatorMonitor() = default;
-  ActuatorMonitor(const ActuatorMonitor&) = delete;
-  ActuatorMonitor& operator=(const ActuatorMonitor&) = delete;
-  virtual ~ActuatorMonitor() = default;
+  MotionObserver() = default;
+  MotionObserver(const MotionObserver&) = delete;
+  MotionObserver& operator=(const MotionObserver&) = delete;
+  virtual ~MotionObserver() = default;
 
   /// Its time series, without values.
   virtual std::vector<Series> series() const = 0;
@@ -63,11 +65,17 @@ class ActuatorMonitor {
   virtual void restart_phase() {}
   /// Ends a segment of this duration [s].
   virtual void end_phase(double duration);
-  /// Writes the report; nothing without actuators of this kind.
+  /// Writes the report; nothing without bodies or actuators of this kind.
   virtual void write(CaptureResult& result) const = 0;
 };
 
-/// The observers of the problem, which must outlive them.
-std::vector<std::unique_ptr<ActuatorMonitor>> actuator_monitors(const CaptureProblem& problem);
+/// All observers of a problem.
+struct MotionObservers {
+  /// `problem` must outlive them; `free` is its system with free targets.
+  MotionObservers(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame);
+
+  std::vector<std::unique_ptr<MotionObserver>> all;
+  StageMonitor* stages;  // one of them
+};
 
 }  // namespace grapnel
