@@ -66,6 +66,8 @@ export interface Summary {
   worst_margin?: PeakLoad;
   /** contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none */
   contacts?: ContactPairReport[];
+  /** stages of captures by contacts, in the order of the scenario; absent if none are stated */
+  stages?: StagesReport[];
   /** distances between bodies with shapes; absent if fewer than two bodies have shapes */
   clearance?: Clearances;
   /** limits of joints and drives */
@@ -109,6 +111,7 @@ export const kSummary: FieldNote[] = [
   ["stability","","stability of control loops, per phase of motion; absent if it was not evaluated"],
   ["worst_margin","","entry of `loads` with the smallest margin over all phases; absent without ratings"],
   ["contacts","","contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none"],
+  ["stages","","stages of captures by contacts, in the order of the scenario; absent if none are stated"],
   ["clearance","","distances between bodies with shapes; absent if fewer than two bodies have shapes"],
   ["limits","","limits of joints and drives"],
   ["feasibility","","whether a real robot could perform this motion"],
@@ -2429,6 +2432,66 @@ export const kHardContactReport: FieldNote[] = [
   ["friction_loss","J","energy lost in impacts by friction"],
   ["persistent_since","s","start of the first contact that lasted; absent: every contact was an impact"],
 ];
+
+// stages of the capture of one target by contacts.
+export interface StagesReport {
+  /** target */
+  target: string;
+  /** last stage that was reached */
+  reached: CaptureStage;
+  /** first contact of gripper and target; absent: none [s] */
+  contact_time?: number;
+  /** start of closing; absent: it did not begin [s] */
+  closing_time?: number;
+  /** end of closing, if the gripper touched the target then; absent otherwise [s] */
+  closed_time?: number;
+  /** time at which the target had moved less than stated for the stated time; absent: never [s] */
+  settled_time?: number;
+  /** time at which a grasp of the target closed; absent: none [s] */
+  latched_time?: number;
+  /** last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown */
+  cage: CageVerdict;
+  /** time of this search [s] */
+  cage_time?: number;
+  /** time of the first search that found a cage; absent: none [s] */
+  caged_time?: number;
+  /** overlap of shapes that counted as free in the last search [m] */
+  cage_allowance?: number;
+  /** poses evaluated in the last search [1] */
+  cage_poses?: number;
+  /** `no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact */
+  failure: StageFailure;
+  /** time of the failure; absent: none [s] */
+  failure_time?: number;
+  /** sum of the normal forces of the gripper on the target, at the end of the run or when a grasp closed [N] */
+  grip_force: number;
+  /** smallest share of friction that was left while the target was settled, over the pairs of the gripper; 0: one slips; absent: not settled [1] */
+  least_friction_margin?: number;
+}
+export const kStagesReport: FieldNote[] = [
+  ["target","","target"],
+  ["reached","","last stage that was reached"],
+  ["contact_time","s","first contact of gripper and target; absent: none"],
+  ["closing_time","s","start of closing; absent: it did not begin"],
+  ["closed_time","s","end of closing, if the gripper touched the target then; absent otherwise"],
+  ["settled_time","s","time at which the target had moved less than stated for the stated time; absent: never"],
+  ["latched_time","s","time at which a grasp of the target closed; absent: none"],
+  ["cage","","last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown"],
+  ["cage_time","s","time of this search"],
+  ["caged_time","s","time of the first search that found a cage; absent: none"],
+  ["cage_allowance","m","overlap of shapes that counted as free in the last search"],
+  ["cage_poses","1","poses evaluated in the last search"],
+  ["failure","","`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact"],
+  ["failure_time","s","time of the failure; absent: none"],
+  ["grip_force","N","sum of the normal forces of the gripper on the target, at the end of the run or when a grasp closed"],
+  ["least_friction_margin","1","smallest share of friction that was left while the target was settled, over the pairs of the gripper; 0: one slips; absent: not settled"],
+];
+
+export type CaptureStage = "approach" | "contact" | "closed" | "caged" | "settled" | "latched";
+
+export type CageVerdict = "not_searched" | "caged" | "can_leave" | "undecided";
+
+export type StageFailure = "none" | "no_contact" | "closed_on_nothing" | "pushed_away" | "not_settled" | "jammed" | "slipped" | "lost";
 
 // distances between bodies with shapes.
 export interface Clearances {
