@@ -688,8 +688,8 @@ std::string result_table(const CaptureResult& result) {
          impact_tables(result) + loss_lines(result) + release_lines(result) + phases_table(result) +
          post_impact_table(result) + law_tables(result) + elastic_table(result) + wheel_table(result) +
          gyro_table(result) + thruster_table(result) + saturation_table(result) + joint_mode_table(result) +
-         loop_tables(result) + load_table(result) + stage_table(result) + contact_table(result) + clearance_table(result) +
-         ledger_table(result.ledger);
+         loop_tables(result) + load_table(result) + stage_table(result) + contact_table(result) +
+         clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

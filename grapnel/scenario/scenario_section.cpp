@@ -211,9 +211,10 @@ struct Described<CaptureProblem> {
           "pair.")
           .one_or_list("a mapping of one rule; a list of rules")
           .optional(),
-      field<&T::stages>(&stages_description, "stages",
-                        "Stages of a capture by contacts that are reported: of one target, or a list with one entry per "
-                        "target.")
+      field<&T::stages>(
+          &stages_description, "stages",
+          "Stages of a capture by contacts that are reported: of one target, or a list with one entry per "
+          "target.")
           .one_or_list("a mapping for one target; a list of them")
           .optional(),
       field<&T::integration>("integration", "", ""),

@@ -76,8 +76,8 @@ std::vector<HeldRate> PhaseDynamics::rates_in_contact_impact() const {
   return held;
 }
 
-// Points with their laws, closed loops, couplings, held rates => impulses and energies by (11.1) to (11.8), with Stronge's
-// hypothesis, under which no impact creates energy.
+// Points with their laws, closed loops, couplings, held rates => impulses and energies by (11.1) to (11.8), with
+// Stronge's hypothesis, under which no impact creates energy.
 ImpactSolution PhaseDynamics::solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held) {
   std::vector<Grasp> closed;
   for (const LoopClosure& closure : setup_.closures) closed.push_back(grasp_of_closure(closure, workspace_.kinematics));

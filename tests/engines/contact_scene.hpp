@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A free-floating robot of two arms, six bodies that meet it and each other, and a wall: several simultaneous contacts,
-/// for comparisons with other engines.
+/// A free-floating robot of two arms, six bodies that meet it and each other, and a wall: several simultaneous
+/// contacts, for comparisons with other engines.
 
 #include <string>
 #include <vector>
