@@ -146,6 +146,39 @@ std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot) {
   return std::make_shared<ThrusterBank>(std::vector<Thruster>(robot.thrusters.begin(), robot.thrusters.end()), com);
 }
 
+std::vector<Tendon::Arm> tendon_arms(const TendonSetup& tendon, const CaptureSystem& system) {
+  std::vector<Tendon::Arm> arms;
+  for (std::size_t joint = 0; joint < system.model.joints().size(); ++joint) {
+    const Body& body = system.model.joint_body(joint);
+    for (const TendonArm& one : tendon.joints) {
+      if (one.joint == body.description.joint.name) arms.push_back({static_cast<int>(joint), body.q, one.arm});
+    }
+  }
+  return arms;
+}
+
+namespace {
+
+// Commands of the current phase => tendons that pull their joints.
+std::vector<Tendon> pulled_tendons(const CaptureProblem& problem, const CaptureSystem& system,
+                                   const SegmentControl& control) {
+  std::vector<Tendon> tendons;
+  if (control.approaching || !problem.post_impact) return tendons;
+  for (const TendonCommand& command : problem.post_impact->tendons) {
+    const TendonSetup* setup = tendon_named(problem.robot, command.tendon);
+    const auto index = static_cast<std::size_t>(setup - problem.robot.tendons.data());
+    Tendon& tendon = tendons.emplace_back();
+    tendon.arms = tendon_arms(*setup, system);
+    tendon.tension = command.tension, tendon.speed = command.speed;
+    tendon.stiffness = setup->stiffness.value_or(0);
+    tendon.begin = control.post_impact_begin;
+    tendon.excursion_at_begin = index < control.excursions.size() ? control.excursions[index] : 0;
+  }
+  return tendons;
+}
+
+}  // namespace
+
 // Setting of post_impact => control of each joint. Controllers that command all joints together (detumbling, impedance
 // and the like) leave pd to the others; braked joints are prescribed.
 JointControl control_of(PostImpactSetup::Joints joints) {
@@ -200,6 +233,9 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
       continue;
     }
     if (!post || post->joints == PostImpactSetup::Joints::free) continue;
+    if (!control.approaching &&
+        is_pulled(problem.robot, *post, system.model.joint_body(system.robot_joints[j]).description.joint.name))
+      continue;
     drive.control = control_of(post->joints);
     if (drive.control == JointControl::prescribed) {  // locked at its present value
       const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
@@ -210,6 +246,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
+  setup.tendons = pulled_tendons(problem, system, control);
   if (control.law) {
     for (int j : control.law->joints()) setup.drives[j] = {.control = JointControl::controller};
     setup.controller = std::make_shared<JointLawController>(control.law);

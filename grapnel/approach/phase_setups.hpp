@@ -28,6 +28,7 @@ struct SegmentControl {
   std::vector<bool> settled;     // per robot joint: except these, whose arm holds a target; post_impact applies to them
   std::vector<double> hold;      // per robot joint: initial or held value once settled [rad or m]
   double post_impact_begin = 0;  // [s]; not read while approaching
+  std::vector<double> excursions;  // per tendon of the robot, when that phase began [m]
   std::optional<Rotationd>
       attitude;                   // desired R_WD of the base control; absent: the attitude at the begin of this part
   std::shared_ptr<JointLaw> law;  // active control law; controls its joints exclusively
@@ -37,6 +38,9 @@ struct SegmentControl {
 MomentGyro moment_gyro(const MomentGyroSetup& gyro, const CaptureSystem& system, std::size_t index);
 /// The valves of the robot's thrusters, all closed; null without thrusters.
 std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
+
+/// The arms of a tendon in a model of the robot.
+std::vector<Tendon::Arm> tendon_arms(const TendonSetup& tendon, const CaptureSystem& system);
 
 /// Joint control for a setting of post_impact.
 JointControl control_of(PostImpactSetup::Joints joints);

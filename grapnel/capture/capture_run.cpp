@@ -83,6 +83,13 @@ void RunJoints::settle_arm(const RunBodies& bodies, std::size_t grasp) {
   }
 }
 
+void RunJoints::begin_post_impact(const RunBodies& bodies) {
+  control_.post_impact_begin = bodies.time;
+  control_.excursions.clear();
+  for (const TendonSetup& tendon : problem_.robot.tendons)
+    control_.excursions.push_back(Tendon{.arms = tendon_arms(tendon, bodies.system)}.excursion(bodies.state.q));
+}
+
 void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies) {
   control_.attitude.reset();
   if (setup) control_.attitude = attitude_control(*setup, bodies.system, known_posture(bodies)).R_WD;
@@ -138,7 +145,8 @@ PhaseSetup RunJoints::exact_approach(const RunBodies& bodies) const {
 }
 
 bool RunJoints::are_controlled() const {
-  return approaching() || efforts_are_cut() || problem_.post_impact->base_control.has_value();
+  return approaching() || efforts_are_cut() || problem_.post_impact->base_control.has_value() ||
+         !problem_.post_impact->tendons.empty();
 }
 
 bool RunJoints::efforts_are_cut() const {

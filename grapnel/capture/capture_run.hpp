@@ -130,8 +130,8 @@ class RunJoints {
   void settle_arm(const RunBodies& bodies, std::size_t grasp);
   /// Switches all joints; ends the approach.
   void settle_all(const RunBodies& bodies);
-  /// Begins a phase of the motion after the approach: `move` counts time from here.
-  void begin_post_impact(double time) { control_.post_impact_begin = time; }
+  /// Begins a phase of the motion after the approach: `move` and tendons count time and excursions from here.
+  void begin_post_impact(const RunBodies& bodies);
   /// The next phase after `before` begins: joints that continue to follow a reference keep their set points; the others
   /// are held at their current positions.
   void next_phase(const PostImpactSetup& before, const RunBodies& bodies);

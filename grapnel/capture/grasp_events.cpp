@@ -214,7 +214,9 @@ std::optional<BrakeReport> lock_settled_joints(CaptureRun& run, std::vector<Hold
   std::vector<std::size_t> joints;
   std::vector<HeldRate> rates = coupling_rates(bodies.free.model);
   for (std::size_t j = 0; j < run.joints.size(); ++j) {
-    if (follows_others(joint_body(bodies.free, j))) continue;
+    const Body& body = joint_body(bodies.free, j);
+    if (follows_others(body) || is_pulled(run.problem.robot, *run.problem.post_impact, body.description.joint.name))
+      continue;
     if (run.joints.is_settled(j)) joints.push_back(j), rates.push_back({joint_body(bodies.free, j).v, 0});
   }
   const std::vector<HeldRate> driven = run.joints.driven_rates(bodies);

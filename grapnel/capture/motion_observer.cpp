@@ -5,6 +5,7 @@
 #include "grapnel/capture/effector_monitor.hpp"
 #include "grapnel/capture/gyro_monitor.hpp"
 #include "grapnel/capture/stage_monitor.hpp"
+#include "grapnel/capture/tendon_monitor.hpp"
 #include "grapnel/capture/thruster_monitor.hpp"
 #include "grapnel/capture/wheel_monitor.hpp"
 
@@ -22,6 +23,7 @@ MotionObservers::MotionObservers(const CaptureProblem& problem, const CaptureSys
   all.push_back(std::make_unique<ThrusterMonitor>(problem));
   all.push_back(std::make_unique<EffectorMonitor>(problem));
   all.push_back(std::make_unique<CouplingMonitor>(problem));
+  all.push_back(std::make_unique<TendonMonitor>(problem));
   if (!problem.contacts.empty()) all.push_back(std::make_unique<ContactMonitor>(problem, free, frame));
   auto observer = std::make_unique<StageMonitor>(problem, free);
   stages = observer.get();

@@ -96,7 +96,7 @@ MotionPhase begin_motion_phase(CaptureRun& run) {
   const PostImpactSetup& setup = *run.problem.post_impact;
   const double now = run.bodies.time;
   run.joints.control_attitude(setup.base_control, run.bodies);
-  run.joints.begin_post_impact(now);
+  run.joints.begin_post_impact(run.bodies);
   run.identification.begin_post_impact(now);
   run.law.begin_post_impact(run.bodies.system, run.joints.known_posture(run.bodies));
   run.condition_met = false;

@@ -123,7 +123,9 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
     for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
       const Body& body = system.model.joint_body(system.robot_joints[j]);
       names.push_back(fmt::format("joint '{}'", body.description.joint.name));
-      if (follows_others(body)) gains.kp[j] = gains.kd[j] = 0;
+      const std::string& joint = body.description.joint.name;
+      const bool by_tendon = !approach && is_pulled(problem.robot, *problem.post_impact, joint);
+      if (follows_others(body) || by_tendon) gains.kp[j] = gains.kd[j] = 0;
     }
     report_if_unstable(gains, joint_response(system, run.bodies.state), names);
   }

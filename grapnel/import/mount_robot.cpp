@@ -145,6 +145,7 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
   }
   append(bus, "links", std::move(links));
   append(bus, "end_effectors", std::move(end_effectors));
+  append(bus, "tendons", taken_items(robot, "tendons"));
 }
 
 void prefix_names(Node& robot, const std::string& prefix) {
@@ -170,6 +171,13 @@ void prefix_names(Node& robot, const std::string& prefix) {
   }
   if (Node* frames = robot.find("end_effectors")) {
     for (Node& frame : frames->items) rename(&frame, "name"), rename(&frame, "link");
+  }
+  if (Node* tendons = robot.find("tendons")) {
+    for (Node& tendon : tendons->items) {
+      rename(&tendon, "name");
+      Node* joints = tendon.find("joints");
+      for (std::size_t k = 0; joints && k < joints->items.size(); ++k) rename(&joints->items[k], "joint");
+    }
   }
 }
 

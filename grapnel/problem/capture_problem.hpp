@@ -24,6 +24,7 @@
 #include "grapnel/problem/capture_stages.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/problem/shape_contacts.hpp"
+#include "grapnel/problem/tendon_setup.hpp"
 #include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
@@ -121,6 +122,7 @@ struct RobotSetup {
   std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
   OtherActuators actuators;                                 // of the base, of other kinds
+  std::vector<TendonSetup> tendons;                         // on its joints
   std::optional<double> propellant;                         // available propellant [kg]; absent: not stated
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
@@ -498,6 +500,7 @@ struct PostImpactSetup {
   };
   Joints joints = Joints::free;
   std::vector<double> kp, kd;                       // if has_gains(), as in TrackingSetup: per joint
+  std::vector<TendonCommand> tendons;               // drive their joints instead of `joints`; others are slack
   std::optional<DetumbleSetup> detumble;            // with joints: detumble
   std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
   std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
@@ -559,6 +562,10 @@ constexpr bool has_gains(PostImpactSetup::Joints joints) {
   return joints != PostImpactSetup::Joints::free && joints != PostImpactSetup::Joints::braked &&
          joints != PostImpactSetup::Joints::controller;
 }
+/// The robot's tendon of that name; null: it has none.
+const TendonSetup* tendon_named(const RobotSetup& robot, const std::string& name);
+/// Whether a command of the phase's tendons drives the joint.
+bool is_pulled(const RobotSetup& robot, const PostImpactSetup& phase, const std::string& joint);
 /// Whether a law moves all joints together (grapnel/control/) by efforts, and pd after its end.
 constexpr bool is_law(PostImpactSetup::Joints joints) {
   using Joints = PostImpactSetup::Joints;

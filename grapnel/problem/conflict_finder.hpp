@@ -27,6 +27,10 @@ void find_contact_conflicts(const CaptureProblem& problem, std::vector<ProblemFa
 void find_stage_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Joint values that violate couplings of joints, and features without couplings.
 void find_coupling_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Commands of tendons in the first phase of motion.
+void find_tendon_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Faults of the robot's tendons; `before`: prefix of paths in messages.
+void add_tendon_faults(const RobotSetup& robot, const std::string& before, std::vector<ProblemFault>& found);
 /// Conflicts of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Conflicts of the times at which grasps close, and of the limits of what they hold.

@@ -61,6 +61,7 @@ class Conflicts : ConflictFinder {
     find_contact_conflicts(problem_, found_);
     find_stage_conflicts(problem_, found_);
     find_coupling_conflicts(problem_, found_);
+    find_tendon_conflicts(problem_, found_);
     check_shapes();
     check_panels();
     check_lengths();
@@ -597,6 +598,7 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
   }
   const std::string before = path.empty() ? "" : path + ".";
   add_coupling_faults(robot, before, found);
+  add_tendon_faults(robot, before, found);
   bool sound = true;
   for (std::size_t g = 0; g < robot.gyros.size(); ++g) {
     const MomentGyroSetup& gyro = robot.gyros[g];

@@ -65,6 +65,21 @@ const Type& type_of<ActuatorUse>() {
 }
 
 template <>
+const Type& type_of<TendonReport>() {
+  using T = TendonReport;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the tendon"),
+      field<&T::largest_tension>("largest_tension", "N", "largest tension"),
+      field<&T::work>("work", "J", "work of the tendon on its joints, part of the motors' work in the ledger"),
+      field<&T::excursion_before>("excursion_before", "m",
+                                  "sum of moment arm times joint value where its first command begins"),
+      field<&T::excursion_after>("excursion_after", "m", "the same where its last command ends"),
+  };
+  static constexpr Type type = structure<T>("TendonReport", "a tendon over all phases with its command.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<Stability>() {
   static constexpr Choice choices[] = {
       choice(Stability::unstable, "unstable",

@@ -34,6 +34,15 @@ struct ActuatorUse {
   double first_saturated = 0;     // start of the first saturation [s]; 0 without any
 };
 
+/// A tendon, over all phases.
+struct TendonReport {
+  std::string name;
+  double largest_tension = 0;   // [N]
+  double work = 0;              // on the joints [J]
+  double excursion_before = 0;  // at the first instant with the tendon's command [m]
+  double excursion_after = 0;   // at the last one [m]
+};
+
 enum class Stability { unstable, not_evaluated, stable };
 
 /// The control loops of one phase.

@@ -426,6 +426,7 @@ struct CaptureResult {
   std::vector<WheelReport> wheels;                     // of the base, in the robot's order
   std::optional<GyrosReport> gyros;                    // of the base, where it has any
   std::vector<ActuatorUse> actuators;                  // of the base, of other kinds
+  std::vector<TendonReport> tendons;                   // in the robot's order
   std::vector<JointReport> joints;           // per phase in motion, of joints with sticking friction, stops or motors
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all

@@ -104,6 +104,8 @@ const Type& type_of<SaturationReport>();
 template <>
 const Type& type_of<ActuatorUse>();
 template <>
+const Type& type_of<TendonReport>();
+template <>
 const Type& type_of<Stability>();
 template <>
 const Type& type_of<StabilityReport>();

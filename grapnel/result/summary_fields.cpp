@@ -551,6 +551,7 @@ const Type& type_of<Summary>() {
       part<&S::result, &CaptureResult::gyros>("gyros", "", "control moment gyros; absent if there are none"),
       list_part<&S::result, &CaptureResult::actuators>(
           "actuators", "", "actuators of the base of other kinds; absent if there are none"),
+      list_part<&S::result, &CaptureResult::tendons>("tendons", "", "tendons with commands; absent if there are none"),
       list_part<&S::result, &CaptureResult::joints>(
           "joints", "",
           "joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none"),

@@ -54,6 +54,23 @@ struct Described<PostImpactSetup::Release> {
 };
 
 template <>
+struct Described<TendonCommand> {
+  using T = TendonCommand;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::tendon>("tendon", "", "Name of the tendon.").required(),
+      field<&T::tension>("tension", "N", "Its tension; with `speed` the maximum tension.").at_least(0).required(),
+      field<&T::speed>("speed", "m/s",
+                       "Speed at which the drive winds the tendon up, from the start of the phase, where the tendon is "
+                       "taut without tension. The tension is `stiffness` times the wound-up length less what the "
+                       "joints have taken up, from 0 to `tension`. Absent: the tension is constant.")
+          .above(0)
+          .optional(),
+  });
+  static constexpr Type type =
+      structure<T>("tendon_command", "The command of a tendon, which drives its joints in this phase.", fields);
+};
+
+template <>
 struct Described<PostureMove> {
   using T = PostureMove;
   static constexpr auto fields = std::to_array<Field>({
@@ -234,6 +251,10 @@ struct Described<PostImpactSetup> {
           .optional()
           .when<with_gains>(),
       field<&T::move>("move", "", "").optional(),
+      field<&T::tendons>("tendons", "",
+                         "Commands of tendons. Their joints move under the tension alone, whatever `joints` states; "
+                         "tendons without a command are slack. With joints free, pd, computed_torque and braked.")
+          .items(0, 1000),
       field<&T::detumble>("detumble", "", "").optional(),
       field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
       field<&T::grasp_force>("grasp_force", "", "").optional(),

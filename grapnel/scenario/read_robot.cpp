@@ -126,6 +126,23 @@ void finish_actuators(const Node& list, const std::string& path, const std::stri
   for (std::size_t i = 0; i < count && i < list.items.size(); ++i) names.add_from(list.items[i], item(path, i), faults);
 }
 
+// Checks the names of tendons, and the units of their moment arms by the types of the joints.
+void finish_tendons(const Node& list, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  const std::vector<TendonSetup>& tendons = robot.setup.tendons;
+  finish_actuators(list, path, "tendon", tendons.size(), faults);
+  const std::string_view unit = field_named(tendon_arm_description(), "arm")->unit;
+  for (std::size_t i = 0; i < tendons.size() && i < list.items.size(); ++i) {
+    const Node& joints = part(list.items[i], "joints");
+    for (std::size_t k = 0; k < tendons[i].joints.size() && k < joints.items.size(); ++k) {
+      const std::string here = below(item(below(item(path, i), "joints"), k), "arm");
+      for (const BodyDescription& body : robot.setup.bodies) {
+        if (body.joint.name == tendons[i].joints[k].joint && has_one_axis(body.joint.type))
+          check_unit(part(joints.items[k], "arm"), unit, body.joint, here, faults);
+      }
+    }
+  }
+}
+
 // Positions of joints and end-effectors on a body, in its frame; for a link including its joint.
 std::vector<Vector3d> points_on(const RobotSetup& setup, std::size_t body) {
   const std::string& name = setup.bodies[body].name;
@@ -223,6 +240,7 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
   finish_actuators(part(node, "gyros"), below(path, "gyros"), "gyro", setup.gyros.size(), faults);
   finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
+  finish_tendons(part(node, "tendons"), below(path, "tendons"), robot, faults);
   for (const NodeEntry& kind : part(node, "actuators").entries)
     finish_actuators(kind.value, below(below(path, "actuators"), kind.key), "actuator", kind.value.items.size(),
                      faults);

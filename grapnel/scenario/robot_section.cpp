@@ -257,6 +257,38 @@ struct Described<CouplingTerm> {
 };
 
 template <>
+struct Described<TendonArm> {
+  using T = TendonArm;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::joint>("joint", "", "Name of the joint.").required(),
+      field<&T::arm>(
+          "arm", "m, or 1 for a prismatic joint",
+          "Moment arm: effort on the joint per tension; not zero. Positive: the tendon moves the joint in its "
+          "positive direction.")
+          .required(),
+  });
+  static constexpr Type type = structure<T>("tendon_arm", "The action of a tendon on one joint.", fields);
+};
+
+template <>
+struct Described<TendonSetup> {
+  using T = TendonSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "Name, unique among tendons.").required(),
+      field<&T::joints>("joints", "", "The joints that it pulls.").items(1, 100).required(),
+      field<&T::stiffness>("stiffness", "N/m",
+                           "Stiffness of the tendon with its drive. Needed by commands with a `speed`.")
+          .above(0)
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "tendon",
+      "A tendon that pulls several joints with one tension: each gets the effort `arm` times tension. `tendons` of a "
+      "phase of motion commands it.",
+      fields);
+};
+
+template <>
 struct Described<LoadRating> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
@@ -636,6 +668,7 @@ struct Described<RobotSetup> {
           .items(0, 100),
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
       field<&T::actuators>("actuators", "", "Actuators of the base of other kinds."),
+      field<&T::tendons>("tendons", "", "Tendons of underactuated fingers.").items(0, 1000),
       field<&T::propellant>("propellant", "kg",
                             "Available propellant of the thrusters. Consumption beyond it is reported, and thrusters "
                             "continue to work. It is part of the base's mass, which remains constant.")
@@ -648,6 +681,7 @@ struct Described<RobotSetup> {
 };
 
 const Type& joint_description() { return type_of<JointKeys>(); }
+const Type& tendon_arm_description() { return type_of<TendonArm>(); }
 const Type& joint_friction_description() { return type_of<JointFriction>(); }
 const Type& spring_description() { return type_of<std::optional<JointSpring>>(); }
 const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }

@@ -86,7 +86,8 @@ constexpr Field rpy_of() {
 }
 
 const Type& robot_description();  ///< of a RobotSetup
-const Type& joint_description();  ///< of the keys of a joint
+const Type& joint_description();
+const Type& tendon_arm_description();
 const Type& joint_friction_description();
 const Type& wheel_array_description();   ///< of a WheelArraySetup (actuator_arrays.hpp), which files hold
 const Type& gyro_array_description();    ///< of a GyroArraySetup

@@ -54,6 +54,18 @@ void PhaseDynamics::check_effectors() {
   for (const int v : base_.velocities().rate_controlled) prescribed_[v] = commanded_[v] = 1;
 }
 
+// Tendons => nothing; throws std::invalid_argument if one pulls a joint that is not free.
+void PhaseDynamics::check_tendons() {
+  tensions_.assign(setup_.tendons.size(), 0.0);
+  for (const Tendon& tendon : setup_.tendons) {
+    for (const Tendon::Arm& a : tendon.arms) {
+      const auto joint = static_cast<std::size_t>(a.joint);
+      if (a.coordinate != model_.joint_body(joint).q || setup_.drives.at(joint).control != JointControl::free)
+        throw std::invalid_argument("PhaseDynamics: a tendon can pull only free joints");
+    }
+  }
+}
+
 // The torque of attitude control or of the controller, or the held command.
 void PhaseDynamics::drive_root(double t) {
   Vector3d torque = commanded_torque_;
@@ -103,6 +115,11 @@ void PhaseDynamics::gather_beside(double t) {
     if (joint.spring) beside_[body.v] += joint.spring->effort(now_.q[body.q]);
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, law_output(j), now_.v[body.v]);
+  }
+  for (const Tendon& tendon : setup_.tendons) {
+    const double tension = tendon.tension_at(t, now_.q);
+    for (const Tendon::Arm& a : tendon.arms)
+      beside_[model_.joint_body(static_cast<std::size_t>(a.joint)).v] += a.arm * tension;
   }
   base_.add_beside(t, now_, motor_, beside_);
 }

@@ -128,6 +128,7 @@ void PhaseDynamics::check_and_classify() {
   }
   check_control();
   check_effectors();
+  check_tendons();
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
@@ -293,6 +294,15 @@ void PhaseDynamics::actuate() {
   }
 }
 
+// Time and state => tensions (19.24), and the efforts of the tendons' joints (19.22), added to `effort`.
+void PhaseDynamics::pull_tendons(double t, std::span<double> effort) {
+  for (std::size_t i = 0; i < setup_.tendons.size(); ++i) {
+    const Tendon& tendon = setup_.tendons[i];
+    tensions_[i] = tendon.tension_at(t, now_.q);
+    for (const Tendon::Arm& a : tendon.arms) effort[static_cast<std::size_t>(a.joint)] += a.arm * tensions_[i];
+  }
+}
+
 // Friction of a moving joint. For a joint at rest, friction follows from the motion.
 double PhaseDynamics::friction_of(std::size_t joint) const {
   const Body& body = model_.bodies()[model_.joints()[joint]];
@@ -348,6 +358,7 @@ void PhaseDynamics::accelerate(double t) {
   if (has_controller_ && laws_command()) call_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
+  pull_tendons(t, motor_);
   if (base_.root() >= 0) drive_root(t);
   base_.turn(t, now_, commands(), {now_.v, prescribed_, commanded_, acceleration_});
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };

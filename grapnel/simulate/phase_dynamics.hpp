@@ -35,6 +35,7 @@
 #include "grapnel/simulate/phase_integrals.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
 #include "grapnel/simulate/sensor_reader.hpp"
+#include "grapnel/simulate/tendon.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -88,6 +89,7 @@ struct PhaseSetup {
   /// Contacts of the model's bodies. They keep modes and histories beyond a phase: two concurrent phases must not share
   /// them. Null: none.
   std::shared_ptr<ContactSet> contacts = {};
+  std::vector<Tendon> tendons = {};   // that pull free joints
   std::vector<LoopClosure> closures;  // closed loops
   bool project_loops = true;          // project states onto the closures
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
@@ -218,6 +220,8 @@ class PhaseDynamics {
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m]. With
   /// wheels: the torque that their motors give; with thrusters: theirs, about the base's centre of mass.
   Vector3d control_torque() const { return base_.given(); }
+  /// Tensions of the tendons in the last evaluation [N].
+  std::span<const double> tensions() const { return tensions_; }
   /// The actuation of the base after the last evaluation.
   const BaseActuation& base() const { return base_; }
 
@@ -239,9 +243,11 @@ class PhaseDynamics {
   void check_and_classify();
   void check_control();
   void check_effectors();
+  void check_tendons();
   /// Whether laws are evaluated now; otherwise the held commands act.
   bool laws_command() const { return !setup_.clock || sampling_; }
   double law_output(std::size_t joint) const;
+  void pull_tendons(double t, std::span<double> effort);
   void gather_beside(double t);
   void call_controller(double t);
   void refuse_runaway(double t) const;
@@ -313,6 +319,7 @@ class PhaseDynamics {
   /// Of the loads; then of an orbit's field, one per body; then of the base's effectors; then of contacts.
   std::vector<ExternalWrench> wrenches_;
   std::size_t steady_wrenches_ = 0;  // number without those of contacts
+  std::vector<double> tensions_;     // per tendon
   BaseActuation base_;
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()
   std::vector<std::uint8_t> is_idle_;

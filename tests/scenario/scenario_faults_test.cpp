@@ -26,7 +26,8 @@ const std::vector<FaultCase> kCases{
     {"unknown_key_without_likeness",
      {{"post_impact: {duration: 10}", "post_impact: {duration: 10, colour: red}"}},
      {"scenario.yaml:35:29: error: unknown key 'colour' in post_impact; allowed are name, duration, until, joints, "
-      "kp, kd, move, detumble, keep_base_attitude, grasp_force, base_control, at_rest, assumed, identify, model, "
+      "kp, kd, move, tendons, detumble, keep_base_attitude, grasp_force, base_control, at_rest, assumed, identify, "
+      "model, "
       "release"}},
     {"duplicate_key",
      {{"  duration: 20", "  duration: 20\n  duration: 30"}},

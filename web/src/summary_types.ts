@@ -50,6 +50,8 @@ export interface Summary {
   gyros?: GyrosReport;
   /** actuators of the base of other kinds; absent if there are none */
   actuators?: ActuatorUse[];
+  /** tendons with commands; absent if there are none */
+  tendons?: TendonReport[];
   /** joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none */
   joints?: JointReport[];
   /** first hundred impacts of joints on their stops; absent if there are none */
@@ -103,6 +105,7 @@ export const kSummary: FieldNote[] = [
   ["wheels","","reaction wheels; absent if there are none"],
   ["gyros","","control moment gyros; absent if there are none"],
   ["actuators","","actuators of the base of other kinds; absent if there are none"],
+  ["tendons","","tendons with commands; absent if there are none"],
   ["joints","","joints with sticking friction, stops or electrically modelled motors, per phase; absent if there are none"],
   ["stop_impacts","","first hundred impacts of joints on their stops; absent if there are none"],
   ["stop_impact_count","1","number of all impacts on stops"],
@@ -2123,6 +2126,27 @@ export const kActuatorUse: FieldNote[] = [
   ["limit","unit","maximum magnitude"],
   ["saturated","s","total time at the limit, by integration steps"],
   ["first_saturated","s","start of the first saturation; 0 without any"],
+];
+
+// a tendon over all phases with its command.
+export interface TendonReport {
+  /** of the tendon */
+  name: string;
+  /** largest tension [N] */
+  largest_tension: number;
+  /** work of the tendon on its joints, part of the motors' work in the ledger [J] */
+  work: number;
+  /** sum of moment arm times joint value where its first command begins [m] */
+  excursion_before: number;
+  /** the same where its last command ends [m] */
+  excursion_after: number;
+}
+export const kTendonReport: FieldNote[] = [
+  ["name","","of the tendon"],
+  ["largest_tension","N","largest tension"],
+  ["work","J","work of the tendon on its joints, part of the motors' work in the ledger"],
+  ["excursion_before","m","sum of moment arm times joint value where its first command begins"],
+  ["excursion_after","m","the same where its last command ends"],
 ];
 
 // motion in one phase of a joint with sticking friction, stops, or an electrically modelled motor.

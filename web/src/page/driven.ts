@@ -46,6 +46,7 @@ const kParts: Part[] = [
   { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
   { title: "Bodies in plumes", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
   { title: "Other actuators of the base", of: (s) => s.actuators, notes: described.kActuatorUse },
+  { title: "Tendons", of: (s) => s.tendons, notes: described.kTendonReport },
   { title: "Joints: friction, stops and motors", of: (s) => s.joints, notes: described.kJointReport },
   { title: "Impacts on stops", of: (s) => s.stop_impacts, notes: described.kStopImpact, sums: stopsCounted },
 ];
