@@ -45,18 +45,11 @@ class CouplingConflicts : ConflictFinder {
   }
 
   void check_laws() {
-    using Joints = PostImpactSetup::Joints;
     if (problem_.approach && problem_.approach->tracking.mode == JointControl::impedance)
       refuse_law("approach.tracking.mode", "impedance");
-    const std::string key = phases_key(problem_);
-    for (std::size_t k = 0; k < problem_.post_impact.size(); ++k) {
-      const Joints joints = problem_.post_impact[k].joints;
-      if (joints != Joints::detumble && joints != Joints::keep_base_attitude && joints != Joints::impedance &&
-          joints != Joints::grasp_force)
-        continue;
-      const bool alone = problem_.post_impact.size() == 1;
-      refuse_law((alone ? key : fmt::format("{}[{}]", key, k)) + ".joints", name_of(joints));
-    }
+    // The first phase, as post_impact; its place is inserted later.
+    if (problem_.post_impact && is_law(problem_.post_impact->joints))
+      refuse_law("post_impact.joints", name_of(problem_.post_impact->joints));
   }
   void refuse_law(const std::string& path, std::string_view law) {
     add(path, "{}: {} moves all joints together and does not support coupled joints ({}); use pd or computed_torque",
@@ -110,12 +103,8 @@ class CouplingConflicts : ConflictFinder {
     check(one, "initial.joints", problem_.joint_position, coupling.offset);
     check(one, "initial.joint_rates", problem_.joint_rate, 0);
     if (problem_.approach) check_approach(one, *problem_.approach);
-    const std::string key = phases_key(problem_);
-    for (std::size_t k = 0; k < problem_.post_impact.size(); ++k) {
-      const bool alone = problem_.post_impact.size() == 1;
-      if (const auto& move = problem_.post_impact[k].move)
-        check(one, (alone ? key : fmt::format("{}[{}]", key, k)) + ".move.joints", move->joints, coupling.offset);
-    }
+    if (problem_.post_impact && problem_.post_impact->move)
+      check(one, "post_impact.move.joints", problem_.post_impact->move->joints, coupling.offset);
   }
 
   void check_approach(const Coupled& one, const ApproachSetup& approach) {

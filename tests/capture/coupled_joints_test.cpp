@@ -370,6 +370,9 @@ TEST(CoupledJointFaults, NameTheCoupledJoints) {
   EXPECT_THAT(faults("impact: {law: plastic}\npost_impact: {duration: 2, joints: detumble, kp: 1, kd: 1, detumble: "
                      "{torque: 1}}\n"),
               Contains(HasSubstr("post_impact.joints: detumble moves all joints together")));
+  EXPECT_THAT(faults("impact: {law: plastic}\npost_impact:\n  - {duration: 2}\n  - {duration: 2, joints: detumble, "
+                     "kp: 1, kd: 1, detumble: {torque: 1}}\n"),
+              Contains(HasSubstr("post_impact[1].joints: detumble moves all joints together")));
 }
 
 }  // namespace coupled_joints_test
