@@ -592,6 +592,22 @@ void expect_bounces(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 0.25 * norm(p.targets[0].V_WT.angular));
 }
 
+// Two fingertips pull the tank against the palm with the full tension of their tendons; it comes to rest in the
+// gripper. The work of the tendons is that of all motors.
+void expect_a_tendon_grip(const CaptureResult& r) {
+  int touching = 0;
+  for (const ContactPairReport& pair : r.contacts) touching += pair.touches_at_end;
+  EXPECT_EQ(touching, 3);  // the fingertips and the palm
+  ASSERT_EQ(r.tendons.size(), 2U);
+  for (const TendonReport& tendon : r.tendons) {
+    EXPECT_EQ(tendon.largest_tension, 15);
+    EXPECT_GT(tendon.work, 0.01);
+  }
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &bus = r.post_impact_end->base, &tank = r.post_impact_end->targets[0];
+  EXPECT_LT(norm(tank.angular_velocity - bus.angular_velocity), 1e-6);  // 53 mrad/s before
+}
+
 // Magnetic torquers only brake: their torque m x B is perpendicular to the field and takes power at every instant. The
 // error of a scenario without a field names the place.
 void expect_magnetic_detumbling(const CaptureProblem& p, const CaptureResult& r) {
@@ -716,6 +732,7 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "lost-grasp") return expect_a_lost_grasp(r);
   if (name == "cubesat-two-finger") return expect_a_latched_cubesat(r);
   if (name == "hard-paddles") return expect_bounces(p, r);
+  if (name == "tendon-gripper") return expect_a_tendon_grip(r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

@@ -233,6 +233,12 @@ TEST_F(ImportedScenario, ReadyMadeRobotsAreBusesAndArms) {
   EXPECT_EQ(body_of(both.robot, "b-base").parent, "satellite");
   EXPECT_EQ(body_of(both.robot, "b-base").mass, 11.891);
   EXPECT_EQ(carried_by(both.robot, "b-joint-2").parent, "b-link-1");
+  const std::string ten = "[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]";
+  const CaptureProblem gripper =
+      load("robot: {bus: ets-vii, arms: [{file: tendon-gripper, prefix: g-, mount: {link: link-6}}]}", {}, ten);
+  ASSERT_EQ(gripper.robot.tendons.size(), 2u);
+  EXPECT_EQ(gripper.robot.tendons[0].name, "g-left");
+  EXPECT_EQ(gripper.robot.tendons[0].joints[1].joint, "g-left-2");
   EXPECT_THAT(faults("robot: {bus: ets-vi, arms: [{file: planar-test-bed}]}"),
               HasSubstr("scenario.yaml:2:14: error: no ready-made robot 'ets-vi'; did you mean 'ets-vii'?"));
   EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {bus: ets-vi}"),
