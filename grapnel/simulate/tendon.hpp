@@ -2,7 +2,7 @@
 
 /// @file
 /// Tendons that pull joints: one tension, and at each joint the effort moment arm times tension. docs/theory, (19.22)
-/// to (19.24). Thread safety: free functions and plain data.
+/// to (19.24). Plain data.
 
 #include <algorithm>
 #include <optional>
