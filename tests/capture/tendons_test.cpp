@@ -113,6 +113,23 @@ TEST(Tendon, StopsAtItsMaximumTension) {
   EXPECT_EQ(series(r, "tendons/tension").data[1], 0.5);
 }
 
+// A joint with a return spring comes to rest at r T = k q.
+TEST(Tendon, PullsASprungJointToItsEquilibrium) {
+  std::string text = pulled("motion: {duration: 8, tendons: [{tendon: cord, tension: 20}]}\n");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("{joint: first, arm: 0.03}, ", "");
+  replace(", {joint: slider, arm: 1}", "");
+  replace("name: second, type: revolute", "name: second, spring: {stiffness: 2, damping: 0.5}, type: revolute");
+  replace("second: 0.2, ", "");
+  const CaptureResult r = run(text);
+  expect_sound(r);
+  const double q = kArm2 * 20 / 2;
+  EXPECT_NEAR(series(r, "tendons/excursion").data.back(), kArm2 * q, 1e-9);
+  EXPECT_NEAR(r.tendons[0].work, 20 * kArm2 * q, 1e-8);
+}
+
 TEST(Tendon, ContinuesInLaterPhases) {
   const CaptureResult r =
       run(pulled("motion:\n  - {duration: 1, joints: braked, tendons: [{tendon: cord, tension: 0.2, speed: 0.05}]}\n"
