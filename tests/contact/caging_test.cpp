@@ -98,22 +98,21 @@ TEST(SearchCage, TurnsARodTowardsAnOpening) {
 TEST(SearchCage, DoesNotDependOnTheFrame) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  for (int i = 0; i < 1; ++i) {
-    const Vector3d axis{uniform(random), uniform(random), uniform(random)};
-    const Posed X_WF{rotation_about((1 / norm(axis)) * axis, 3 * uniform(random)), {uniform(random), 5, -3}};
-    Cage cage = ball_in_room(0.12, 0.1);
-    for (PlacedContactShape& wall : cage.fixed) wall.X_FB = X_WF * wall.X_FB;
-    cage.X_FM = X_WF * cage.X_FM;
-    EXPECT_EQ(search_cage(cage, {.resolution = 0.01}).verdict, Verdict::caged);
-  }
+  const Vector3d axis{uniform(random), uniform(random), uniform(random)};
+  const Posed X_WF{rotation_about((1 / norm(axis)) * axis, 3 * uniform(random)), {uniform(random), 5, -3}};
+  Cage cage = ball_in_room(0.12, 0.1);
+  for (PlacedContactShape& wall : cage.fixed) wall.X_FB = X_WF * wall.X_FB;
+  cage.X_FM = X_WF * cage.X_FM;
+  EXPECT_EQ(search_cage(cage, {.resolution = 0.01}).verdict, Verdict::caged);
+}
 
-  TEST(SearchCage, AllowsForPresentOverlaps) {
-    Cage cage = ball_in_room(0.12, 0.1);
-    cage.X_FM.p = {0.403, 0, 0};  // 3 mm into a wall
-    const CageAnswer answer = search_cage(cage, {.resolution = 0.01});
-    EXPECT_NEAR(answer.allowance, 0.023, 1e-12);
-    EXPECT_EQ(answer.verdict, Verdict::caged);
-  }
+TEST(SearchCage, AllowsForPresentOverlaps) {
+  Cage cage = ball_in_room(0.12, 0.1);
+  cage.X_FM.p = {0.403, 0, 0};  // 3 mm into a wall
+  const CageAnswer answer = search_cage(cage, {.resolution = 0.01});
+  EXPECT_NEAR(answer.allowance, 0.023, 1e-12);
+  EXPECT_EQ(answer.verdict, Verdict::caged);
+}
 
 }  // namespace
 }  // namespace grapnel
