@@ -150,7 +150,8 @@ TEST(ContactColumns, ManyPairsAreStoredOnRequest) {
 
 TEST(StageColumns, AreZeroOrOne) {
   StudyCase point = touching();
-  point.problem.stages = {{.target = "ball", .speed = 1e-3, .rate = 1e-3, .time = 1}};
+  StagesSetup& setup = point.problem.stages.emplace_back();
+  setup.target = "ball", setup.speed = 1e-3, setup.rate = 1e-3, setup.time = 1;
   CaptureResult r = result_of_touching();
   StagesReport& stages = r.stages.emplace_back();
   stages.target = "ball", stages.contact_time = 3, stages.settled_time = 5, stages.grip_force = 7;

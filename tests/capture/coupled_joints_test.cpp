@@ -253,6 +253,22 @@ TEST(ParallelGripper, HoldsABoxWithHalfTheForceOfItsMotor) {
   EXPECT_NEAR(position.data.back(), position.data[position.data.size() - 2], 1e-12);
 }
 
+// The coupling is part of the impact: without it the impulses would not balance.
+TEST(ParallelGripper, BouncesABoxBetweenHardPads) {
+  std::string text = gripper(", mimic: {joint: left}", "kp: {left: 0, right: 0}, kd: {left: 0, right: 0}");
+  const auto replace = [&](const std::string& old, const std::string& by) {
+    ASSERT_NE(text.find(old), std::string::npos) << old;
+    text.replace(text.find(old), old.size(), by);
+  };
+  replace("damping: 100, friction: 0.5", "hard: true, restitution: 0.6, friction: 0.2");
+  replace("velocity: [0.02, 0, 0.01]", "velocity: [0.02, 0.1, 0.01]");
+  const CaptureResult r = run(text);
+  expect_sound(r);
+  int impacts = 0;
+  for (const ContactPairReport& pair : r.contacts) impacts += pair.hard->impacts;
+  EXPECT_GE(impacts, 2);
+}
+
 TEST(ParallelGripper, HoldsWithBothMotorsAtTheirLimits) {
   const CaptureResult r = run(gripper("", "kp: 2000, kd: 300"));
   expect_sound(r);
