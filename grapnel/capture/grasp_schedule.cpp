@@ -187,6 +187,8 @@ std::vector<std::size_t> GraspSchedule::decide(const std::vector<std::size_t>& g
     const GraspOutcome before = outcomes_[i].value_or(GraspOutcome{});
     outcomes_[i] = outcome(i, d.captured, d.reason, time, d.deviation);
     outcomes_[i]->judged = d.judged, outcomes_[i]->limiting = d.limiting;
+    if (problem_.grasps[i].closes == GraspSetup::Closes::when_settled && d.captured && !d.judged)
+      outcomes_[i]->judged = true, outcomes_[i]->reason = "its target was settled in the gripper";
     outcomes_[i]->largest_load = before.largest_load, outcomes_[i]->largest_load_time = before.largest_load_time;
     outcomes_[i]->closings = before.closings + d.captured;
     if (d.captured) {

@@ -49,7 +49,7 @@ struct GraspOutcome {
   int closings = 0;
   std::optional<double> largest_load = {};
   std::optional<double> largest_load_time = {};
-  bool judged = false;  // an envelope was evaluated
+  bool judged = false;  // an envelope was evaluated, or the target was settled
   std::string limiting = {};
   double target_moved = 0;
   Captured verdict() const { return !captured ? Captured::no : judged ? Captured::yes : Captured::assumed; }

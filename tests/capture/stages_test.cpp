@@ -131,6 +131,7 @@ TEST(Stages, AGraspClosesWhenItsTargetIsSettled) {
   EXPECT_NEAR(*s.latched_time, *s.settled_time, 1e-6);
   ASSERT_EQ(r.grasps.size(), 1u);
   EXPECT_TRUE(r.grasps[0].captured);
+  EXPECT_EQ(r.capture_verdict(), Captured::yes);
   EXPECT_NEAR(r.grasps[0].time, *s.latched_time, 1e-9);
   // The remaining relative velocity is an impact, within the bound of settling.
   ASSERT_NE(r.impact(), nullptr);
