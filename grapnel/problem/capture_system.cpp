@@ -264,10 +264,11 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
 
 void check_initial(const CaptureProblem& problem, std::vector<std::string>& faults) {
   if (problem.V_WB && problem.momentum) faults.push_back("initial: give the base's twist or the momentum, not both");
+  // With contacts a free target may touch others.
+  const bool all_are_grasped = problem.impact && problem.contacts.empty();
   for (const TargetSetup& t : problem.targets) {
-    if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
-                     [&](const GraspSetup& g) { return g.target == t.name; }) &&
-        problem.impact) {
+    if (all_are_grasped && std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                                        [&](const GraspSetup& g) { return g.target == t.name; })) {
       faults.push_back(fmt::format("no grasp names target '{}'", t.name));
     }
   }

@@ -46,7 +46,7 @@ class GraspConflicts : ConflictFinder {
       if (grasp.holds) {
         if (grasp.contact) add(path + "holds", "{}holds is for grasps: a contact does not hold; leave it out", path);
         if (!std::isfinite(grasp.holds->force) && !std::isfinite(grasp.holds->moment))
-          add(path + "holds", "{}holds states no limit; add force or moment", path);
+          add(path + "holds", "{}holds states no limit; add force or moment", path).relies_on = path + "holds";
       }
       if (!grasp.closes_again_at.empty()) check_again(grasp, "closes_again_at", path);
       if (grasp.closes_again_on_arrival) check_again(grasp, "closes_again_on_arrival", path);

@@ -1,5 +1,6 @@
 // Conflicts of the stages of captures by contacts.
 #include <set>
+#include <stdexcept>
 
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/conflict_finder.hpp"
@@ -32,7 +33,8 @@ class StageConflicts : ConflictFinder {
     for (const auto& [key, value] :
          {std::pair{"speed", stages.speed}, std::pair{"rate", stages.rate}, std::pair{"for", stages.time}}) {
       if (!(value > 0) || !std::isfinite(value))
-        add(path + ".settled", "{}.settled.{} is {}, must be positive", path, key, value);
+        add(fmt::format("{}.settled.{}", path, key), "{}.settled.{} is {}, must be positive", path, key, value)
+            .relies_on = path + ".settled";
     }
     if (problem_.contacts.empty())
       add_key(path, "{}: without 'contacts' no gripper touches a target; state 'contacts', or leave out 'stages'",
@@ -52,7 +54,8 @@ class StageConflicts : ConflictFinder {
       return;
     }
     if (!stages.target.empty() && !find_named(problem_.targets, stages.target)) {
-      add(path + ".target", "{}.target: there is no target {}", path, in_quotes(stages.target));
+      add(path + ".target", "{}.target: there is no target {}", path, in_quotes(stages.target)).relies_on =
+          path + ".target";
       return;
     }
     const std::string& name = stages.target.empty() ? problem_.targets[0].name : stages.target;
@@ -60,7 +63,8 @@ class StageConflicts : ConflictFinder {
   }
 
   void check_link(const std::string& link, const std::string& path) {
-    if (!find_named(problem_.robot.bodies, link)) add(path, "{}: there is no link {}", path, in_quotes(link));
+    if (!find_named(problem_.robot.bodies, link))
+      add(path, "{}: there is no link {}", path, in_quotes(link)).relies_on = path;
   }
 
   void check_grasps() {
@@ -72,7 +76,8 @@ class StageConflicts : ConflictFinder {
         return stages.target.empty() || stages.target == grasp.target;
       });
       if (!any)
-        add(path, "{} needs 'stages' of target {}, which state when it is settled", path, in_quotes(grasp.target));
+        add(path, "{} needs 'stages' of target {}, which state when it is settled", path, in_quotes(grasp.target))
+            .relies_on = "stages";
       if (grasp.contact) add(path, "{}: a contact does not hold; leave out 'contact'", path);
       if (!problem_.post_impact)
         add(path, "{} needs 'post_impact': targets settle in the motion after the approach", path);
@@ -80,7 +85,12 @@ class StageConflicts : ConflictFinder {
   }
 
   void check_pairs() {
-    const std::vector<ContactPair> pairs = contact_pairs(problem_, make_capture_system(problem_));
+    std::vector<ContactPair> pairs;
+    try {
+      pairs = contact_pairs(problem_, make_capture_system(problem_));
+    } catch (const std::logic_error&) {
+      return;  // errors of robot, targets or names, which the reader and simulate_capture() report
+    }
     for (std::size_t i = 0; i < problem_.stages.size(); ++i) {
       if (!stage_pairs(problem_, problem_.stages[i], pairs).empty()) continue;
       add_key(path_of(i), "{}: by 'contacts' no link of the gripper may touch target {}", path_of(i),

@@ -305,6 +305,7 @@ class ScenarioReader {
     finish_post_impact(reading_);
     finish_external_wrenches(reading_);
     finish_contacts(reading_);
+    check_all_targets_used(reading_);
     finish_stages(reading_);
     finish_clearance(reading_);
     finish_control(torques_, reading_);

@@ -202,6 +202,8 @@ void finish_impact(Reading& reading);
 void finish_post_impact(Reading& reading);
 void finish_external_wrenches(Reading& reading);
 void finish_contacts(Reading& reading);
+/// In a capture, a target without a grasp is an error unless `contacts` select it. After finish_contacts().
+void check_all_targets_used(Reading& reading);
 void finish_stages(Reading& reading);
 void finish_clearance(Reading& reading);
 void finish_control(const TrajectoryFile* torques, Reading& reading);

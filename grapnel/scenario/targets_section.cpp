@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/ready_made.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -202,7 +204,9 @@ struct Described<GraspSetup> {
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
-      not_both("closes_at, closes_on_arrival, closes_when_settled"),
+      not_both("closes_at, closes_on_arrival"),
+      not_both("closes_at, closes_when_settled"),
+      not_both("closes_on_arrival, closes_when_settled"),
       when("model", "hinge").require("axis"),
   });
   static constexpr Type type = structure<T>("grasp", "", fields, rules);
@@ -268,16 +272,15 @@ bool is_capture(const Reading& reading) {
          part(approach, "final_rates").entry("match");
 }
 
-void check_all_targets_grasped(const Reading& reading) {
-  if (!is_capture(reading)) return;
-  std::set<std::string_view> grasped;
-  for (const GraspSetup& grasp : reading.problem.grasps) grasped.insert(grasp.target);
-  for (const Node& target : part(reading.root, "targets").items) {
-    const std::string name = text_at(target, "name");
-    if (name.empty() || grasped.contains(name)) continue;
-    reading.faults.add(part(target, "name").mark,
-                       fmt::format("no grasp refers to target {}; add a grasp or remove the target", in_quotes(name)));
-  }
+// Whether a rule of `contacts` selects the target or one of its panels.
+bool may_touch(const CaptureProblem& problem, std::size_t target) {
+  const auto is_target = [&](const BodyName& body) { return body.target == target; };
+  return std::ranges::any_of(problem.contacts, [&](const ContactPairsSetup& rule) {
+    return rule.all || std::ranges::any_of(rule.first_group, is_target) ||
+           std::ranges::any_of(rule.second_group, is_target) || std::ranges::any_of(rule.pairs, [&](const auto& pair) {
+             return is_target(pair.first) || is_target(pair.second);
+           });
+  });
 }
 
 }  // namespace
@@ -292,7 +295,6 @@ void finish_targets(Reading& reading) {
 void finish_grasps(Reading& reading) {
   FaultList& faults = reading.faults;
   const Node& list = part(reading.root, "grasps");
-  bool all_known = list.kind == Node::Kind::null || list.is_sequence();
   for (std::size_t i = 0; i < reading.problem.grasps.size(); ++i) {
     GraspSetup& grasp = reading.problem.grasps[i];
     const Node& node = list.items[i];
@@ -305,14 +307,30 @@ void finish_grasps(Reading& reading) {
     else if (boolean_at(node, "closes_when_settled"))
       grasp.closes = GraspSetup::Closes::when_settled;
     reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
-    const bool target_known =
-        reading.targets.expect(grasp.target, part(node, "target").mark, path, faults) && !grasp.target.empty();
-    all_known = all_known && target_known;
+    reading.targets.expect(grasp.target, part(node, "target").mark, path, faults);
     if (const auto it = reading.points.find(grasp.target); it != reading.points.end())
       it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults);
   }
-  // A misspelt target name in a grasp may refer to the target that appears to have no grasp.
-  if (all_known) check_all_targets_grasped(reading);
+}
+
+void check_all_targets_used(Reading& reading) {
+  const Node& list = part(reading.root, "grasps");
+  if (!is_capture(reading) || (list.kind != Node::Kind::null && !list.is_sequence())) return;
+  std::set<std::string_view> grasped;
+  for (const GraspSetup& grasp : reading.problem.grasps) {
+    // A misspelt target name in a grasp may refer to the target that appears to have no grasp.
+    if (grasp.target.empty() || !reading.targets.contains(grasp.target)) return;
+    grasped.insert(grasp.target);
+  }
+  const Node& targets = part(reading.root, "targets");
+  for (std::size_t i = 0; i < targets.items.size(); ++i) {
+    const std::string name = text_at(targets.items[i], "name");
+    if (name.empty() || grasped.contains(name) || (!grasped.empty() && may_touch(reading.problem, i))) continue;
+    const bool contacts = reading.root.entry("contacts");
+    reading.faults.add(part(targets.items[i], "name").mark,
+                       fmt::format("no grasp{} refers to target {}; add a grasp{} or remove the target",
+                                   contacts ? " and no contact" : "", in_quotes(name), contacts ? ", a contact," : ""));
+  }
 }
 
 }  // namespace grapnel

@@ -262,6 +262,38 @@ const std::vector<Case> kCases{
 INSTANTIATE_TEST_SUITE_P(Contacts, ContactsFault, testing::ValuesIn(kCases),
                          [](const auto& one) { return std::string(one.param.name); });
 
+// In a capture, a target without a grasp must be one that contacts select.
+TEST(Contacts, TargetsWithoutAGraspNeedAContact) {
+  const auto faults = [](const std::string& contacts) {
+    return faults_of(edited(touching(contacts), {{"grasps:",
+                                                  "  - {name: other, mass: 1, inertia: [1, 1, 1], geometry: {shape: "
+                                                  "sphere, radius: 0.1}, state: {position: [0, 0, 9]}}\ngrasps:"}}));
+  };
+  EXPECT_THAT(faults("{pairs: [[ball, other]], material: pad}"), IsEmpty());
+  EXPECT_THAT(faults("{pairs: [[lower, ball]], material: pad}"),
+              ElementsAre(testing::EndsWith("no grasp and no contact refers to target 'other'; add a grasp, a contact, "
+                                            "or remove the target")));
+}
+
+// With stages, every error of the file keeps its place, and is reported once.
+TEST(Contacts, ErrorsOfScenariosWithStagesAreReportedOnceWithTheirPlaces) {
+  const std::string cubesat = bytes_of(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios/cubesat-two-finger.yaml");
+  const std::vector<std::pair<Edit, std::string>> cases{
+      {{"speed: 0.5 mm/s", "speed: 0.5 mm"}, "stages.settled.speed is '0.5 mm', a length"},
+      {{"for: 1}", "for: -1}"}, "stages.settled.for is -1, must be greater than 0 [s]"},
+      {{"stages:\n", "stages:\n  gripper: [lefft]\n"}, "unknown link 'lefft' in stages.gripper[0]"},
+      {{"stages:\n", "stages:\n  relative_to: buss\n"}, "unknown link 'buss' in stages.relative_to"},
+      {{"link: bus, position", "link: bos, position"}, "'bos'"},
+      {{"mass: 150", "mass: -1"}, "mass is -1"},
+      {{"materials:\n", "materials:\n  - {name: pad, stiffness: 1}\n"}, "duplicate name 'pad' in materials[1]"},
+      {{"closes_when_settled: true", "closes_when_settled: true, closes_at: 3"}, "'closes_when_settled'"},
+  };
+  for (const auto& [edit, message] : cases)
+    EXPECT_THAT(faults_of(edited(cubesat, {edit})),
+                ElementsAre(testing::AllOf(testing::StartsWith("scenario.yaml:"), HasSubstr(message))))
+        << edit.second;
+}
+
 // Programs state problems without the reader: the same errors, and those that files cannot have.
 TEST(Contacts, ProblemsOfProgramsAreChecked) {
   const CaptureProblem sound = read(touching(kRule));
