@@ -751,7 +751,7 @@ export interface GraspOutcome {
   grasp_point: string;
   /** whether this grasp closed and was not lost. */
   captured: Captured;
-  /** whether an envelope with a position tolerance was evaluated */
+  /** whether an envelope with a position tolerance was evaluated, or the target was settled */
   judged: boolean;
   /** which tolerance of the envelope was met or exceeded. A contact is never a capture: the text states its separation speed, or its compression and energy if `impact.longest` ended the contact */
   reason: string;
@@ -785,7 +785,7 @@ export const kGraspOutcome: FieldNote[] = [
   ["target","","target of the grasp"],
   ["grasp_point","","grasp point on the target"],
   ["captured","","whether this grasp closed and was not lost."],
-  ["judged","","whether an envelope with a position tolerance was evaluated"],
+  ["judged","","whether an envelope with a position tolerance was evaluated, or the target was settled"],
   ["reason","","which tolerance of the envelope was met or exceeded. A contact is never a capture: the text states its separation speed, or its compression and energy if `impact.longest` ended the contact"],
   ["limiting","","key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was exceeded by the largest factor; empty: none"],
   ["distance","m","distance from the grasp point at the instant at which it was to close"],
