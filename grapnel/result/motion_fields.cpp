@@ -302,7 +302,8 @@ const Type& type_of<GraspOutcome>() {
       field<&G::target>("target", "target of the grasp"),
       field<&G::grasp_point>("grasp_point", "grasp point on the target"),
       derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed and was not lost."),
-      field<&G::judged>("judged", "whether an envelope with a position tolerance was evaluated, or the target was settled"),
+      field<&G::judged>("judged",
+                        "whether an envelope with a position tolerance was evaluated, or the target was settled"),
       field<&G::reason>(
           "reason",
           "which tolerance of the envelope was met or exceeded. A contact is never a capture: the text states its "
