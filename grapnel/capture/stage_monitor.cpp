@@ -144,12 +144,12 @@ bool StageMonitor::touches(const Watch& watch) const {
 void StageMonitor::step(const PhaseStep& step) {
   if (!set_) return;
   for (Watch& watch : watches_) {
-    if (!watch.report.latched_time) observe(watch, step);
+    if (!watch.report.latched_time) observe_target(watch, step);
   }
 }
 
 // Step => contact, end of closing, and rest of the target.
-void StageMonitor::observe(Watch& watch, const PhaseStep& step) {
+void StageMonitor::observe_target(Watch& watch, const PhaseStep& step) {
   watch.touches = touches(watch);
   for (const std::size_t pair : watch.pairs) {
     const std::optional<double>& first = set_->history(pair).first_time;

@@ -61,7 +61,7 @@ class StageMonitor final : public MotionObserver {
   RelativeMotion motion(const Watch& watch, const CaptureSystem& system, const Kinematics& kinematics) const;
   double excess(const Watch& watch, const PhaseStep& step, double t);
   bool touches(const Watch& watch) const;
-  void observe(Watch& watch, const PhaseStep& step);
+  void observe_target(Watch& watch, const PhaseStep& step);
   void observe_distance(Watch& watch, double time);
   void observe_rest(Watch& watch, const PhaseStep& step);
   void disturb(Watch& watch, double time);

@@ -10,6 +10,12 @@
 
 namespace grapnel {
 
+/// Search of a way out of a gripper (search_cage()).
+struct CageSearchSetup {
+  double resolution = 0;  // [m]; 0: a hundredth of the radius of the target's shapes
+  int poses = 50'000;     // evaluated at most
+};
+
 /// Stages of the capture of one target, without effect on the motion except by grasps that close when it is settled.
 struct StagesSetup {
   std::string target;                // empty: the only one
@@ -27,12 +33,8 @@ struct StagesSetup {
   /// frame.
   double away = 0;
 
-  /// Search of a way out of the gripper (search_cage()), at the end of closing and when the target is settled.
-  struct CageSetup {
-    double resolution = 0;  // [m]; 0: a hundredth of the radius of the target's shapes
-    int poses = 50'000;     // evaluated at most
-  };
-  std::optional<CageSetup> cage;  // absent: no search
+  /// At the end of closing and when the target is settled.
+  std::optional<CageSearchSetup> cage;  // absent: no search
 };
 
 }  // namespace grapnel

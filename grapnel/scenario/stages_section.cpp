@@ -6,8 +6,8 @@ namespace grapnel {
 // ---- Content of "stages" ----
 
 template <>
-struct Described<StagesSetup::CageSetup> {
-  using T = StagesSetup::CageSetup;
+struct Described<CageSearchSetup> {
+  using T = CageSearchSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::resolution>(
           "resolution", "m",
