@@ -8,6 +8,7 @@
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace contact_run_test {
@@ -165,6 +166,7 @@ TEST(HardContactRun, ABoxBouncesUntilItRests) {
 
 // Three boxes fall on each other: impacts of several pairs and points simultaneously, and contact that lasts.
 TEST(HardContactRun, BoxesPileUp) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult r =
       run("schema: grapnel-scenario/1\n"
           "name: pile\n"

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "contact/contact_cases.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -78,7 +79,7 @@ TEST(TouchPoints, OfTwoBoxes) {
 // Of random pairs in touching poses: every point is on both surfaces, and the normal is that of the nearest points.
 TEST(TouchPoints, AreOnBothSurfaces) {
   Worst distance("distance of touching points from a surface [m]"), normal("normal against that of nearest points");
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < test::repetitions(300); ++k) {
     Random random(k);
     const CaseShape kind_a = kCaseShapes[random.integer(0, 5)], kind_b = kCaseShapes[random.integer(0, 6)];
     const ContactShape a = random_contact_shape(kind_a, random), b = random_contact_shape(kind_b, random);
