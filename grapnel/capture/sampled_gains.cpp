@@ -96,7 +96,7 @@ Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, b
 
 }  // namespace
 
-// Run, whether for the approach => one text per unstable sampled loop of joints and base attitude, at the current
+// Run, whether for the approach => a message per unstable sampled loop of joints and base attitude, at the current
 // configuration, with a remedy (docs/theory, section 15, Sampled gains); empty for continuous control.
 std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
   const CaptureProblem& problem = run.problem;

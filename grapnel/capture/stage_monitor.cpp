@@ -245,7 +245,7 @@ void StageMonitor::note_grip(Watch& watch) {
   watch.report.least_friction_margin = std::min(watch.report.least_friction_margin.value_or(1), 1 - use);
 }
 
-// Bodies at a time of the step => search of a way out of the gripper.
+// Bodies at a time of the step => search of an escape path from the gripper.
 void StageMonitor::search(Watch& watch, const PhaseStep& step, double time) {
   forward_kinematics(system_->model, step.state_at(time), kinematics_);
   const BodyName target = BodyName::of_target(watch.target);

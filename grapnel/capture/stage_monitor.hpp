@@ -34,7 +34,7 @@ class StageMonitor final : public MotionObserver {
 
   /// Whether a grasp of any target with stages has closed.
   bool has_latched() const;
-  /// Whether a grasp that waits for it may close: the target is settled, and no way out was found.
+  /// Whether a grasp that waits for it may close: the target is settled, and no escape path was found.
   bool is_settled(std::size_t target) const;
   /// Falls to zero when a target is settled of which a grasp waits (`waiting`, per target); empty if none does.
   StopCondition stop_condition(const std::vector<bool>& waiting) const;

@@ -85,7 +85,7 @@ class EscapeTree {
     return *best;
   }
 
-  // Moves from a node towards a goal as far as it is free; whether that is out of the cage.
+  // Moves from a node towards a goal through free poses; whether that leaves the cage.
   bool extend(Node at, const Node& goal) {
     constexpr int kSteps = 50;
     const Node start = at;

@@ -200,7 +200,7 @@ struct GraspSetup {
   Orientation orientation = Orientation::free;
   /// The time of closing. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time:
   /// at `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
-  /// when_settled: as soon as the target is settled in the gripper (StagesSetup), unless a way out of it was found.
+  /// when_settled: as soon as the target is settled in the gripper (StagesSetup), unless an escape path was found.
   enum class Closes { together, at_time, on_arrival, when_settled };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run

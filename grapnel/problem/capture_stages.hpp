@@ -10,7 +10,7 @@
 
 namespace grapnel {
 
-/// Search of a way out of a gripper (search_cage()).
+/// Search of an escape path from a gripper (search_cage()).
 struct CageSearchSetup {
   double resolution = 0;  // [m]; 0: a hundredth of the radius of the target's shapes
   int poses = 50'000;     // evaluated at most

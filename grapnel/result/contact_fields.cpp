@@ -107,7 +107,7 @@ const Type& type_of<StagesReport>() {
                               "time at which the target had moved less than stated for the stated time; absent: never"),
       field<&S::latched_time>("latched_time", "s", "time at which a grasp of the target closed; absent: none"),
       field<&S::cage>("cage",
-                      "last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: "
+                      "last search of an escape path. `caged`: there is none. `can_leave`: one was found. `undecided`: "
                       "neither was shown"),
       field<&S::cage_time>("cage_time", "s", "time of this search"),
       field<&S::caged_time>("caged_time", "s", "time of the first search that found a cage; absent: none"),
@@ -119,7 +119,7 @@ const Type& type_of<StagesReport>() {
           "`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. "
           "`pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. "
           "`jammed`: the target is "
-          "settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact"),
+          "settled, but an escape path was found. `slipped`: the settled target moved again. `lost`: it lost contact"),
       field<&S::failure_time>("failure_time", "s", "time of the failure; absent: none"),
       field<&S::grip_force>(
           "grip_force", "N",

@@ -53,7 +53,7 @@ struct StagesReport {
   std::optional<double> closed_time;   // end of closing, if the gripper touches the target then
   std::optional<double> settled_time;  // at the end of the stated time
   std::optional<double> latched_time;  // a grasp has closed
-  /// Result of the last search of a way out (CageAnswer).
+  /// Result of the last search of an escape path (CageAnswer).
   enum class Cage { not_searched, caged, can_leave, undecided };
   Cage cage = Cage::not_searched;
   std::optional<double> cage_time;   // of this search
@@ -62,8 +62,8 @@ struct StagesReport {
   long cage_poses = 0;               // evaluated in it
   /// Why the capture failed. no_contact: the gripper never touched the target. closed_on_nothing: likewise, and it
   /// closed. pushed_away: after contact the target moved away. not_settled: the target is near, but moves.
-  /// jammed: the target is settled, but a way out of the gripper was found. slipped: the target was settled and moved
-  /// again, lost: or lost contact.
+  /// jammed: the target is settled, but an escape path from the gripper was found. slipped: the target was settled and
+  /// moved again, lost: or lost contact.
   enum class Failure { none, no_contact, closed_on_nothing, pushed_away, not_settled, jammed, slipped, lost };
   Failure failure = Failure::none;
   std::optional<double> failure_time;           // [s]; absent without one

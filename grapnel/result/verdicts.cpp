@@ -441,7 +441,7 @@ std::string failure_words(StagesReport::Failure failure) {
     case Failure::not_settled:
       return "not settled";
     case Failure::jammed:
-      return "jammed, a way out was found";
+      return "jammed, an escape path was found";
     case Failure::slipped:
       return "slipped";
     case Failure::lost:
@@ -460,9 +460,9 @@ std::string stage_text(const StagesReport& report) {
   if (report.failure != StagesReport::Failure::none)
     text = fmt::format("{}{}, last stage: {}", failure_words(report.failure), at_time(report.failure_time), text);
   using Cage = StagesReport::Cage;
-  if (report.cage == Cage::caged) text += "; caged, no way out exists";
-  if (report.cage == Cage::can_leave) text += "; not caged, a way out exists";
-  if (report.cage == Cage::undecided) text += "; cage undecided, no way out was found";
+  if (report.cage == Cage::caged) text += "; caged, no escape path exists";
+  if (report.cage == Cage::can_leave) text += "; not caged, an escape path exists";
+  if (report.cage == Cage::undecided) text += "; cage undecided, no escape path was found";
   return text;
 }
 

@@ -20,7 +20,8 @@ struct Described<CageSearchSetup> {
           .at_most(10'000'000),
   });
   static constexpr Type type = structure<T>(
-      "cage", "Search of a way out of the gripper, at the end of closing and when the target is settled.", fields);
+      "cage", "Search of an escape path from the gripper, at the end of closing and when the target is settled.",
+      fields);
 };
 
 namespace {

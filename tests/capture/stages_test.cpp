@@ -96,7 +96,7 @@ TEST(Stages, ATargetSettlesBetweenTwoFingers) {
   EXPECT_EQ(*s.closing_time, 0);
   EXPECT_EQ(*s.closed_time, 2);
   EXPECT_GT(*s.settled_time, *s.contact_time + 0.5);
-  // PD control presses each pad with kp times the way it lacks, to first order.
+  // PD control presses each pad with kp times the remaining distance, to first order.
   const double lacks = 0.2 - (0.3 - 0.02 - 0.1);
   EXPECT_NEAR(s.grip_force, 2 * 200 * lacks, 0.02 * 2 * 200 * lacks);
   ASSERT_TRUE(s.least_friction_margin);

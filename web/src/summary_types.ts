@@ -2473,7 +2473,7 @@ export interface StagesReport {
   settled_time?: number;
   /** time at which a grasp of the target closed; absent: none [s] */
   latched_time?: number;
-  /** last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown */
+  /** last search of an escape path. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown */
   cage: CageVerdict;
   /** time of this search [s] */
   cage_time?: number;
@@ -2483,7 +2483,7 @@ export interface StagesReport {
   cage_allowance?: number;
   /** poses evaluated in the last search [1] */
   cage_poses?: number;
-  /** `no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact */
+  /** `no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but an escape path was found. `slipped`: the settled target moved again. `lost`: it lost contact */
   failure: StageFailure;
   /** time of the failure; absent: none [s] */
   failure_time?: number;
@@ -2500,12 +2500,12 @@ export const kStagesReport: FieldNote[] = [
   ["closed_time","s","end of closing, if the gripper touched the target then; absent otherwise"],
   ["settled_time","s","time at which the target had moved less than stated for the stated time; absent: never"],
   ["latched_time","s","time at which a grasp of the target closed; absent: none"],
-  ["cage","","last search of a way out. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown"],
+  ["cage","","last search of an escape path. `caged`: there is none. `can_leave`: one was found. `undecided`: neither was shown"],
   ["cage_time","s","time of this search"],
   ["caged_time","s","time of the first search that found a cage; absent: none"],
   ["cage_allowance","m","overlap of shapes that counted as free in the last search"],
   ["cage_poses","1","poses evaluated in the last search"],
-  ["failure","","`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but a way out was found. `slipped`: the settled target moved again. `lost`: it lost contact"],
+  ["failure","","`no_contact`: the gripper did not touch the target. `closed_on_nothing`: nor when it had closed. `pushed_away`: after contact the target moved away. `not_settled`: it moves near or in the gripper. `jammed`: the target is settled, but an escape path was found. `slipped`: the settled target moved again. `lost`: it lost contact"],
   ["failure_time","s","time of the failure; absent: none"],
   ["grip_force","N","sum of the normal forces of the gripper on the target, at the end of the run or when a grasp closed"],
   ["least_friction_margin","1","smallest share of friction that was left while the target was settled, over the pairs of the gripper; 0: one slips; absent: not settled"],
