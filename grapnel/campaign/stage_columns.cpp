@@ -1,4 +1,6 @@
 // Columns of the stages of captures by contacts.
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "grapnel/campaign/column.hpp"
@@ -30,23 +32,17 @@ std::vector<Column> stage_columns(const CaptureProblem& problem) {
     const auto add = [&](const std::string& key, const char* unit, const std::string& text, auto value) {
       columns.push_back({path + key, unit, text, of_target(target, value)});
     };
-    for (const Stage stage : {Stage::contact, Stage::closed, Stage::caged, Stage::settled, Stage::latched}) {
-      const std::string name(name_of(stage));
-      add(name, "1", "whether the stage `" + name + "` was reached: its mean is the probability",
-          [stage](const auto& s) {
-            const bool reached[] = {true,
-                                    s.contact_time.has_value(),
-                                    s.closed_time.has_value(),
-                                    s.caged_time.has_value(),
-                                    s.settled_time.has_value(),
-                                    s.latched_time.has_value()};
-            return reached[static_cast<std::size_t>(stage)];
-          });
+    for (const Choice& choice : type_of<Stage>().choices) {
+      const auto stage = static_cast<Stage>(choice.value);
+      if (stage == Stage::approach) continue;
+      add(std::string(choice.name), "1",
+          fmt::format("whether the stage `{}` was reached: its mean is the probability", choice.name),
+          [stage](const auto& s) { return stage_time(s, stage).has_value(); });
     }
-    for (const Failure failure : {Failure::no_contact, Failure::closed_on_nothing, Failure::pushed_away,
-                                  Failure::not_settled, Failure::jammed, Failure::slipped, Failure::lost}) {
-      const std::string name(name_of(failure));
-      add(name, "1", "whether the capture failed by `" + name + "`",
+    for (const Choice& choice : type_of<Failure>().choices) {
+      const auto failure = static_cast<Failure>(choice.value);
+      if (failure == Failure::none) continue;
+      add(std::string(choice.name), "1", fmt::format("whether the capture failed by `{}`", choice.name),
           [failure](const auto& s) { return s.failure == failure; });
     }
     for (const char* key :

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "grapnel/contact/caging.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
 namespace {
@@ -305,14 +306,10 @@ StopCondition StageMonitor::stop_condition(const std::vector<bool>& waiting) con
 void StageMonitor::conclude(const Watch& watch, StagesReport& report) {
   using Stage = StagesReport::Stage;
   using Failure = StagesReport::Failure;
-  const auto reach = [&](bool reached, Stage stage) {
-    if (reached) report.reached = std::max(report.reached, stage);
-  };
-  reach(report.contact_time.has_value(), Stage::contact);
-  reach(report.closed_time.has_value(), Stage::closed);
-  reach(report.caged_time.has_value(), Stage::caged);
-  reach(report.settled_time.has_value(), Stage::settled);
-  reach(report.latched_time.has_value(), Stage::latched);
+  for (const Choice& choice : type_of<Stage>().choices) {
+    const auto stage = static_cast<Stage>(choice.value);
+    if (stage_time(report, stage)) report.reached = std::max(report.reached, stage);
+  }
   if (report.latched_time || report.failure != Failure::none) return;
   const auto fail = [&](Failure failure, std::optional<double> time) {
     report.failure = failure, report.failure_time = time;

@@ -132,4 +132,23 @@ const Type& type_of<StagesReport>() {
   return type;
 }
 
+std::optional<double> stage_time(const StagesReport& report, StagesReport::Stage stage) {
+  using Stage = StagesReport::Stage;
+  switch (stage) {
+    case Stage::approach:
+      break;
+    case Stage::contact:
+      return report.contact_time;
+    case Stage::closed:
+      return report.closed_time;
+    case Stage::caged:
+      return report.caged_time;
+    case Stage::settled:
+      return report.settled_time;
+    case Stage::latched:
+      return report.latched_time;
+  }
+  return {};
+}
+
 }  // namespace grapnel

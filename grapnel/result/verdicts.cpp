@@ -408,25 +408,6 @@ std::string contact_sentence(const CaptureResult& result) {
 
 namespace {
 
-std::optional<double> time_of(const StagesReport& report) {
-  using Stage = StagesReport::Stage;
-  switch (report.reached) {
-    case Stage::approach:
-      break;
-    case Stage::contact:
-      return report.contact_time;
-    case Stage::closed:
-      return report.closed_time;
-    case Stage::caged:
-      return report.caged_time;
-    case Stage::settled:
-      return report.settled_time;
-    case Stage::latched:
-      return report.latched_time;
-  }
-  return {};
-}
-
 std::string failure_words(StagesReport::Failure failure) {
   using Failure = StagesReport::Failure;
   switch (failure) {
@@ -456,7 +437,7 @@ std::string at_time(const std::optional<double>& time) {
 
 // "latched at t = 5.62 s; caged (search of 3,000 poses)"
 std::string stage_text(const StagesReport& report) {
-  std::string text = std::string(name_of(report.reached)) + at_time(time_of(report));
+  std::string text = std::string(name_of(report.reached)) + at_time(stage_time(report, report.reached));
   if (report.failure != StagesReport::Failure::none)
     text = fmt::format("{}{}, last stage: {}", failure_words(report.failure), at_time(report.failure_time), text);
   using Cage = StagesReport::Cage;
