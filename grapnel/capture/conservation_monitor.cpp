@@ -103,7 +103,8 @@ void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
 // about the centre of mass; force] over time. Returns the drift.
 ConservationMonitor::Drift ConservationMonitor::update_group(Group& group, const GroupQuantities& now,
                                                              const Momentumd& impulse) {
-  if (!group.known) group.expected = now.h;
+  // What entered before the first sample, as by brakes at the start of a motion, is part of that sample.
+  if (!group.known) group.expected = now.h, group.entered = Momentumd::zero();
   if (group.known && !is_zero(group.entered)) {
     // Shift from the origin to the centre of mass, which has moved: l_c = l_c0 + H - c0 x H - (c - c0) x (p0 + H).
     const Vector3d p = group.expected.linear + group.entered.linear;

@@ -58,6 +58,9 @@ constexpr PublishedMaterial kPublished[] = {
     {"kapton", published(2.5e9, 0.34, 0.63, 0.48), true,
      "HN film at 23 deg C, film on film: DuPont's table at "
      "http://mu2e.phy.duke.edu/cw/misc/0404_kapton_properties.cfm.htm"},
+    {"rubber", published(1.5e6, 0.5), false,
+     "natural rubber, vulcanized, shear modulus 0.5 MPa, incompressible (E = 3 G): MatWeb, "
+     "https://www.matweb.com/search/DataSheet.aspx?matguid=6588439546ac4492965c894ddff3f5da"},
 };
 
 }  // namespace

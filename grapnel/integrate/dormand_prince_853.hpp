@@ -328,8 +328,10 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
     double error = estimate_error(h);
     if (error <= 1.0) {
       const double defect = normalize(this->manifold_, std::span<S>(this->end_));
-      this->evaluate(rhs, t_new, this->end_, stage(13));
-      if (all_finite(std::span<const S>(stage(13)))) {
+      // A step that diverges may have a small error estimate, but not unit quaternions.
+      const bool diverged = !(defect <= dop853::kLargestDefect);
+      if (!diverged) this->evaluate(rhs, t_new, this->end_, stage(13));
+      if (!diverged && all_finite(std::span<const S>(stage(13)))) {
         const double root = std::pow(error, -1.0 / 8.0);
         const double next = control_.predictive ? dop853::predicted_root(std::abs(h), root, accepted_step_) : root;
         proposed_step_ = dop853::size_after_accepted(std::abs(h), next, rejected);

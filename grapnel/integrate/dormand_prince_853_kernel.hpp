@@ -217,13 +217,14 @@ void evaluate_stages(F&& f, const StepStages<S>& step, S* end, S* error5, S* err
 }
 
 /// Combined error estimate of order h^8: err = h e5^2 / sqrt(e5^2 + 0.01 e3^2), in the root-mean-square norm (HNW
-/// II.10), from sums of squares over `dimension` numbers. At most 1: acceptable.
+/// II.10), from sums of squares over `dimension` numbers. At most 1: acceptable. NaN if a sum overflows, as after a step
+/// that diverges.
 template <class S>
 GRAPNEL_INLINE S combined_error(const S& h, const S& sum5, const S& sum3, int dimension) {
   using std::sqrt;
   // The smallest normal number prevents 0/0.
   const S denominator = S(dimension) * S(sum5 + S(0.01) * sum3) + S(0x1p-1022);
-  return S(h * sum5) / sqrt(denominator);
+  return S(h * sum5) / sqrt(denominator) + S(S(0.0) * denominator);  // not 0 for an infinite denominator
 }
 
 // --- Size of the next step (HNW II.4), in doubles: every lane has its own step. The caller computes roots: std::pow
@@ -234,6 +235,8 @@ inline constexpr double kSafety = 0.9;
 inline constexpr double kSmallestFactor = 1.0 / 3.0;
 inline constexpr double kLargestFactor = 6.0;
 inline constexpr double kNonFiniteFactor = 0.1;  // after a step whose result is not finite
+/// Largest |‖q‖ − 1| at the end of a step. In accepted steps it is of the size of the tolerance.
+inline constexpr double kLargestDefect = 0.1;
 inline constexpr double kStretch = 1.01;  // the last step may be longer by this factor, to avoid a tiny final step
 
 GRAPNEL_INLINE double smaller(double a, double b) { return b < a ? b : a; }

@@ -580,7 +580,7 @@ void LaneStepper<S>::attempt() {
     }
     take_commands(0, entering, t_new, end_.data());
     dynamics_(t_new, end_.data(), stage(13));
-    good = accepted & finite(stage(13)).bits();
+    good = accepted & finite(stage(13)).bits() & (defect <= S(dop853::kLargestDefect)).bits();
     const unsigned near = near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
     for (int l = 0; l < kWidth; ++l) {
       if (((near & entering) >> l & 1U) != 0) dynamics_.commands().take_back(l);

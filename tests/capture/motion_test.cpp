@@ -206,6 +206,15 @@ TEST(MotionWithoutCapture, WithTargets) {
             std::string::npos);
 }
 
+// Brakes at the start act before the first sample: the ground's impulse is part of it.
+TEST(MotionWithoutCapture, BrakesOnAFixedBaseAtTheStart) {
+  const CaptureResult r = simulate_capture(
+      loaded(with_arm("motion: {duration: 2, joints: braked}\nexternal_wrenches: [{body: bus, force: [1, 2, 3]}]\n"),
+             {{"robot.base.mode", "fixed"}, {"initial.joint_rates", "[0.3, -0.2]"}}));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.ledger.pass());
+}
+
 TEST(MotionWithoutCapture, RejectsSettingsThatNeedCapture) {
   EXPECT_EQ(faults(with_arm("motion: {duration: 5}\n")), "");
   const auto refused = [](const std::string& keys) {

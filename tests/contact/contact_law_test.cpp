@@ -71,7 +71,7 @@ TEST(ContactLaw, RollingCoupleRisesToItsLengthAndStays) {
 }
 
 TEST(ContactLaw, PublishedMaterialsAreValidAndStateTheirSources) {
-  EXPECT_EQ(published_materials().size(), 4u);
+  EXPECT_EQ(published_materials().size(), 5u);
   for (const PublishedMaterial& m : published_materials()) {
     EXPECT_FALSE(m.source.empty());
     EXPECT_EQ(m.states_friction, m.material.static_friction > 0) << m.name;

@@ -230,6 +230,15 @@ TEST(DormandPrince853, NonFiniteRightHandSideIsReportedWithItsTime) {
   EXPECT_EQ(stepper.status(), StepStatus::non_finite);
 }
 
+// A step that diverges, in a stiff contact for instance, may overflow one estimate only: it must not count as exact.
+TEST(DormandPrince853, OverflowingErrorEstimateIsNoAcceptableError) {
+  const double infinite = std::numeric_limits<double>::infinity(), large = std::numeric_limits<double>::max();
+  EXPECT_FALSE(dop853::combined_error(1e-3, 1e300, infinite, 4) <= 1);
+  EXPECT_FALSE(dop853::combined_error(1e-3, large, 1.0, 4) <= 1);
+  EXPECT_EQ(dop853::combined_error(0.5, 4.0, 0.0, 4), 0.5);
+  EXPECT_EQ(dop853::combined_error(0.5, 0.0, 0.0, 4), 0.0);
+}
+
 TEST(DormandPrince853, StepLimitsHold) {
   Stepper853 few({.size = Kepler::kSize}, {}, {.max_steps = 7});
   run(few, Kepler{}, 0.0, Kepler::exact(0.0, 0.6), 100.0);

@@ -74,18 +74,24 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
 void require_finite(const CaptureResult& result) {
   for (const Series& series : result.series.series) {
     if (series.path.starts_with("joints/reference_")) continue;  // NaN for joints without a reference
-    // NaN for open grasps and grasps without a loop, and for joint reactions at impacts without duration.
-    const bool may_be_absent = series.path.starts_with("loops/") || series.path.ends_with("/force") ||
-                               series.path.ends_with("/moment") || series.path.starts_with("joints/reaction_");
+    // NaN for open grasps and grasps without a loop, for joint reactions at impacts without duration, for couplings of
+    // prescribed joints, and for contact points of bodies that are apart.
+    const bool may_be_absent = series.path.starts_with("loops/") || series.path.starts_with("couplings/") ||
+                               (series.path.starts_with("contacts/") && series.path.ends_with("/point")) ||
+                               series.path.ends_with("/force") || series.path.ends_with("/moment") ||
+                               series.path.starts_with("joints/reaction_");
     for (const double value : series.data) {
       if (std::isinf(value) || (std::isnan(value) && !may_be_absent)) RC_FAIL("not finite: series " + series.path);
     }
   }
-  // Non-finite numbers become null in the summary; so do rows that were not checked, and missing ratings.
+  // Non-finite numbers become null in the summary; so do rows that were not checked, missing ratings, shares of
+  // joints without a breakaway effort, and energies of motors without a torque constant.
   const std::string summary = summary_json(result, "test");
   for (std::size_t at = 0; (at = summary.find(": null", at)) != std::string::npos; ++at) {
     const std::string line = summary.substr(summary.rfind('\n', at) + 1, 80);
-    const bool unevaluated = line.find("\"pass\"") < 12 || line.find("\"rating\"") < 12 || line.find("\"margin\"") < 12;
+    const auto is = [&](const char* key) { return line.find(key) < 12; };
+    const bool unevaluated = is("\"pass\"") || is("\"rating\"") || is("\"margin\"") || is("\"friction_share\"") ||
+                             is("\"copper_loss\"") || is("\"electrical_energy\"");
     if (!unevaluated) RC_FAIL("not finite: summary " + line);
   }
   static const test::SchemaCheck schema(json_schema(type_of<Summary>(), "summary"));
