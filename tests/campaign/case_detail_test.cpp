@@ -63,22 +63,8 @@ void expect_same(const StudyCase& point, const CaptureResult& full, StudyMode mo
   std::printf("[ measured ] %zu columns with %d numbers, the same bits\n", columns.size(), numbers);
 }
 
-TEST_P(CaseDetail, ARunHasTheColumnsOfACompleteOne) {
-  const StudyCase point = shipped_case(GetParam());
-  const CaptureResult full = simulate_capture(point.problem);
-  EXPECT_FALSE(full.series.time.empty());
-  expect_same(point, full, StudyMode::run);
-}
-
-TEST_P(CaseDetail, AnImpactAloneHasTheColumnsOfACompleteOne) {
-  const StudyCase point = shipped_case(GetParam());
-  expect_same(point, simulate_impact_only(point.problem), StudyMode::impact);
-}
-
 // Columns of loads exist only on request, and then cover all phases.
-TEST_P(CaseDetail, LoadsAreThoseOfACompleteRun) {
-  const StudyCase point = shipped_case(GetParam());
-  const CaptureResult full = simulate_capture(point.problem);
+void expect_same_loads(const StudyCase& point, const CaptureResult& full) {
   const std::vector<Column> columns = offered_columns(point.problem, true);
   ASSERT_EQ(detail_of(columns), CaptureDetail::columns_and_loads);
   const CaseRow row = run_case(point, StudyMode::run, columns);
@@ -90,6 +76,19 @@ TEST_P(CaseDetail, LoadsAreThoseOfACompleteRun) {
     numbers += whole == whole;
   }
   EXPECT_GT(numbers, 40);
+}
+
+TEST_P(CaseDetail, ARunHasTheColumnsAndLoadsOfACompleteOne) {
+  const StudyCase point = shipped_case(GetParam());
+  const CaptureResult full = simulate_capture(point.problem);
+  EXPECT_FALSE(full.series.time.empty());
+  expect_same(point, full, StudyMode::run);
+  expect_same_loads(point, full);
+}
+
+TEST_P(CaseDetail, AnImpactAloneHasTheColumnsOfACompleteOne) {
+  const StudyCase point = shipped_case(GetParam());
+  expect_same(point, simulate_impact_only(point.problem), StudyMode::impact);
 }
 
 TEST(CaseDetail, EvaluatesLoadsOnlyOnRequest) {

@@ -4,6 +4,7 @@
 
 #include "contact/contact_cases.hpp"
 #include "contact/free_bodies.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing::contact_motion {
@@ -203,7 +204,7 @@ ContactMaterial random_material(Random& random) {
 TEST(ContactMotion, ThousandRandomPairsInFreeFlightConserveMomentumAndEnergy) {
   Worst linear("linear momentum, relative"), angular("angular momentum, relative"), energy("energy, relative");
   int touched = 0, dissipated = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < test::repetitions(1000); ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     const auto shape = [&] { return random_contact_shape(kCaseShapes[random.integer(0, 4)], random); };
@@ -234,8 +235,8 @@ TEST(ContactMotion, ThousandRandomPairsInFreeFlightConserveMomentumAndEnergy) {
     EXPECT_LT(angular.note(norm(s.angular_momentum() - l) / scale, i), 1e-6);  // of the integrator; per metre
     EXPECT_LT(energy.note(std::abs(s.energy() + s.dissipated - e) / e, i), 1e-3);
   }
-  EXPECT_GT(touched, 900);
-  EXPECT_GT(dissipated, 500);
+  EXPECT_GT(touched, test::repetitions(900));
+  EXPECT_GT(dissipated, test::repetitions(500));
 }
 
 // Elastic boxes that tumble against each other: the energy error is that of the integrator, so it vanishes with its

@@ -80,7 +80,7 @@ TEST(SelfMotions, ErrorEstimateBoundsTheError) {
   Worst below("error of an integration over the estimate"), above("the estimate over the error");
   int cases = 0;
   for (const double turns : {1.0, 3.0, 6.0}) {
-    for (int seed = 0; seed < 10; ++seed) {
+    for (int seed = 0; seed < test::repetitions(10); ++seed) {
       const Servicer s = seven_joints();
       FloatingBase base(s.model, true);
       const StraightInProblem p = turning(s, base, Goal::Orientation::free, turns, seed);
@@ -114,7 +114,7 @@ TEST(SelfMotions, ErrorEstimateBoundsTheError) {
       }
     }
   }
-  EXPECT_GT(cases, 15);
+  EXPECT_GT(cases, test::repetitions(15));
   EXPECT_LT(below.value(), 1);
   EXPECT_LT(above.value(), 50);
 }
