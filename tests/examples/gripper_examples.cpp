@@ -1,5 +1,4 @@
-#include "examples/gripper_examples.hpp"
-
+// Captures by contacts between shapes, grippers and grasps with limits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include <stdexcept>
 
 #include "capture/capture_case.hpp"
+#include "examples/example_checks.hpp"
 #include "examples/shipped_scenarios.hpp"
 
 namespace grapnel::testing::examples_test {
@@ -100,20 +100,134 @@ void expect_targets_to_meet(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_GT(pair.impulse, 1);
 }
 
+// Fingers that touch a box and each other keep it between them, without any grasp.
+void expect_a_cage(const CaptureProblem& p, const CaptureResult& r) {
+  EXPECT_EQ(r.contacts.size(), 37U);
+  int touched = 0;
+  double peak = 0, lost = 0;
+  for (const ContactPairReport& pair : r.contacts) {
+    touched += pair.touches > 0;
+    peak = std::max(peak, pair.peak_force);
+    lost += pair.damping_loss + pair.friction_loss;
+    EXPECT_FALSE(pair.beyond_model) << pair.body_a << " " << pair.body_b;
+  }
+  EXPECT_GE(touched, 9);         // measured 11
+  EXPECT_NEAR(peak, 17.4, 0.5);  // measured 17.37
+  EXPECT_GT(lost, 0.1);
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &base = r.post_impact_end->base, &stage = r.post_impact_end->targets[0];
+  const Vector3d offset = transposed_times(rotation_matrix(base.quaternion_wxyz), stage.position - base.position);
+  EXPECT_LT(std::hypot(offset[0], offset[1]), 0.2);  // the fingers are at 0.55 m
+  CaptureProblem without = p;
+  without.contacts.clear();
+  const CaptureResult passing = simulate_capture(without);
+  EXPECT_EQ(passing.ledger.feasibility(), Verdict::no);  // fingers pass through the box
+}
+
+// One motor of 20 N presses both pads with half of it; the CubeSat comes to rest in the gripper.
+void expect_a_grip(const CaptureResult& r) {
+  ASSERT_EQ(r.contacts.size(), 2U);
+  for (const ContactPairReport& pair : r.contacts) {
+    EXPECT_TRUE(pair.touches_at_end);
+    EXPECT_FALSE(pair.beyond_model);
+  }
+  ASSERT_FALSE(r.loops.empty());
+  EXPECT_EQ(r.loops[0].closures, std::vector<std::string>{"right"});
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &bus = r.post_impact_end->base, &cubesat = r.post_impact_end->targets[0];
+  EXPECT_LT(norm(cubesat.angular_velocity - bus.angular_velocity), 1e-3);  // 18 mrad/s before
+  EXPECT_NEAR(r.contacts[1].peak_force, 10, 0.1);
+}
+
+// Friction brings a CubeSat to rest between two fingers; the latch takes up what is left.
+void expect_a_latched_cubesat(const CaptureResult& r) {
+  ASSERT_EQ(r.stages.size(), 1U);
+  const StagesReport& stages = r.stages[0];
+  EXPECT_EQ(stages.reached, StagesReport::Stage::latched);
+  EXPECT_EQ(stages.failure, StagesReport::Failure::none);
+  EXPECT_NEAR(stages.settled_time.value_or(0), 5.62, 0.01);
+  EXPECT_NEAR(stages.grip_force, 6.07, 0.02);
+  EXPECT_LT(norm(r.impact()->grasps.at(0).relative_velocity_before), 5e-4);
+}
+
+// Impacts in an instant between two paddles take part of a tank's spin.
+void expect_bounces(const CaptureProblem& p, const CaptureResult& r) {
+  int impacts = 0;
+  double lost = 0;
+  for (const ContactPairReport& pair : r.contacts) {
+    ASSERT_TRUE(pair.hard);
+    impacts += pair.hard->impacts;
+    lost += pair.hard->restitution_loss + pair.hard->friction_loss;
+    EXPECT_FALSE(pair.beyond_model);
+  }
+  EXPECT_EQ(impacts, 6);
+  EXPECT_NEAR(lost, 1.27, 0.01);
+  ASSERT_TRUE(r.post_impact_end);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 0.25 * norm(p.targets[0].V_WT.angular));
+}
+
+// Two fingertips pull the tank against the palm with the full tension of their tendons; it comes to rest in the
+// gripper. The work of the tendons is that of all motors.
+void expect_a_tendon_grip(const CaptureResult& r) {
+  int touching = 0;
+  for (const ContactPairReport& pair : r.contacts) touching += pair.touches_at_end;
+  EXPECT_EQ(touching, 3);  // the fingertips and the palm
+  ASSERT_EQ(r.tendons.size(), 2U);
+  for (const TendonReport& tendon : r.tendons) {
+    EXPECT_EQ(tendon.largest_tension, 15);
+    EXPECT_GT(tendon.work, 0.01);
+  }
+  ASSERT_TRUE(r.post_impact_end);
+  const BodyMotion &bus = r.post_impact_end->base, &tank = r.post_impact_end->targets[0];
+  EXPECT_LT(norm(tank.angular_velocity - bus.angular_velocity), 1e-6);  // 53 mrad/s before
+}
+
+// Both grippers touch the square several times and stop its spin, with the published force of 1.13 N approximately.
+void expect_a_stopped_spin(const CaptureResult& r) {
+  ASSERT_EQ(r.contacts.size(), 2u);
+  for (const ContactPairReport& hand : r.contacts) {
+    std::printf("[ measured ] %s: %d touches, %.4g N\n", hand.body_a.c_str(), hand.touches, hand.peak_force);
+    EXPECT_GE(hand.touches, 2);
+    EXPECT_NEAR(hand.peak_force, 1.13, 0.15);  // measured 1.132 and 1.126
+    EXPECT_FALSE(hand.beyond_model);
+  }
+  EXPECT_LT(std::abs(r.post_impact_end->targets[0].angular_velocity[2]), 0.05);  // measured 0.0016
+}
+
+// The gripper loses the satellite at its limits and closes again at the boundary of its envelope.
+void expect_a_lost_grasp(const CaptureResult& r) {
+  ASSERT_EQ(r.losses.size(), 1u);
+  EXPECT_NEAR(r.losses[0].time, 2.58, 0.01);
+  EXPECT_NEAR(std::hypot(r.losses[0].force / 120, r.losses[0].moment / 400), 1, 1e-9);
+  ASSERT_EQ(r.impacts.size(), 2u);
+  EXPECT_NEAR(r.impacts[1].time, 9.13, 0.01);
+  EXPECT_NEAR(r.grasps[0].distance, 0.1, 1e-9);
+  EXPECT_EQ(r.grasps[0].closings, 2);
+  EXPECT_TRUE(r.captured());
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
+  // Braked gently, the grasp holds.
+  const CaptureResult gentle = simulate_capture(load(
+      "lost-grasp", {{"external_wrenches[0].force", "[0, 0, -300]"}, {"external_wrenches[1].force", "[0, 0, 0]"}}));
+  EXPECT_TRUE(gentle.losses.empty());
+  EXPECT_NEAR(gentle.grasps[0].largest_load.value(), 0.81, 0.01);  // measured 0.807
+}
+
 }  // namespace
 
-bool expect_gripper_example(const std::string& name, const CaptureProblem& problem, const CaptureResult& result) {
-  if (name == "ring-clamp")
-    expect_a_clamped_ring(result);
-  else if (name == "probe-and-nozzle")
-    expect_a_probe_in_the_throat(result);
-  else if (name == "missed-capture")
-    expect_a_miss(problem, result);
-  else if (name == "two-targets-meet")
-    expect_targets_to_meet(problem, result);
-  else
-    return false;
-  return true;
+ExampleChecks gripper_checks() {
+  return {
+      {"ring-clamp", of_result(expect_a_clamped_ring)},
+      {"probe-and-nozzle", of_result(expect_a_probe_in_the_throat)},
+      {"missed-capture", expect_a_miss},
+      {"two-targets-meet", expect_targets_to_meet},
+      {"four-arm-cage", expect_a_cage},
+      {"parallel-gripper", of_result(expect_a_grip)},
+      {"lost-grasp", of_result(expect_a_lost_grasp)},
+      {"cubesat-two-finger", of_result(expect_a_latched_cubesat)},
+      {"hard-paddles", expect_bounces},
+      {"tendon-gripper", of_result(expect_a_tendon_grip)},
+      {"planar-caging", of_result(expect_a_stopped_spin)},
+  };
 }
 
 }  // namespace grapnel::testing::examples_test
