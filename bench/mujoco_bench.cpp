@@ -13,24 +13,11 @@
 #include "bench/flexible_workload.hpp"
 #include "bench/loop_workload.hpp"
 #include "engines/mujoco_engine.hpp"
+#include "engines/mujoco_load.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
 
 namespace grapnel::bench {
 namespace {
-
-// MuJoCo reads models from files, real or virtual.
-mjModel* load(const std::string& xml) {
-  auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  const char* name = "robot.xml";
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), name)]));
-  char error[1000] = "";
-  mjModel* model = mj_loadXML(name, files.get(), error, sizeof error);
-  mj_deleteVFS(files.get());
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error);
-  return model;
-}
 
 // The closures as soft welds, nearly as stiff as MuJoCo allows (its default leaves a tenth of the relative
 // acceleration).
@@ -58,7 +45,7 @@ std::string described(const Model& model, const std::vector<LoopClosure>& closur
 class Peer {
  public:
   explicit Peer(const Workload& workload, const std::vector<LoopClosure>& closures = {})
-      : model_(load(described(workload.model, closures)), mj_deleteModel),
+      : model_(testing::load_mjcf(described(workload.model, closures)), mj_deleteModel),
         data_(mj_makeData(model_.get()), mj_deleteData) {
     model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_PASSIVE | mjDSBL_ACTUATION | mjDSBL_SENSOR |
                                 mjDSBL_WARMSTART | mjDSBL_GRAVITY;

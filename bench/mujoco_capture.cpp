@@ -12,25 +12,12 @@
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
 #include "engines/mujoco_engine.hpp"
+#include "engines/mujoco_load.hpp"
 
 namespace grapnel::bench {
 namespace {
 
 using ModelPointer = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
-
-// MuJoCo reads models from files, real or virtual.
-ModelPointer load_capture(const std::string& xml) {
-  auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  const char* name = "robot.xml";
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), name)]));
-  char error[1000] = "";
-  ModelPointer model(mj_loadXML(name, files.get(), error, sizeof error), mj_deleteModel);
-  mj_deleteVFS(files.get());
-  if (!model) throw std::runtime_error(std::string("MuJoCo: ") + error);
-  return model;
-}
 
 // PD torques along references (4.1).
 struct Controller {
@@ -55,7 +42,9 @@ void control(const mjModel*, mjData* data) {
 class Phase {
  public:
   explicit Phase(const Model& model)
-      : grapnel_(model), model_(load_capture(testing::mjcf(model))), data_(mj_makeData(model_.get()), mj_deleteData) {
+      : grapnel_(model),
+        model_(testing::load_mjcf(testing::mjcf(model)), mj_deleteModel),
+        data_(mj_makeData(model_.get()), mj_deleteData) {
     model_->opt.integrator = mjINT_RK4;
     // Actuation stays enabled: it calls the controller.
     model_->opt.disableflags |=

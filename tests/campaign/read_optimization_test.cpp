@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "campaign/study_case.hpp"
-#include "grapnel/text/faults.hpp"
+#include "support/fault_texts.hpp"
 
 namespace grapnel {
 namespace read_optimization_test {
@@ -16,13 +16,7 @@ using testing::HasSubstr;
 
 std::vector<std::string> faults_of(const std::string& text) {
   const test::Folder folder;
-  std::vector<std::string> texts;
-  try {
-    load_optimization(folder.write("o.yaml", text));
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) texts.push_back(fault.text().substr(folder.path().string().size() + 1));
-  }
-  return texts;
+  return test::faults_of_loading(folder.write("o.yaml", text), [](const auto& file) { load_optimization(file); });
 }
 
 const std::string kHead =

@@ -5,7 +5,7 @@
 
 #include "campaign/study_case.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/text/faults.hpp"
+#include "support/fault_texts.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {
@@ -20,18 +20,7 @@ using testing::HasSubstr;
 // The messages of all errors, without the folder.
 std::vector<std::string> faults_of(const std::string& text) {
   const test::Folder folder;
-  std::vector<std::string> texts;
-  try {
-    load_study(folder.write("study.yaml", text));
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) {
-      std::string one = fault.text();
-      const std::string prefix = folder.path().string() + "/";
-      if (one.starts_with(prefix)) one.erase(0, prefix.size());
-      texts.push_back(one);
-    }
-  }
-  return texts;
+  return test::faults_of_loading(folder.write("study.yaml", text), [](const auto& file) { load_study(file); });
 }
 
 std::string scenario() { return test::shipped("scenarios/thesis/open-loop-case-1-planned.yaml"); }

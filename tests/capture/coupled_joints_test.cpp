@@ -8,31 +8,17 @@
 #include <cmath>
 #include <string>
 
+#include "capture/capture_case.hpp"
+#include "capture/scenario_run.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/problem/capture_system.hpp"
-#include "grapnel/result/verdicts.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::testing {
 namespace coupled_joints_test {
 
 using ::testing::HasSubstr;
-
-CaptureResult run(const std::string& text) {
-  const test::TemporaryFolder folder;
-  return simulate_capture(load_scenario(folder.write("scenario.yaml", text)));
-}
-void expect_sound(const CaptureResult& r) {
-  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_TRUE(r.ledger.pass()) << failure_text(*r.ledger.worst_failure());
-}
-const Series& series(const CaptureResult& r, const std::string& path) {
-  for (const Series& one : r.series.series) {
-    if (one.path == path) return one;
-  }
-  throw std::out_of_range(path);
-}
 
 // ---- Two pendulums geared to each other ----
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "engines/mujoco_engine.hpp"
+#include "engines/mujoco_load.hpp"
 
 namespace grapnel::testing {
 namespace {
@@ -112,19 +113,6 @@ std::string mjcf_with_contacts(const Model& model, const std::vector<EngineSurfa
   return xml;
 }
 
-mjModel* compile(const std::string& xml) {
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  const char* name = "scene.xml";
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), name)]));
-  char error[1000] = "";
-  mjModel* model = mj_loadXML(name, files.get(), error, sizeof error);
-  mj_deleteVFS(files.get());
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error);
-  return model;
-}
-
 // Of a sphere against another shape (23.4).
 double hertz_radius(double r, const EngineSurface& other) {
   const double q = other.geometry.size[0];
@@ -170,7 +158,7 @@ MujocoContacts::MujocoContacts(const Model& model, const std::vector<EngineSurfa
       surfaces_(surfaces),
       pairs_(pairs),
       settings_(settings),
-      model_(compile(mjcf_with_contacts(model, surfaces, pairs, settings.side_spheres))),
+      model_(load_mjcf(mjcf_with_contacts(model, surfaces, pairs, settings.side_spheres))),
       data_(mj_makeData(model_)),
       link_of_geoms_(static_cast<std::size_t>(model_->ngeom * model_->ngeom), -1),
       forces_(pairs.size()),

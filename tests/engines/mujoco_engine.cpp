@@ -4,8 +4,8 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Eigenvalues>
-#include <stdexcept>
 
+#include "engines/mujoco_load.hpp"
 #include "support/eigen_values.hpp"
 
 namespace grapnel::testing {
@@ -68,20 +68,6 @@ void append_body(const Model& model, int index, std::string& xml) {
   xml += "</body>\n";
 }
 
-// MuJoCo reads models from files, real or virtual.
-mjModel* load(const std::string& xml) {
-  mjVFS vfs;
-  mj_defaultVFS(&vfs);
-  const char* name = "robot.xml";
-  mj_makeEmptyFileVFS(&vfs, name, static_cast<int>(xml.size()));
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(vfs.filedata[mj_findFileVFS(&vfs, name)]));
-  char error[1000] = "";
-  mjModel* model = mj_loadXML(name, &vfs, error, sizeof error);
-  mj_deleteVFS(&vfs);
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error + "\n" + xml);
-  return model;
-}
-
 Vector3d vector(const double* x) { return {x[0], x[1], x[2]}; }
 void write(const Vector3d& v, double* x) { x[0] = v[0], x[1] = v[1], x[2] = v[2]; }
 
@@ -99,7 +85,7 @@ std::string mjcf(const Model& model) {
 }
 
 MujocoEngine::MujocoEngine(const Model& model)
-    : grapnel_(model), model_(load(mjcf(model))), data_(mj_makeData(model_)) {
+    : grapnel_(model), model_(load_mjcf(mjcf(model))), data_(mj_makeData(model_)) {
   for (const Body& b : model.bodies()) {
     // MuJoCo orders bodies depth first: match them by name.
     const int body = mj_name2id(model_, mjOBJ_BODY, b.description.name.c_str());

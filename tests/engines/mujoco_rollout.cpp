@@ -3,27 +3,14 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 
 #include "engines/mujoco_engine.hpp"
+#include "engines/mujoco_load.hpp"
 #include "grapnel/dynamics/state.hpp"
 
 namespace grapnel::testing {
 namespace {
-
-mjModel* read_model(const std::string& xml) {
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  const char* name = "robot.xml";
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), name)]));
-  char error[1000] = "";
-  mjModel* model = mj_loadXML(name, files.get(), error, sizeof error);
-  mj_deleteVFS(files.get());
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error);
-  return model;
-}
 
 Rotationd rotation_at(const double* quaternion) {
   return rotation_matrix(Quaterniond{quaternion[0], quaternion[1], quaternion[2], quaternion[3]});
@@ -32,7 +19,7 @@ Rotationd rotation_at(const double* quaternion) {
 }  // namespace
 
 MujocoRollout::MujocoRollout(const Model& model, double step, bool rk4)
-    : grapnel_(model), model_(read_model(mjcf(model))), data_(mj_makeData(model_)) {
+    : grapnel_(model), model_(load_mjcf(mjcf(model))), data_(mj_makeData(model_)) {
   model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_PASSIVE | mjDSBL_ACTUATION | mjDSBL_SENSOR |
                               mjDSBL_WARMSTART | mjDSBL_GRAVITY;
   model_->opt.timestep = step;

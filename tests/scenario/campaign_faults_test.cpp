@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/campaign/study_files.hpp"
-#include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/fault_texts.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {
@@ -15,18 +15,7 @@ using testing::HasSubstr;
 // Messages of all errors, without the folder.
 std::vector<std::string> faults_of(const std::string& text) {
   const test::TemporaryFolder folder;
-  std::vector<std::string> texts;
-  try {
-    load_campaign(folder.write("campaign.yaml", text));
-  } catch (const InputError& error) {
-    for (const Fault& fault : error.faults()) {
-      std::string one = fault.text();
-      const std::string prefix = folder.path().string() + "/";
-      if (one.starts_with(prefix)) one.erase(0, prefix.size());
-      texts.push_back(one);
-    }
-  }
-  return texts;
+  return test::faults_of_loading(folder.write("campaign.yaml", text), [](const auto& file) { load_campaign(file); });
 }
 
 // Lines 1 to 4 of a campaign.

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/fault_texts.hpp"
+
 namespace grapnel::test {
 
 const char* const kSmallScenario = R"(name: test
@@ -92,26 +94,8 @@ Edit with_motion(const std::string& lines) {
   return {"  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}", "  " + lines};
 }
 
-namespace {
-std::vector<std::string> texts(const InputError& error, const std::filesystem::path& folder) {
-  std::vector<std::string> result;
-  const std::string prefix = folder.string() + "/";
-  for (const Fault& fault : error.faults()) {
-    std::string text = fault.text();
-    for (std::size_t at = 0; (at = text.find(prefix)) != std::string::npos;) text.erase(at, prefix.size());
-    result.push_back(text);
-  }
-  return result;
-}
-}  // namespace
-
 std::vector<std::string> faults_of_file(const std::filesystem::path& path, const std::vector<Override>& overrides) {
-  try {
-    load_scenario(path, overrides);
-  } catch (const InputError& error) {
-    return texts(error, path.parent_path());
-  }
-  return {};
+  return faults_of_loading(path, [&](const auto& file) { load_scenario(file, overrides); });
 }
 
 std::vector<std::string> faults_of(std::string_view text, const std::vector<Override>& overrides) {
@@ -133,13 +117,7 @@ std::vector<std::string> warnings_of(std::string_view text, const std::vector<Ov
 
 std::vector<std::string> robot_faults_of(std::string_view text) {
   const TemporaryFolder folder;
-  const auto path = folder.write("robot.yaml", text);
-  try {
-    load_robot(path);
-  } catch (const InputError& error) {
-    return texts(error, folder.path());
-  }
-  return {};
+  return faults_of_loading(folder.write("robot.yaml", text), [](const auto& file) { load_robot(file); });
 }
 
 std::string bytes_of(const std::filesystem::path& path) {

@@ -3,6 +3,11 @@
 /// @file
 /// Random robots in a phase: models with friction, drives, and totals summed over bodies.
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "support/random_robot.hpp"
@@ -47,6 +52,36 @@ struct Totals {
 inline Totals totals(const Model& model, const State& state) {
   const Kinematics k = forward_kinematics(model, state);
   return {momentum_about(model, k, {0, 0, 0}), kinetic_energy(model, k, state), center_of_mass(model, k)};
+}
+
+/// How well the change of momentum and energy in a phase equals what external loads, motors and friction contribute,
+/// relative to the largest values.
+struct PhaseBalance {
+  double momentum = 0, energy = 0;
+};
+
+/// Simulates 2 s from `start` at tight tolerances, and expects that external loads act.
+inline PhaseBalance balance_under_loads(const Model& model, PhaseDynamics& dynamics, const State& start) {
+  const Totals before = totals(model, start);
+  const auto size = [](const Momentumd& h) { return norm(h.angular) + norm(h.linear); };
+  double largest = size(before.momentum), most = before.energy, off = 0, lost = 0, work = 0, impulse = 0;
+  IntegrationSetup integration;
+  integration.relative_tolerance = 1e-14, integration.absolute_tolerance = 1e-15;
+  const PhaseOutcome o =
+      simulate_phase(dynamics, {start, 0, 2, 0.1}, integration, {.observe = [&](const PhaseSample& s) {
+                       const Totals now = totals(model, s.state);
+                       largest = std::max(largest, size(now.momentum));
+                       most = std::max(most, now.energy);
+                       off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
+                       lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work -
+                                                      s.integrals.friction_work - s.integrals.external_work));
+                       work = std::max(work, std::abs(s.integrals.external_work));
+                       impulse = std::max(impulse, size(s.integrals.external_impulse));
+                     }});
+  EXPECT_TRUE(o.finished) << o.failure;
+  EXPECT_GT(work, 0.05);
+  EXPECT_GT(impulse, 1);
+  return {off / largest, lost / most};
 }
 
 /// Largest difference of two states, quaternions by value.
