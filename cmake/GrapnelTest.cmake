@@ -102,7 +102,7 @@ function(grapnel_modules_of out)
   set(${out} ${FULLY} ${LIGHTLY} PARENT_SCOPE)
 endfunction()
 
-# grapnel_link_modules_first(): for all tests that are defined, as the last of them.
+# grapnel_link_modules_first(): for all tests, after their definitions, and under sanitizers for the program.
 #
 # Functions that are not inlined, as most of the standard library's, are in every object that calls them, and the linker
 # takes the first. Modules therefore come before the test's own objects, since without optimization these would slow
@@ -112,6 +112,9 @@ function(grapnel_link_modules_first)
     return()
   endif()
   get_property(tests GLOBAL PROPERTY GRAPNEL_TESTS)
+  if(GRAPNEL_SANITIZE AND TARGET grapnel)
+    list(APPEND tests grapnel)  # whose own code is unoptimized there as well
+  endif()
   foreach(test ${tests})
     get_target_property(libraries ${test} LINK_LIBRARIES)
     grapnel_modules_of(modules ${libraries})
