@@ -153,7 +153,7 @@ void ContactMonitor::write(CaptureResult& result) const {
   if (reports_.empty()) return;
   result.contacts = reports_;
   const double scale = std::max(exchanged_, result.ledger.scale.energy);
-  result.ledger.entries.push_back({"contact_energy_residual", residual_ > 0 ? residual_ / scale : residual_, 1e-7, "1",
+  result.ledger.entries.push_back({"contact_energy_residual", residual_ > 0 ? residual_ / scale : residual_, 1e-8, "1",
                                    "largest |work of the contact forces + elastic energy + energy dissipated by "
                                    "damping and friction| of a pair, or "
                                    "of all impacts together, over the largest of these and the kinetic energy",

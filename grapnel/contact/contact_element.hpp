@@ -6,6 +6,7 @@
 ///
 /// The first shape A is the one whose kind comes first (ContactShape::Kind). All vectors are in A's core frame.
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -65,21 +66,58 @@ class PressureContact {
   void add(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements);
   /// The elastic energy [J] (23.12).
   double energy(const ContactShapes& shapes, const Posed& X_AB);
+  /// Whether overlap() is exact: boxes, or a polyhedron and a half-space.
+  static bool has_overlap(const ContactShapes& shapes);
+  /// The smallest distance that separates both shapes along normals of faces and of pairs of edges [m]; otherwise a
+  /// negative value, which is continuous at zero. A small part of the time of add().
+  double overlap(const ContactShapes& shapes, const Posed& X_AB);
 
  private:
-  /// p(x) = constant - dot(gradient, x), of one face.
+  /// p(x) = constant - dot(gradient, x), of one face; x relative to origin_.
   struct Field {
     Vector3d gradient;
     double constant;
     double at(const Vector3d& x) const { return constant - dot(gradient, x); }
+    friend Field operator-(const Field& f, const Field& g) {
+      return {f.gradient - g.gradient, f.constant - g.constant};
+    }
+  };
+  /// Of fields_, by component, which is what cut() reads of many fields at a time.
+  struct FieldTable {
+    std::vector<double> gradient[3], constant;
+    std::size_t size() const { return constant.size(); }
+    Field operator[](std::size_t k) const { return {{gradient[0][k], gradient[1][k], gradient[2][k]}, constant[k]}; }
+    void set(std::size_t k, const Field& field);
+    void push_back(const Field& field);
+    void resize(std::size_t size);
+    void reserve(std::size_t size);
+  };
+  /// A point of a plane by two of its coordinates.
+  struct Corner {
+    double s, t;
+  };
+  /// A function that is linear on a plane.
+  struct Line {
+    double constant, along_s, along_t;
+    double at(const Corner& x) const { return constant + along_s * x.s + along_t * x.t; }
+  };
+  /// A plane: the coordinate h, that with the largest component of the normal, is a function of the others s and t.
+  struct Plane {
+    int s = 0, t = 1, h = 2;
+    Vector3d across{};  // the normal, of any length
+    Line height{};      // x[h]
+    /// Area over its projection along h.
+    double stretch() const { return norm(across) / std::abs(across[h]); }
+    Vector3d point(const Corner& x) const;
+    Line restricted(const Field& field) const;
   };
   /// Contains the points of the polygons of one field; without a bound if its radius is infinite.
   struct Cell {
     Vector3d center;
     double radius;
   };
+  /// Relative to origin_, which is its centre.
   struct Region {
-    Vector3d center;
     double radius;
     Vector3d axes[3];  // of the box
     Vector3d half;     // half extents along them
@@ -88,32 +126,46 @@ class PressureContact {
   bool find_direction(const ContactShapes& shapes, const Posed& X_AB);
   void offer(const Vector3d& n, double overlap);
   void descend(const ContactShapes& shapes, const Posed& X_AB);
+  void find_region(const ContactShapes& shapes, const Posed& X_AB);
   void narrow(const ContactShapes& shapes, const Posed& X_AB);
+  void find_lowest();
+  void keep_lowest(std::size_t first, std::size_t count);
   void prune(std::size_t first);
   Cell cell_of_polygon(double margin) const;
-  bool begin_polygon(const Vector3d& normal, double offset, double margin);
+  bool begin_polygon(const Field& across, double margin);
   double region_reach(const Vector3d& normal, double margin) const;
-  bool cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j);
+  bool cut(const Field& across, const Field& base, std::size_t i, std::size_t j);
+  bool clip_by_others(const Field& base, std::size_t i, std::size_t j);
   void reserve_corners(std::size_t corners);
-  bool clip(const Field& field);
-  double area_and_centroid(const Vector3d& normal, Vector3d& centroid) const;
-  void add_polygon(const ContactShapes& shapes, const Field& field, const Vector3d& normal, ContactElements& elements);
+  bool clip(const Line& line);
+  bool clip_scattered();
+  double area_and_centroid(Corner& centroid) const;
+  void add_polygon(const ContactShapes& shapes, const Field& field, ContactElements& elements);
+  void drop_parallel_fields(double tolerance);
+  double cut_faces(Vector3d& inside);
+  void cut_walls(double tolerance);
 
-  std::vector<Field> fields_;                // of A's faces near the contact, then of B's
+  Vector3d origin_{};                        // in the region's middle, in A
+  FieldTable fields_;                        // of A's faces near the contact, then of B's
   std::size_t count_a_ = 0;                  // of A's
   std::vector<Cell> cells_;                  // of fields_
-  std::size_t lowest_a_ = 0, lowest_b_ = 0;  // the least of A's and of B's fields at the region's centre
+  std::size_t lowest_a_ = 0, lowest_b_ = 0;  // the least of A's and of B's fields at the origin
   std::vector<std::uint8_t> is_least_;       // scratch of prune()
   bool too_many_ = false;                    // faces near the contact; some are left out
+  Plane plane_;                              // of the polygon
   std::size_t corners_ = 0;                  // number of the polygon's corners
-  std::vector<Vector3d> polygon_;            // of the last cut(), its first elements
-  std::vector<Vector3d> clipped_;            // scratch of clip()
+  std::vector<Corner> polygon_;              // of the last cut(), its first elements, anticlockwise in (s, t)
+  std::vector<Corner> clipped_;              // scratch of clip()
   std::vector<double> inside_;               // scratch of clip()
-  Region region_{};                          // contains the overlap
-  bool boxed_ = false;                       // polygons are cut to the region's box; otherwise its sphere is used
-  Vector3d direction_{};                     // A to B, with a small overlap along it
-  double overlap_ = 0;                       // along direction_ [m]: a bound of the depth
-  double bound_ = 0;                         // of the pressure [Pa]
+  std::vector<double> lines_[3], least_;     // scratch of clip_by_others(): constants and slopes, least values
+  std::vector<Vector3d> apex_;               // of energy(): a point of each field's cell, on its face or a wall
+  std::vector<std::uint8_t> has_apex_;
+  std::vector<double> volume_;  // of energy(): of each field's cell
+  Region region_{};             // contains the overlap
+  bool boxed_ = false;          // polygons are cut to the region's box; otherwise its sphere is used
+  Vector3d direction_{};        // A to B, with a small overlap along it
+  double overlap_ = 0;          // along direction_ [m]: a bound of the depth
+  double bound_ = 0;            // of the pressure [Pa]
 };
 
 }  // namespace grapnel

@@ -45,7 +45,7 @@ ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::v
 
 // --- Modes ---
 
-// Apart: the gap, or a lower bound by bounding spheres. Otherwise the depth, and minus the gap beyond it. Hard pairs
+// Apart: the gap, or a lower bound by bounding spheres. Otherwise the overlap. Hard pairs
 // close at a level that returns to zero after an impact, and touch up to kPartingGap.
 double ContactSet::margin_of(Pair& pair, double t, const Kinematics& kinematics) {
   const Posed X_WA = pose_of(pair.body_a, kinematics), X_WB = pose_of(pair.body_b, kinematics);
@@ -55,8 +55,7 @@ double ContactSet::margin_of(Pair& pair, double t, const Kinematics& kinematics)
     return pair.is_hard() ? gap - level_at(pair.hard.level, t - pair.hard.level_time, pair.contact.law().rest_speed)
                           : gap;
   }
-  const double depth = pair.contact.depth(X_WA, X_WB);
-  const double overlap = depth > 0 ? depth : -pair.contact.gap(X_WA, X_WB);
+  const double overlap = pair.contact.overlap(X_WA, X_WB);
   return pair.is_hard() && pair.mode == Mode::touching ? kPartingGap + overlap : overlap;
 }
 
@@ -132,6 +131,27 @@ void ContactSet::let_pass(int group, const Kinematics& kinematics, double t) {
 double ContactSet::margin(double t, const Kinematics& kinematics) {
   double least = std::numeric_limits<double>::infinity();
   for (Pair& pair : pairs_) least = std::min(least, margin_of(pair, t, kinematics));
+  return least;
+}
+
+double ContactSet::clear_time(const Kinematics& kinematics) const {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const Pair& pair : pairs_) {
+    if (pair.mode != Mode::apart) return 0;
+    const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+    const double gap = pair.contact.gap_bound(a.X_WB, b.X_WB);
+    if (!(gap > 0)) return 0;
+    shortest = std::min(shortest, gap / pair.contact.speed_bound(a, b));
+  }
+  return shortest;
+}
+
+double ContactSet::least_overlap(const Kinematics& kinematics) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Pair& pair : pairs_) {
+    if (pair.mode != Mode::touching) continue;
+    least = std::min(least, pair.contact.overlap(pose_of(pair.body_a, kinematics), pose_of(pair.body_b, kinematics)));
+  }
   return least;
 }
 

@@ -4,6 +4,7 @@
 /// The contacts of a system: shapes on bodies, the pairs that may touch, the modes between which their forces are
 /// smooth, and the instantaneous impacts of hard pairs.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -125,6 +126,12 @@ class ContactSet {
   void let_pass(int group, const Kinematics& kinematics, double t);
   /// Positive while all modes are valid [m]: gaps of pairs that are apart, depths of others.
   double margin(double t, const Kinematics& kinematics);
+  /// A time [s] in which no pair closes, if no velocity exceeds the present ones: the least ratio of a bound of the gap
+  /// to a bound of its rate. Zero if a pair is not apart or may be close; infinite without pairs.
+  double clear_time(const Kinematics& kinematics) const;
+  /// The least overlap of the pairs that touch [m]; infinite without any. Their forces end with a kink where it is
+  /// zero.
+  double least_overlap(const Kinematics& kinematics);
   /// Changes modes whose margins are not positive.
   void choose_modes(double t, const Kinematics& kinematics);
 
@@ -135,6 +142,10 @@ class ContactSet {
   void note_impact(double t, std::span<const HardPoint> points, std::span<const HardPointImpact> impacts,
                    const Kinematics& kinematics);
   bool any_hard() const { return any_hard_; }
+  /// Whether any pair's mode is touching.
+  bool touches() const {
+    return std::any_of(touching_.begin(), touching_.end(), [](int pairs) { return pairs > 0; });
+  }
 
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
   /// `wrenches` has room for two per pair.

@@ -129,6 +129,15 @@ Vector3d PairContact::find_center() {
   return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
 }
 
+namespace {
+
+bool is_alike(const ContactElement& e, const ContactElement& other) {
+  return e.patch == other.patch && e.normal[0] == other.normal[0] && e.normal[1] == other.normal[1] &&
+         e.normal[2] == other.normal[2];
+}
+
+}  // namespace
+
 // The elements, the contact's normal n, and the relative twist of B at A's origin, in A => elastic forces along the
 // elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, to the power and to
 // their patches. At edges, elements' normals differ from n; damping along them would resist sliding.
@@ -139,22 +148,31 @@ void PairContact::add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenc
   const double per_depth = 1 / law.damping_depth;
   double power = 0, total = 0;
   Vector3d sum = Vector3d::zero(), moment = Vector3d::zero();
-  for (std::size_t i = 0; i < elements_.list.size();) {
-    const int number = elements_.list[i].patch;
+  const std::vector<ContactElement>& elements = elements_.list;
+  for (std::size_t i = 0; i < elements.size();) {
+    const int number = elements[i].patch;
     PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
-    for (; i < elements_.list.size() && elements_.list[i].patch == number; ++i) {
-      const ContactElement& e = elements_.list[i];
-      const double approach = -(parting + dot(gradient, e.point));
-      const double dissipative =
-          contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth * per_depth, approach) -
-          e.elastic;
-      const Vector3d force = e.elastic * e.normal + dissipative * n;
-      const double normal = std::max(0.0, dot(force, n));
-      patch.p_WC += normal * e.point, patch.normal += force;
-      patch.normal_force += normal, patch.area += e.area;
-      patch.depth = std::max(patch.depth, e.depth);
-      moment += cross(e.point, force);
-      power += dissipative * approach;
+    for (std::size_t end; i < elements.size() && elements[i].patch == number; i = end) {
+      // Elements with one normal.
+      const Vector3d normal = elements[i].normal;
+      const double cosine = dot(normal, n);
+      double elastic = 0, dissipative = 0;
+      Vector3d elastic_moment = Vector3d::zero(), dissipative_moment = Vector3d::zero();
+      for (end = i; end < elements.size() && is_alike(elements[end], elements[i]); ++end) {
+        const ContactElement& e = elements[end];
+        const double approach = -(parting + dot(gradient, e.point));
+        const double damping = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
+                                                         e.depth * per_depth, approach) -
+                               e.elastic;
+        const double along = std::max(0.0, e.elastic * cosine + damping);
+        elastic += e.elastic, dissipative += damping;
+        elastic_moment += e.elastic * e.point, dissipative_moment += damping * e.point;
+        patch.p_WC += along * e.point, patch.normal_force += along;
+        patch.area += e.area, patch.depth = std::max(patch.depth, e.depth);
+        power += damping * approach;
+      }
+      patch.normal += elastic * normal + dissipative * n;
+      moment += cross(elastic_moment, normal) + cross(dissipative_moment, n);
     }
     sum += patch.normal, total += patch.normal_force;
     force_.patches[number] = patch;
@@ -268,8 +286,7 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
 
 double PairContact::elastic_energy(const Posed& X_WA, const Posed& X_WB) {
   if (gap_bound(X_WA, X_WB) > 0) return 0;
-  const Posed X_AB =
-      inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  const Posed X_AB = relative_pose(X_WA, X_WB);
   if (shapes_.a.kind() == Kind::polyhedron ||
       (shapes_.a.kind() == Kind::cylinder && shapes_.b.kind() != Kind::half_space)) {
     return pressure_.energy(shapes_, X_AB);
@@ -316,8 +333,7 @@ ShapeSeparation PairContact::separation(const Posed& X_WA, const Posed& X_WB) co
 }
 
 double PairContact::gap(const Posed& X_WA, const Posed& X_WB) const {
-  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
-  const Posed X_AB = inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  const Posed X_AB = relative_pose(X_WA, X_WB);
   if (shapes_.b.kind() == Kind::half_space) return to_half_space(shapes_.a.core(), X_AB).distance;
   const CorePair pair = cores(X_AB);
   return of_cores(pair.a, pair.b, X_AB).distance;
@@ -340,10 +356,33 @@ CorePair PairContact::cores(const Posed& X_AB) const {
           X_AB};
 }
 
+// Of the second core relative to the first.
+Posed PairContact::relative_pose(const Posed& X_WA, const Posed& X_WB) const {
+  return inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+}
+
+double PairContact::overlap(const Posed& X_WA, const Posed& X_WB) {
+  const double bound = gap_bound(X_WA, X_WB);
+  if (bound > 0) return -bound;
+  if (PressureContact::has_overlap(shapes_)) return pressure_.overlap(shapes_, relative_pose(X_WA, X_WB));
+  const double deepest = depth(X_WA, X_WB);
+  return deepest > 0 ? deepest : -gap(X_WA, X_WB);
+}
+
+// The gap changes by the relative velocity of the nearest points, along their line. One of them is on the second shape,
+// or on the first one if the second is a half-space.
+double PairContact::speed_bound(const MovingBody& a, const MovingBody& b) const {
+  const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
+  const bool plane = shapes_.b.kind() == Kind::half_space;
+  const ContactShape& shape = plane ? shapes_.a : shapes_.b;
+  const Vector3d center = (plane ? first : second).X_WB * shape.X_BC().p;
+  const Twistd V = shift(second.V_WB, center - second.X_WB.p) - shift(first.V_WB, center - first.X_WB.p);
+  return norm(V.linear) + norm(V.angular) * shape.reach();
+}
+
 double PairContact::depth(const Posed& X_WA, const Posed& X_WB) {
   if (gap_bound(X_WA, X_WB) > 0) return 0;
-  const Posed X_WFirst = (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC();
-  gather(inverse(X_WFirst) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC()));
+  gather(relative_pose(X_WA, X_WB));
   double depth = 0;
   for (const ContactElement& e : elements_.list) depth = std::max(depth, e.depth);
   return depth;

@@ -69,8 +69,8 @@ class PairContact {
   const ContactForce& evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
   /// The result of the last evaluate(); no contact before the first.
   const ContactForce& last() const { return force_; }
-  /// The elastic energy [J]. For polyhedra it takes a few times as long as the forces, and its relative accuracy is
-  /// about 1e-16 times the ratio of size to depth.
+  /// The elastic energy [J]. For polyhedra it takes a few times as long as the forces. Its relative accuracy is that of
+  /// the pose: about 1e-16 times the ratio of size to depth.
   double elastic_energy(const Posed& X_WA, const Posed& X_WB);
   /// Distance and nearest points, or depth. Depths may take long for meshes, and may allocate (convex_distance.hpp).
   ShapeSeparation separation(const Posed& X_WA, const Posed& X_WB) const;
@@ -84,9 +84,15 @@ class PairContact {
   double gap_bound(const Posed& X_WA, const Posed& X_WB) const;
   /// ContactForce::depth in these poses; zero without contact.
   double depth(const Posed& X_WA, const Posed& X_WB);
+  /// Positive where the shapes overlap: the depth, or a bound of it if that is faster; otherwise a negative bound of
+  /// the gap or less than zero [m]. Continuous at zero.
+  double overlap(const Posed& X_WA, const Posed& X_WB);
+  /// A bound of the speed at which the gap changes [m/s].
+  double speed_bound(const MovingBody& a, const MovingBody& b) const;
   const ContactLaw& law() const { return shapes_.law; }
 
  private:
+  Posed relative_pose(const Posed& X_WA, const Posed& X_WB) const;
   CorePair cores(const Posed& X_AB) const;
   void gather(const Posed& X_AB);
   Vector3d find_center();

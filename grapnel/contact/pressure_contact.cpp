@@ -11,7 +11,8 @@ namespace grapnel {
 //
 //   P_ij = {x : f_i(x) = f_j(x), 0 <= f_i(x) <= f_k(x) for all faces k of A and B}.
 //
-// The same cut with i and j of one body gives the walls between the cells of its faces, which the energy needs.
+// All of them are cut in coordinates relative to a point in the middle of the overlap, so that fields and corners have
+// rounding errors in the order of the overlap's size.
 
 namespace {
 
@@ -44,13 +45,11 @@ Vector3d turned_extents(const Rotationd& R, const Vector3d& half) {
 
 PressureContact::PressureContact(const ContactShapes& shapes) {
   const std::size_t faces = shapes.a.faces().size() + shapes.b.faces().size();
-  fields_.reserve(faces), cells_.reserve(faces), is_least_.reserve(faces);
+  fields_.reserve(faces), cells_.reserve(faces), is_least_.reserve(faces), least_.reserve(faces);
+  for (std::vector<double>& numbers : lines_) numbers.reserve(faces);
+  apex_.reserve(faces), has_apex_.reserve(faces), volume_.reserve(faces);
   // Every cut adds one corner, except for rounding errors: by fields, the region's box, and bounds of the pressure.
   reserve_corners(2 * (faces + 16));
-}
-
-void PressureContact::reserve_corners(std::size_t corners) {
-  polygon_.resize(corners), clipped_.resize(corners), inside_.resize(corners);
 }
 
 void PressureContact::offer(const Vector3d& n, double overlap) {
@@ -110,6 +109,36 @@ bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X
   return overlap_ > 0;
 }
 
+bool PressureContact::has_overlap(const ContactShapes& shapes) {
+  const auto is_polyhedron = [](const ContactShape& s) { return s.kind() == ContactShape::Kind::polyhedron; };
+  if (!is_polyhedron(shapes.a)) return false;
+  if (shapes.b.kind() == ContactShape::Kind::half_space) return true;
+  return is_polyhedron(shapes.b) && !shapes.a.core().hull && !shapes.b.core().hull;
+}
+
+double PressureContact::overlap(const ContactShapes& shapes, const Posed& X_AB) {
+  find_direction(shapes, X_AB);
+  return overlap_;
+}
+
+// Shapes => the sphere around what boxes around both have in common, or the one of narrow().
+void PressureContact::find_region(const ContactShapes& shapes, const Posed& X_AB) {
+  const Vector3d& a = shapes.a.half_extents();
+  boxed_ = !is_simple(shapes.a) || !is_simple(shapes.b);
+  origin_ = Vector3d::zero();
+  region_ = {norm(a), {}, Vector3d::zero()};
+  if (shapes.b.kind() != ContactShape::Kind::half_space) {
+    const Vector3d b = turned_extents(X_AB.R, shapes.b.half_extents());
+    Vector3d half;
+    for (int k = 0; k < 3; ++k) {
+      const double low = std::max(-a[k], X_AB.p[k] - b[k]), high = std::min(a[k], X_AB.p[k] + b[k]);
+      origin_[k] = 0.5 * (low + high), half[k] = 0.5 * (high - low);
+    }
+    region_.radius = norm(half);
+  }
+  narrow(shapes, X_AB);
+}
+
 // Direction and overlap => a smaller sphere and, for shapes of many faces, a box around it: for each lateral direction
 // t and any factor s >= 0, points x of the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap), and
 // likewise for B.
@@ -138,47 +167,57 @@ void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   }
   half = 1.001 * half;  // faces of the shapes may lie in the box's sides
   const double radius = norm(half);
-  if (boxed_ || radius < region_.radius) region_ = {center, radius, {side[0], side[1], n}, half};
+  if (boxed_ || radius < region_.radius) origin_ = center, region_ = {radius, {side[0], side[1], n}, half};
 }
 
 // Shapes => the fields of the faces near the overlap, A's before B's; false if there is no overlap.
 bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
-  fields_.clear();
+  fields_.resize(0);
   if (!find_direction(shapes, X_AB)) return false;
-  boxed_ = !is_simple(shapes.a) || !is_simple(shapes.b);
-  const Vector3d& a = shapes.a.half_extents();
-  region_ = {Vector3d::zero(), norm(a), {}, Vector3d::zero()};
-  if (shapes.b.kind() != ContactShape::Kind::half_space) {
-    const Vector3d b = turned_extents(X_AB.R, shapes.b.half_extents());
-    Vector3d half;
-    for (int k = 0; k < 3; ++k) {
-      const double low = std::max(-a[k], X_AB.p[k] - b[k]), high = std::min(a[k], X_AB.p[k] + b[k]);
-      region_.center[k] = 0.5 * (low + high), half[k] = 0.5 * (high - low);
-    }
-    region_.radius = norm(half);
-  }
-  narrow(shapes, X_AB);
+  find_region(shapes, X_AB);
   bound_ = shapes.pressure * overlap_ * (1 + 1e-9);
   const auto add = [&](double slope, const Vector3d& normal, double offset) {
     const Field field{slope * normal, slope * offset};
-    if (field.at(region_.center) - slope * region_reach(normal, 0) <= bound_) fields_.push_back(field);
+    if (field.constant - slope * region_reach(normal, 0) <= bound_) fields_.push_back(field);
   };
   cells_.clear();
-  for (const FacePlane& face : shapes.a.faces()) add(shapes.pressure_a, face.normal, face.offset);
+  for (const FacePlane& face : shapes.a.faces())
+    add(shapes.pressure_a, face.normal, face.offset - dot(face.normal, origin_));
   too_many_ = false;
   prune(0);
   count_a_ = fields_.size();
+  const Vector3d from_origin = X_AB.p - origin_;
   for (const FacePlane& face : shapes.b.faces()) {
     const Vector3d n = X_AB.R * face.normal;
-    add(shapes.pressure_b, n, face.offset + dot(n, X_AB.p));
+    add(shapes.pressure_b, n, face.offset + dot(n, from_origin));
   }
   prune(count_a_);
+  find_lowest();
+  return true;
+}
+
+// The least fields at the origin.
+void PressureContact::find_lowest() {
   lowest_a_ = 0, lowest_b_ = fields_.size() > count_a_ ? count_a_ : 0;
   for (std::size_t k = 0; k < fields_.size(); ++k) {
     std::size_t& lowest = k < count_a_ ? lowest_a_ : lowest_b_;
-    if (fields_[k].at(region_.center) < fields_[lowest].at(region_.center)) lowest = k;
+    if (fields_.constant[k] < fields_.constant[lowest]) lowest = k;
   }
-  return true;
+}
+
+// Keeps at most `count` fields from `first` on: the least ones at the origin.
+void PressureContact::keep_lowest(std::size_t first, std::size_t count) {
+  if (fields_.size() <= first + count) return;
+  too_many_ = true;
+  const auto begin = fields_.constant.begin() + static_cast<std::ptrdiff_t>(first);
+  least_.assign(begin, fields_.constant.end());
+  const auto last = least_.begin() + static_cast<std::ptrdiff_t>(count - 1);
+  std::nth_element(least_.begin(), last, least_.end());
+  std::size_t kept = first;
+  for (std::size_t i = first; i < fields_.size() && kept < first + count; ++i) {
+    if (fields_.constant[i] <= *last) fields_.set(kept++, fields_[i]);
+  }
+  fields_.resize(kept);
 }
 
 // The fields of one shape, from `first` on => those that are the least somewhere near the overlap. The nearest face of
@@ -189,158 +228,54 @@ void PressureContact::prune(std::size_t first) {
     cells_.resize(fields_.size(), {Vector3d::zero(), std::numeric_limits<double>::infinity()});
     return;
   }
-  const auto begin = fields_.begin() + static_cast<std::ptrdiff_t>(first);
-  if (fields_.size() > first + kMany) {
-    too_many_ = true;
-    std::nth_element(begin, begin + kMany, fields_.end(),
-                     [&](const Field& f, const Field& g) { return f.at(region_.center) < g.at(region_.center); });
-    fields_.resize(first + kMany);
-  }
+  keep_lowest(first, kMany);
   is_least_.assign(fields_.size(), 1);
   cells_.resize(fields_.size());
   std::size_t rejecting = first;  // the field that rejected the previous one often rejects the next one
   for (std::size_t i = first; i < fields_.size(); ++i) {
-    const double slope = norm(fields_[i].gradient);
+    const Field field = fields_[i];
+    const double margin = bound_ / norm(field.gradient);
     const std::size_t tried = rejecting;
-    is_least_[i] = begin_polygon((1 / slope) * fields_[i].gradient, fields_[i].constant / slope, bound_ / slope) &&
-                   (tried == i || clip(fields_[tried]));
+    const auto clip_by = [&](std::size_t k) { return clip(plane_.restricted(fields_[k])); };
+    is_least_[i] = begin_polygon(field, margin) && (tried == i || clip_by(tried));
     for (std::size_t k = first; is_least_[i] && k < fields_.size(); ++k) {
-      if (k != i && k != tried && !clip(fields_[k])) is_least_[i] = 0, rejecting = k;
+      if (k != i && k != tried && !clip_by(k)) is_least_[i] = 0, rejecting = k;
     }
-    if (is_least_[i]) cells_[i] = cell_of_polygon(bound_ / slope);
+    if (is_least_[i]) cells_[i] = cell_of_polygon(margin);
   }
   std::size_t kept = first;
   for (std::size_t i = first; i < fields_.size(); ++i) {
-    if (is_least_[i]) cells_[kept] = cells_[i], fields_[kept++] = fields_[i];
+    if (is_least_[i]) cells_[kept] = cells_[i], fields_.set(kept++, fields_[i]);
   }
   fields_.resize(kept), cells_.resize(kept);
 }
 
-// The polygon of a face => a sphere around all points at most `margin` away from it.
-PressureContact::Cell PressureContact::cell_of_polygon(double margin) const {
-  Cell cell{Vector3d::zero(), 0};
-  for (std::size_t i = 0; i < corners_; ++i) cell.center += polygon_[i];
-  cell.center *= 1.0 / static_cast<double>(corners_);
-  double square = 0;
-  for (std::size_t i = 0; i < corners_; ++i) {
-    const Vector3d r = polygon_[i] - cell.center;
-    square = std::max(square, dot(r, r));
-  }
-  cell.radius = 1.001 * (std::sqrt(square) + margin);
-  return cell;
-}
-
-// Farthest distance from the region's centre along a unit vector of points that polygons may have: of the box enlarged
-// by a margin, or of a square around a section of the sphere, which reaches at most sqrt(3) of its radius.
-double PressureContact::region_reach(const Vector3d& normal, double margin) const {
-  if (!boxed_) return 1.7321 * region_.radius + margin;
-  double reach = 0;
-  for (int k = 0; k < 3; ++k) reach += std::abs(dot(normal, region_.axes[k])) * (region_.half[k] + margin);
-  return reach;
-}
-
-// Keeps the part of the polygon where the field is not negative; false if there is none.
-bool PressureContact::clip(const Field& field) {
-  const std::size_t n = corners_;
-  if (2 * n > clipped_.size()) reserve_corners(4 * n);
-  double* const inside = inside_.data();
-  const Vector3d* const from = polygon_.data();
-  bool all = true, none = true;
-  for (std::size_t i = 0; i < n; ++i) {
-    inside[i] = field.at(from[i]);
-    (inside[i] < 0 ? all : none) = false;
-  }
-  if (all) return true;
-  if (none) return false;
-  Vector3d* to = clipped_.data();
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t j = i + 1 < n ? i + 1 : 0;
-    if (inside[i] >= 0) *to++ = from[i];
-    if ((inside[i] >= 0) != (inside[j] >= 0)) {
-      const double t = inside[i] / (inside[i] - inside[j]);
-      *to++ = from[i] + t * (from[j] - from[i]);
-    }
-  }
-  corners_ = static_cast<std::size_t>(to - clipped_.data());
-  polygon_.swap(clipped_);
-  return corners_ >= 3;
-}
-
-// A square on a plane around its section with the region enlarged by a margin, or that section if the region is a box
-// => polygon_; false if the plane misses it.
-bool PressureContact::begin_polygon(const Vector3d& normal, double offset, double margin) {
-  const double height = dot(normal, region_.center) - offset;
-  const double radius = region_.radius + 1.7321 * margin;
-  if (!(std::abs(height) <= (boxed_ ? region_reach(normal, margin) : radius))) return false;
-  const Vector3d foot = region_.center - height * normal;
-  Vector3d u, v;
-  sides_of(normal, u, v);
-  corners_ = 4;
-  polygon_[0] = foot + radius * (u + v), polygon_[1] = foot + radius * (v - u);
-  polygon_[2] = foot - radius * (u + v), polygon_[3] = foot + radius * (u - v);
-  if (!boxed_) return true;
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d& axis = region_.axes[k];
-    const double middle = dot(axis, region_.center), half = region_.half[k] + margin;
-    if (!clip({axis, middle + half}) || !clip({-axis, half - middle})) return false;
-  }
-  return true;
-}
-
-// The part of a plane within the overlap where the pressure `base`, zero or one field's, is the least => polygon_. On
-// the plane the fields i and j equal base.
-bool PressureContact::cut(const Vector3d& normal, double offset, const Field& base, std::size_t i, std::size_t j) {
-  if (!begin_polygon(normal, offset, 0)) return false;
-  if (!clip(base) || !clip({-base.gradient, bound_ - base.constant})) return false;
-  // Those first that probably leave nothing.
-  const auto is_above = [&](std::size_t k) {
-    if (k == i || k == j) return true;  // equal to base except for rounding errors
-    const Field& field = fields_[k];
-    return clip({field.gradient - base.gradient, field.constant - base.constant});
-  };
-  if (!is_above(lowest_a_) || !is_above(lowest_b_)) return false;
-  for (std::size_t k = 0; k < fields_.size(); ++k) {
-    if (k != lowest_a_ && k != lowest_b_ && !is_above(k)) return false;
-  }
-  return true;
-}
-
-double PressureContact::area_and_centroid(const Vector3d& normal, Vector3d& centroid) const {
-  const Vector3d& origin = polygon_[0];
-  double twice = 0;
-  Vector3d moment = Vector3d::zero();
-  for (std::size_t i = 1; i + 1 < corners_; ++i) {
-    const Vector3d p = polygon_[i] - origin, q = polygon_[i + 1] - origin;
-    const double part = dot(normal, cross(p, q));
-    twice += part;
-    moment += (part / 3) * (p + q);
-  }
-  centroid = twice > 0 ? origin + (1 / twice) * moment : origin;
-  return 0.5 * twice;
-}
-
 // A polygon => elements at the middles of all edges of the triangles that its centroid forms with its edges: exact for
 // the force and the moment of a linear pressure, and continuous when vertices merge.
-void PressureContact::add_polygon(const ContactShapes& shapes, const Field& field, const Vector3d& normal,
-                                  ContactElements& elements) {
-  Vector3d centroid;
-  if (!(area_and_centroid(normal, centroid) > 0)) return;
-  const auto add = [&](const Vector3d& x, double area) {
-    const double p = field.at(x);
+void PressureContact::add_polygon(const ContactShapes& shapes, const Field& field, ContactElements& elements) {
+  Corner centroid;
+  if (!(area_and_centroid(centroid) > 0)) return;
+  const double length = norm(plane_.across), stretch = plane_.stretch();
+  const Vector3d normal = (1 / length) * plane_.across;
+  const Line pressure = plane_.restricted(field);
+  const double per_pressure = 1 / shapes.pressure, per_area = 1 / shapes.reference_area;
+  const auto add = [&](const Corner& x, double area) {
+    const double p = pressure.at(x);
     if (!(p * area > 0)) return;
     elements.list.push_back(
-        {x, normal, p * area, p / shapes.pressure, area / shapes.reference_area, area, elements.patches});
+        {origin_ + plane_.point(x), normal, p * area, p * per_pressure, area * per_area, area, elements.patches});
   };
-  const auto triangle = [&](std::size_t i) {
-    const Vector3d &p = polygon_[i], &q = polygon_[i + 1 < corners_ ? i + 1 : 0];
-    return std::max(0.0, dot(normal, cross(p - centroid, q - centroid)) / 6);  // a third of its area
+  const auto middle = [](const Corner& p, const Corner& q) { return Corner{0.5 * (p.s + q.s), 0.5 * (p.t + q.t)}; };
+  const auto triangle = [&](const Corner& p, const Corner& q) {  // a third of its area
+    const double twice = (p.s - centroid.s) * (q.t - centroid.t) - (p.t - centroid.t) * (q.s - centroid.s);
+    return std::max(0.0, twice * (stretch / 6));
   };
-  double before = triangle(corners_ - 1);
+  double before = triangle(polygon_[corners_ - 1], polygon_[0]);
   for (std::size_t i = 0; i < corners_; ++i) {
-    const double after = triangle(i);
-    const Vector3d& next = polygon_[i + 1 < corners_ ? i + 1 : 0];
-    add(0.5 * (centroid + polygon_[i]), before + after);
-    add(0.5 * (polygon_[i] + next), after);
+    const Corner& next = polygon_[i + 1 < corners_ ? i + 1 : 0];
+    const double after = triangle(polygon_[i], next);
+    add(middle(centroid, polygon_[i]), before + after);
+    add(middle(polygon_[i], next), after);
     before = after;
   }
   ++elements.patches;
@@ -348,50 +283,22 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
 
 void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements) {
   if (!collect(shapes, X_AB)) return;
+  const double parallel = 1e-12 * shapes.pressure;
   for (std::size_t i = 0; i < count_a_; ++i) {
+    const Field a = fields_[i];
     for (std::size_t j = count_a_; j < fields_.size(); ++j) {
       const double apart = cells_[i].radius + cells_[j].radius;
       const Vector3d between = cells_[i].center - cells_[j].center;
       if (dot(between, between) > apart * apart) continue;
-      const Field &a = fields_[i], &b = fields_[j];
-      Vector3d n = a.gradient - b.gradient;
-      const double length = norm(n);
-      if (!(length > 1e-12 * shapes.pressure)) continue;
-      n *= 1 / length;
-      if (cut(n, (a.constant - b.constant) / length, a, i, j)) add_polygon(shapes, a, n, elements);
+      const Field across = a - fields_[j];
+      if (!(dot(across.gradient, across.gradient) > parallel * parallel)) continue;
+      if (cut(across, a, i, j)) add_polygon(shapes, a, elements);
     }
   }
   // Without a surface of equal pressure one shape may be inside of the other.
   double deepest = elements.list.empty() ? overlap_ : 0;
   for (const ContactElement& e : elements.list) deepest = std::max(deepest, e.depth);
   elements.beyond_model = too_many_ || deepest > std::min(shapes.a.thickness(), shapes.b.thickness());
-}
-
-// The overlap with height min f over it is a polytope in four dimensions whose volume is the energy. Its faces' faces
-// are the polygons between cells and those on the shapes' faces (23.12).
-double PressureContact::energy(const ContactShapes& shapes, const Posed& X_AB) {
-  if (!collect(shapes, X_AB)) return 0;
-  double energy = 0;
-  Vector3d centroid;
-  const Vector3d& c = region_.center;
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const Field& f = fields_[i];
-    const double slope = norm(f.gradient), value = f.at(c);
-    const Vector3d n = (1 / slope) * f.gradient;
-    if (cut(n, f.constant / slope, {Vector3d::zero(), 0}, i, i)) {
-      energy += value * value * area_and_centroid(n, centroid) / slope;
-    }
-    for (std::size_t j = i + 1; j < fields_.size(); ++j) {
-      const Field& g = fields_[j];
-      const Vector3d across = f.gradient - g.gradient;
-      const double length = norm(across), difference = value - g.at(c);
-      if (!(length > 1e-12 * shapes.pressure)) continue;
-      const Vector3d normal = (1 / length) * across;
-      if (!cut(normal, (f.constant - g.constant) / length, f, i, j)) continue;
-      energy -= difference * difference * area_and_centroid(normal, centroid) / length;
-    }
-  }
-  return energy / 12;
 }
 
 }  // namespace grapnel

@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/contact/contact_element.hpp"
+
+namespace grapnel {
+
+// Polygons of pressure contacts: parts of planes that linear functions of the position bound. They are kept as
+// projections along the coordinate axis nearest to the plane's normal, relative to origin_.
+
+void PressureContact::FieldTable::set(std::size_t k, const Field& field) {
+  for (int i = 0; i < 3; ++i) gradient[i][k] = field.gradient[i];
+  constant[k] = field.constant;
+}
+
+void PressureContact::FieldTable::push_back(const Field& field) {
+  for (int i = 0; i < 3; ++i) gradient[i].push_back(field.gradient[i]);
+  constant.push_back(field.constant);
+}
+
+void PressureContact::FieldTable::resize(std::size_t size) {
+  for (std::vector<double>& numbers : gradient) numbers.resize(size);
+  constant.resize(size);
+}
+
+void PressureContact::FieldTable::reserve(std::size_t size) {
+  for (std::vector<double>& numbers : gradient) numbers.reserve(size);
+  constant.reserve(size);
+}
+
+Vector3d PressureContact::Plane::point(const Corner& x) const {
+  Vector3d p;
+  p[s] = x.s, p[t] = x.t, p[h] = height.at(x);
+  return p;
+}
+
+// A field on the plane.
+PressureContact::Line PressureContact::Plane::restricted(const Field& field) const {
+  const Vector3d& g = field.gradient;
+  return {field.constant - g[h] * height.constant, -(g[s] + g[h] * height.along_s), -(g[t] + g[h] * height.along_t)};
+}
+
+void PressureContact::reserve_corners(std::size_t corners) {
+  polygon_.resize(corners), clipped_.resize(corners), inside_.resize(corners);
+}
+
+// The polygon of a face => a sphere around all points at most `margin` away from it.
+PressureContact::Cell PressureContact::cell_of_polygon(double margin) const {
+  Cell cell{Vector3d::zero(), 0};
+  for (std::size_t i = 0; i < corners_; ++i) cell.center += plane_.point(polygon_[i]);
+  cell.center *= 1.0 / static_cast<double>(corners_);
+  double square = 0;
+  for (std::size_t i = 0; i < corners_; ++i) {
+    const Vector3d r = plane_.point(polygon_[i]) - cell.center;
+    square = std::max(square, dot(r, r));
+  }
+  cell.radius = 1.001 * (std::sqrt(square) + margin);
+  return cell;
+}
+
+// Farthest distance from the origin along a unit vector of points that polygons may have: of the box enlarged by a
+// margin, or of a cube around the sphere, which reaches at most sqrt(3) of its radius.
+double PressureContact::region_reach(const Vector3d& normal, double margin) const {
+  if (!boxed_) return 1.7321 * region_.radius + margin;
+  double reach = 0;
+  for (int k = 0; k < 3; ++k) reach += std::abs(dot(normal, region_.axes[k])) * (region_.half[k] + margin);
+  return reach;
+}
+
+// Keeps the part of the polygon where a function is not negative; false if there is none. Of a convex polygon the
+// corners outside are consecutive ones, except for rounding errors.
+bool PressureContact::clip(const Line& line) {
+  const std::size_t n = corners_;
+  if (2 * n > clipped_.size()) reserve_corners(4 * n);
+  double* const value = inside_.data();
+  const Corner* const from = polygon_.data();
+  std::size_t outside = 0, runs = 0, last = 0, first = 0;  // first of those outside, first of those inside
+  bool before = line.at(from[n - 1]) < 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    value[i] = line.at(from[i]);
+    const bool is_outside = value[i] < 0;
+    runs += is_outside && !before ? 1 : 0;
+    last = is_outside && !before ? i : last;
+    first = !is_outside && before ? i : first;
+    outside += is_outside ? 1 : 0;
+    before = is_outside;
+  }
+  if (outside == 0) return true;
+  if (outside == n) return false;
+  if (runs > 1) return clip_scattered();
+  const auto between = [&](std::size_t i, std::size_t j) {
+    const double part = value[i] / (value[i] - value[j]);
+    return Corner{from[i].s + part * (from[j].s - from[i].s), from[i].t + part * (from[j].t - from[i].t)};
+  };
+  // From the corner `first` on, all inside, then both new ones.
+  Corner* to = clipped_.data();
+  std::size_t end = first;
+  for (std::size_t i = 0; i < n - outside; ++i) {
+    end = first + i < n ? first + i : first + i - n;
+    *to++ = from[end];
+  }
+  *to++ = between(end, last);
+  *to++ = between(first, first > 0 ? first - 1 : n - 1);
+  corners_ = n - outside + 2;
+  polygon_.swap(clipped_);
+  return true;
+}
+
+// The same by the values in inside_, for any order of corners.
+bool PressureContact::clip_scattered() {
+  const std::size_t n = corners_;
+  const double* const value = inside_.data();
+  const Corner* const from = polygon_.data();
+  Corner* to = clipped_.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t j = i + 1 < n ? i + 1 : 0;
+    if (value[i] >= 0) *to++ = from[i];
+    if ((value[i] >= 0) != (value[j] >= 0)) {
+      const double part = value[i] / (value[i] - value[j]);
+      *to++ = {from[i].s + part * (from[j].s - from[i].s), from[i].t + part * (from[j].t - from[i].t)};
+    }
+  }
+  corners_ = static_cast<std::size_t>(to - clipped_.data());
+  polygon_.swap(clipped_);
+  return corners_ >= 3;
+}
+
+// The plane on which `across` is zero => plane_, and its section with a cube around the region enlarged by a margin, or
+// with the region's box => polygon_; false if the plane misses the region.
+bool PressureContact::begin_polygon(const Field& across, double margin) {
+  const Vector3d& w = across.gradient;
+  const double radius = region_.radius + 1.7321 * margin;
+  const bool misses = boxed_ ? std::abs(across.constant) > region_reach(w, margin)
+                             : across.constant * across.constant > radius * radius * dot(w, w);
+  if (misses) return false;
+  int h = std::abs(w[1]) > std::abs(w[0]) ? 1 : 0;
+  if (std::abs(w[2]) > std::abs(w[h])) h = 2;
+  const int s = h == 2 ? 0 : h + 1, t = h == 0 ? 2 : h - 1;
+  const double inverse = 1 / w[h];
+  const Line height{across.constant * inverse, -w[s] * inverse, -w[t] * inverse};
+  plane_ = {s, t, h, w, height};
+  corners_ = 4;
+  polygon_[0] = {radius, radius}, polygon_[1] = {-radius, radius};
+  polygon_[2] = {-radius, -radius}, polygon_[3] = {radius, -radius};
+  if (!boxed_) {
+    const double highest = std::abs(height.constant) + (std::abs(height.along_s) + std::abs(height.along_t)) * radius;
+    if (highest <= radius) return true;
+    return clip({radius - height.constant, -height.along_s, -height.along_t}) &&
+           clip({radius + height.constant, height.along_s, height.along_t});
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d& axis = region_.axes[k];
+    const double half = region_.half[k] + margin;
+    if (!clip(plane_.restricted({axis, half})) || !clip(plane_.restricted({-axis, half}))) return false;
+  }
+  return true;
+}
+
+// The part, within the overlap, of the plane on which `across` is zero, where the pressure `base`, zero or one field's,
+// is the least => polygon_. On the plane the fields i and j equal base.
+bool PressureContact::cut(const Field& across, const Field& base, std::size_t i, std::size_t j) {
+  if (!begin_polygon(across, 0)) return false;
+  const Line pressure = plane_.restricted(base);
+  if (!clip(pressure) || !clip({bound_ - pressure.constant, -pressure.along_s, -pressure.along_t})) return false;
+  // First those fields that probably leave nothing.
+  for (const std::size_t k : {lowest_a_, lowest_b_}) {
+    if (k != i && k != j && !clip(plane_.restricted(fields_[k] - base))) return false;
+  }
+  return clip_by_others(base, i, j);
+}
+
+// Keeps the part of the polygon where no field except i and j is less than base. Fields that exceed it on the whole
+// rectangle around the polygon need no clip; this is found for several of them at a time.
+bool PressureContact::clip_by_others(const Field& base, std::size_t i, std::size_t j) {
+  Corner low = polygon_[0], high = polygon_[0];
+  for (std::size_t k = 1; k < corners_; ++k) {
+    low = {std::min(low.s, polygon_[k].s), std::min(low.t, polygon_[k].t)};
+    high = {std::max(high.s, polygon_[k].s), std::max(high.t, polygon_[k].t)};
+  }
+  const Corner middle{0.5 * (low.s + high.s), 0.5 * (low.t + high.t)};
+  const double half_s = 0.5 * (high.s - low.s), half_t = 0.5 * (high.t - low.t);
+  const std::size_t n = fields_.size();
+  for (std::vector<double>& numbers : lines_) numbers.resize(n);
+  least_.resize(n);
+  const double *g_s = fields_.gradient[plane_.s].data(), *g_t = fields_.gradient[plane_.t].data();
+  const double *g_h = fields_.gradient[plane_.h].data(), *constant = fields_.constant.data();
+  double *line = lines_[0].data(), *along_s = lines_[1].data(), *along_t = lines_[2].data(), *least = least_.data();
+  const double base_s = base.gradient[plane_.s], base_t = base.gradient[plane_.t], base_h = base.gradient[plane_.h];
+  const Line height = plane_.height;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double rise = g_h[k] - base_h;
+    const double c = constant[k] - base.constant - rise * height.constant;
+    const double s = base_s - g_s[k] - rise * height.along_s, t = base_t - g_t[k] - rise * height.along_t;
+    line[k] = c, along_s[k] = s, along_t[k] = t;
+    least[k] = c + s * middle.s + t * middle.t - std::abs(s) * half_s - std::abs(t) * half_t;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    if (least[k] >= 0 || k == i || k == j || k == lowest_a_ || k == lowest_b_) continue;
+    if (!clip({line[k], along_s[k], along_t[k]})) return false;
+  }
+  return true;
+}
+
+// Of the polygon [m^2].
+double PressureContact::area_and_centroid(Corner& centroid) const {
+  const Corner& first = polygon_[0];
+  double twice = 0, moment_s = 0, moment_t = 0;
+  for (std::size_t i = 1; i + 1 < corners_; ++i) {
+    const double p_s = polygon_[i].s - first.s, p_t = polygon_[i].t - first.t;
+    const double q_s = polygon_[i + 1].s - first.s, q_t = polygon_[i + 1].t - first.t;
+    const double part = p_s * q_t - p_t * q_s;
+    twice += part;
+    moment_s += part * (p_s + q_s), moment_t += part * (p_t + q_t);
+  }
+  centroid = first;
+  if (twice > 0) centroid.s += moment_s / (3 * twice), centroid.t += moment_t / (3 * twice);
+  return 0.5 * twice * plane_.stretch();
+}
+
+}  // namespace grapnel
