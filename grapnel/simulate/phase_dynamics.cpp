@@ -426,6 +426,21 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   return std::min(least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
 }
 
+double PhaseDynamics::clear_time(double t, std::span<const double> y) {
+  const bool moves_as_prescribed = std::any_of(prescribed_.begin(), prescribed_.end(), [](auto p) { return p != 0; });
+  if (!setup_.contacts || !modes_.empty() || base_.switches() || moves_as_prescribed) return 0;
+  load(t, y);
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  return setup_.contacts->clear_time(workspace_.kinematics);
+}
+
+double PhaseDynamics::least_overlap(double t, std::span<const double> y) {
+  if (!setup_.contacts || !setup_.contacts->touches()) return std::numeric_limits<double>::infinity();
+  load(t, y);
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  return setup_.contacts->least_overlap(workspace_.kinematics);
+}
+
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (setup_.contacts) {
     load(t, y);

@@ -178,6 +178,11 @@ class PhaseDynamics {
   /// Positive while the modes are valid: for wheels distances from maximum rates, and accelerations of held wheels; for
   /// thrusters distances from their levels; for joints JointModes' margins; for contacts ContactSet's.
   double switch_margin(double t, std::span<const double> y);
+  /// A time [s] in which no mode changes, if no velocity exceeds those in y: ContactSet::clear_time(). Zero if other
+  /// modes than those of contacts can change, or joints or roots move as prescribed, for their velocities may rise.
+  double clear_time(double t, std::span<const double> y);
+  /// The least overlap of touching contacts in y, where their forces end [m]: ContactSet::least_overlap().
+  double least_overlap(double t, std::span<const double> y);
   /// Chooses the modes of joints and actuators, in y at t; does nothing if none can change.
   void choose_modes(double t, std::span<const double> y);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -159,7 +160,11 @@ class PhaseRun {
   }
 
   void step() {
+    const double end = stepper_.end_time();
+    if (parting_) stepper_.set_end_time(*parting_);
     stepper_.step(dynamics_);
+    if (parting_ && usable()) stepper_.set_end_time(end);
+    parting_.reset();
     if (!usable() || !dynamics_.loops()) return;
     std::copy(stepper_.state().begin(), stepper_.state().end(), y_.begin());
     if (close_loops(stepper_.time(), y_, loop_limits::kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
@@ -196,6 +201,7 @@ class PhaseRun {
     if (!usable()) return;
     if (may_stop() && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
+    clear_time_ = dynamics_.clear_time(begin, stepper_.state());
     while (stepper_.status() == StepStatus::running) {
       step();
       if (!usable()) return;
@@ -204,7 +210,7 @@ class PhaseRun {
         const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
         hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
-      if (dynamics_.switches()) {
+      if (dynamics_.switches() && !stays_clear()) {
         const auto g = [&](double t, std::span<const double> y) { return dynamics_.switch_margin(t, y); };
         switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
@@ -217,11 +223,65 @@ class PhaseRun {
         output(outputs_[next_], y_);
       }
       if (hit) return end_at(hit->time, locator_.state());
+      if (!switched) parting_ = next_parting();
       if (switched) switch_at(switched->time, smooth_end);
       if (!usable()) return;
       if (switched && may_stop() && margin(reached, y_) <= 0) return end_at(reached, y_);
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
+  }
+
+  // Whether all contacts are so far away that none can begin in the last step, whose events need no search. An
+  // accepted step is shorter than half a period of any vibration that exceeds its tolerance, so that velocities inside
+  // exceed the larger one of its ends by less than this factor.
+  bool stays_clear() {
+    constexpr double kFaster = 3;
+    const double begin = clear_time_;
+    clear_time_ = dynamics_.clear_time(stepper_.time(), stepper_.state());
+    return std::min(begin, clear_time_) > kFaster * std::abs(stepper_.time() - stepper_.previous_time());
+  }
+
+  // The last step => where the next step must end, if a contact probably ends soon. Forces have a kink there, and error
+  // control would reject every step across it that ends much later. The overlap is extrapolated from the last step. The
+  // first step ends somewhat before its zero; from there the extrapolation is accurate, and the next one ends just
+  // after it. Fixed steps are not shortened.
+  std::optional<double> next_parting() {
+    if constexpr (!requires { stepper_.propose_step(0.0); }) return std::nullopt;
+    constexpr double kNear = 0.05, kBefore = 0.99, kAfter = 1.001, kNegligible = 1e-4;
+    if (stepper_.status() != StepStatus::running) return std::nullopt;
+    const double t = stepper_.time(), h = t - stepper_.previous_time();
+    const double left = parts_until_zero() / kParts;  // in steps
+    if (!(left > kNegligible) || !(left * std::abs(h) > 1e-10 * std::abs(t))) return std::nullopt;
+    const double next = t + left * h * (left > kNear ? kBefore : kAfter);
+    return (stepper_.end_time() - next) * direction_ > 0 ? std::optional(next) : std::nullopt;
+  }
+
+  // Overlaps at the ends of equal parts of the last step => the number of parts until their polynomial is zero, at most
+  // two steps; infinite if it is not.
+  double parts_until_zero() {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const double t = stepper_.time(), part = (t - stepper_.previous_time()) / kParts;
+    std::array<double, kParts + 1> g;  // backward differences
+    g[0] = dynamics_.least_overlap(t, stepper_.state());
+    if (!(g[0] > 0) || !std::isfinite(g[0])) return kNever;
+    for (int i = 1; i <= kParts; ++i) {
+      stepper_.interpolate(dynamics_, i == kParts ? stepper_.previous_time() : t - part * i, std::span<double>(y_));
+      g[i] = dynamics_.least_overlap(t - part * i, y_);
+      if (i == 1 && !(g[0] < 4 * kParts * (g[1] - g[0]))) return kNever;
+    }
+    for (int order = 1; order <= kParts; ++order) {
+      for (int i = kParts; i >= order; --i) g[i] = g[i - 1] - g[i];
+    }
+    const auto overlap = [&](double x) {  // Newton's interpolation
+      double sum = g[kParts];
+      for (int i = kParts - 1; i >= 0; --i) sum = g[i] + sum * (x + i) / (i + 1);
+      return sum;
+    };
+    for (double x = 0; x < 2 * kParts; x += 0.25) {
+      if (const double after = overlap(x + 0.25); !(after > 0))
+        return shrink_bracket(overlap, {x, overlap(x), x + 0.25, after}, 1e-12).end;
+    }
+    return kNever;
   }
 
   void apply_contact_impacts(double t, std::span<double> y) {
@@ -248,6 +308,7 @@ class PhaseRun {
     const double end = dynamics_.next_edge(t, smooth_end);
     count_steps();
     stepper_.start(dynamics_, t, y_, end);
+    clear_time_ = 0, parting_.reset();
     fresh_ = true;
   }
 
@@ -355,6 +416,9 @@ class PhaseRun {
   std::size_t next_ = 0;  // index in outputs_
   double direction_ = 1;
   double next_check_ = 0, between_checks_ = 0;
+  static constexpr int kParts = 4;  // of a step, to extrapolate overlaps
+  std::optional<double> parting_;   // end of the next step, where a contact ends
+  double clear_time_ = 0;           // at the begin of the last step; zero: its events must be searched for [s]
   std::optional<double> stop_time_;
 };
 
