@@ -23,8 +23,18 @@ constexpr int kRepetitions = 3;  // the fastest counts
 struct Work {
   State end;
   long evaluations = 0, steps = 0;
+  long rejected = 0, events = 0;  // discarded steps; begins and ends of contacts
   double seconds = 0;
 };
+
+long events_of(const ContactSet& contacts) {
+  long events = 0;
+  for (std::size_t g = 0; g < contacts.groups(); ++g) {
+    const GroupHistory& history = contacts.history(g);
+    events += 2 * history.touches - (history.since ? 1 : 0);
+  }
+  return events;
+}
 
 Work by_grapnel(const testing::ContactScene& scene, double tolerance) {
   Work work;
@@ -39,7 +49,8 @@ Work by_grapnel(const testing::ContactScene& scene, double tolerance) {
     const PhaseOutcome outcome = simulate_phase(dynamics, {scene.state, 0, kDuration}, integration, {});
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     if (!outcome.finished) throw std::runtime_error("contact_precision: " + outcome.failure);
-    work = {outcome.end_state, outcome.rhs_evaluations, outcome.steps, std::min(work.seconds, taken.count())};
+    work = {outcome.end_state, outcome.rhs_evaluations,    outcome.steps,
+            outcome.rejected,  events_of(*setup.contacts), std::min(work.seconds, taken.count())};
   }
   return work;
 }
@@ -55,7 +66,12 @@ Work by_mujoco(const testing::ContactScene& scene, double step) {
     const auto start = std::chrono::steady_clock::now();
     engine.run(kDuration);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    work = {engine.state(), engine.evaluations(), std::lround(kDuration / step), std::min(work.seconds, taken.count())};
+    work = {engine.state(),
+            engine.evaluations(),
+            std::lround(kDuration / step),
+            0,
+            0,
+            std::min(work.seconds, taken.count())};
   }
   return work;
 }
@@ -68,8 +84,9 @@ double error_of(const Work& work, const State& exact) {
 }
 
 void print(const std::string& name, const Work& work, const State& exact) {
-  fmt::print("{:<30}{:>9}{:>13}{:>11.1e}{:>10.2f}{:>12.0f}\n", name, work.steps, work.evaluations,
-             error_of(work, exact), 1e3 * work.seconds, static_cast<double>(work.steps) / work.seconds);
+  fmt::print("{:<30}{:>9}{:>10}{:>8}{:>13}{:>11.1e}{:>10.2f}{:>12.0f}\n", name, work.steps, work.rejected, work.events,
+             work.evaluations, error_of(work, exact), 1e3 * work.seconds,
+             static_cast<double>(work.steps) / work.seconds);
 }
 
 }  // namespace
@@ -81,8 +98,8 @@ void register_contact_precision() {
       if (std::exchange(printed, true)) continue;
       const testing::ContactScene scene = testing::two_arm_scene(true);
       const State exact = by_grapnel(scene, 1e-13).end;
-      fmt::print("\n{:<30}{:>9}{:>13}{:>11}{:>10}{:>12}\n", "contacts of seven pairs", "steps", "evaluations", "error",
-                 "ms", "steps/s");
+      fmt::print("\n{:<30}{:>9}{:>10}{:>8}{:>13}{:>11}{:>10}{:>12}\n", "contacts of seven pairs", "steps", "rejected",
+                 "events", "evaluations", "error", "ms", "steps/s");
       for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12})
         print(fmt::format("Grapnel, tolerance {:.0e}", tolerance), by_grapnel(scene, tolerance), exact);
       for (const double step : {1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5})
