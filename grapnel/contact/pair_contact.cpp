@@ -129,15 +129,6 @@ Vector3d PairContact::find_center() {
   return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
 }
 
-namespace {
-
-bool is_alike(const ContactElement& e, const ContactElement& other) {
-  return e.patch == other.patch && e.normal[0] == other.normal[0] && e.normal[1] == other.normal[1] &&
-         e.normal[2] == other.normal[2];
-}
-
-}  // namespace
-
 // The elements, the contact's normal n, and the relative twist of B at A's origin, in A => elastic forces along the
 // elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, to the power and to
 // their patches. At edges, elements' normals differ from n; damping along them would resist sliding.
@@ -148,31 +139,22 @@ void PairContact::add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenc
   const double per_depth = 1 / law.damping_depth;
   double power = 0, total = 0;
   Vector3d sum = Vector3d::zero(), moment = Vector3d::zero();
-  const std::vector<ContactElement>& elements = elements_.list;
-  for (std::size_t i = 0; i < elements.size();) {
-    const int number = elements[i].patch;
+  for (std::size_t i = 0; i < elements_.list.size();) {
+    const int number = elements_.list[i].patch;
     PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
-    for (std::size_t end; i < elements.size() && elements[i].patch == number; i = end) {
-      // Elements with one normal.
-      const Vector3d normal = elements[i].normal;
-      const double cosine = dot(normal, n);
-      double elastic = 0, dissipative = 0;
-      Vector3d elastic_moment = Vector3d::zero(), dissipative_moment = Vector3d::zero();
-      for (end = i; end < elements.size() && is_alike(elements[end], elements[i]); ++end) {
-        const ContactElement& e = elements[end];
-        const double approach = -(parting + dot(gradient, e.point));
-        const double damping = contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping,
-                                                         e.depth * per_depth, approach) -
-                               e.elastic;
-        const double along = std::max(0.0, e.elastic * cosine + damping);
-        elastic += e.elastic, dissipative += damping;
-        elastic_moment += e.elastic * e.point, dissipative_moment += damping * e.point;
-        patch.p_WC += along * e.point, patch.normal_force += along;
-        patch.area += e.area, patch.depth = std::max(patch.depth, e.depth);
-        power += damping * approach;
-      }
-      patch.normal += elastic * normal + dissipative * n;
-      moment += cross(elastic_moment, normal) + cross(dissipative_moment, n);
+    for (; i < elements_.list.size() && elements_.list[i].patch == number; ++i) {
+      const ContactElement& e = elements_.list[i];
+      const double approach = -(parting + dot(gradient, e.point));
+      const double dissipative =
+          contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth * per_depth, approach) -
+          e.elastic;
+      const Vector3d force = e.elastic * e.normal + dissipative * n;
+      const double normal = std::max(0.0, dot(force, n));
+      patch.p_WC += normal * e.point, patch.normal += force;
+      patch.normal_force += normal, patch.area += e.area;
+      patch.depth = std::max(patch.depth, e.depth);
+      moment += cross(e.point, force);
+      power += dissipative * approach;
     }
     sum += patch.normal, total += patch.normal_force;
     force_.patches[number] = patch;
@@ -361,11 +343,23 @@ Posed PairContact::relative_pose(const Posed& X_WA, const Posed& X_WB) const {
   return inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
 }
 
+namespace {
+
+double largest_depth(const ContactElements& elements) {
+  double depth = 0;
+  for (const ContactElement& e : elements.list) depth = std::max(depth, e.depth);
+  return depth;
+}
+
+}  // namespace
+
 double PairContact::overlap(const Posed& X_WA, const Posed& X_WB) {
   const double bound = gap_bound(X_WA, X_WB);
   if (bound > 0) return -bound;
-  if (PressureContact::has_overlap(shapes_)) return pressure_.overlap(shapes_, relative_pose(X_WA, X_WB));
-  const double deepest = depth(X_WA, X_WB);
+  const Posed X_AB = relative_pose(X_WA, X_WB);
+  if (PressureContact::has_overlap(shapes_)) return pressure_.overlap(shapes_, X_AB);
+  gather(X_AB);
+  const double deepest = largest_depth(elements_);
   return deepest > 0 ? deepest : -gap(X_WA, X_WB);
 }
 
@@ -383,9 +377,7 @@ double PairContact::speed_bound(const MovingBody& a, const MovingBody& b) const 
 double PairContact::depth(const Posed& X_WA, const Posed& X_WB) {
   if (gap_bound(X_WA, X_WB) > 0) return 0;
   gather(relative_pose(X_WA, X_WB));
-  double depth = 0;
-  for (const ContactElement& e : elements_.list) depth = std::max(depth, e.depth);
-  return depth;
+  return largest_depth(elements_);
 }
 
 }  // namespace grapnel

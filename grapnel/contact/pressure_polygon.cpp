@@ -74,19 +74,22 @@ bool PressureContact::clip(const Line& line) {
   if (2 * n > clipped_.size()) reserve_corners(4 * n);
   double* const value = inside_.data();
   const Corner* const from = polygon_.data();
-  std::size_t outside = 0, runs = 0, last = 0, first = 0;  // first of those outside, first of those inside
-  bool before = line.at(from[n - 1]) < 0;
+  std::size_t outside = 0;
   for (std::size_t i = 0; i < n; ++i) {
     value[i] = line.at(from[i]);
+    outside += value[i] < 0 ? 1 : 0;
+  }
+  if (outside == 0) return true;
+  if (outside == n) return false;
+  std::size_t runs = 0, last = 0, first = 0;  // first of those outside, first of those inside
+  bool before = value[n - 1] < 0;
+  for (std::size_t i = 0; i < n; ++i) {
     const bool is_outside = value[i] < 0;
     runs += is_outside && !before ? 1 : 0;
     last = is_outside && !before ? i : last;
     first = !is_outside && before ? i : first;
-    outside += is_outside ? 1 : 0;
     before = is_outside;
   }
-  if (outside == 0) return true;
-  if (outside == n) return false;
   if (runs > 1) return clip_scattered();
   const auto between = [&](std::size_t i, std::size_t j) {
     const double part = value[i] / (value[i] - value[j]);

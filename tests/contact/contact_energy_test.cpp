@@ -71,6 +71,29 @@ TEST(ContactEnergy, DependsOnTheShapesAlone) {
   }
 }
 
+TEST(ContactOverlap, IsPositiveExactlyWhereShapesOverlap) {
+  for (const CaseShape kind : kCaseShapes) {
+    for (int i = 0; i < (kind == CaseShape::round_hull ? 4 : 30); ++i) {
+      SCOPED_TRACE(std::string(name_of(kind)) + " " + seed_note(i));
+      Random random(6000 + i);
+      const ContactShape a = random_contact_shape(CaseShape::box, random), b = random_contact_shape(kind, random);
+      PairContact pair(a, b, elastic_law());
+      const Posed X_WA{random.rotation(), random.vector(1)};
+      const double depth = random.log_uniform(1e-6, 1e-2);
+      const Posed inside = overlapping_pose(a, b, X_WA, depth, random);
+      const double overlap = pair.overlap(X_WA, inside);
+      EXPECT_GT(overlap, 0);
+      EXPECT_LT(overlap, -2 * pair.gap(X_WA, inside));
+      Posed outside = inside;
+      const ShapeSeparation s = pair.separation(X_WA, inside);
+      outside.p += (depth - pair.gap(X_WA, inside)) * s.normal;
+      if (pair.gap(X_WA, outside) > 0.5 * depth) {
+        EXPECT_LT(pair.overlap(X_WA, outside), 0);
+      }
+    }
+  }
+}
+
 // Of turning bodies the velocities at the nearest points change, so these stay apart for a third of it.
 TEST(ContactWatch, PairsDoNotTouchBeforeTheirClearTime) {
   int tested = 0;
