@@ -12,6 +12,7 @@
 
 #include "bench/dynamics_bench.hpp"
 #include "engines/contact_scene.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel::bench {
@@ -89,7 +90,66 @@ void print(const std::string& name, const Work& work, const State& exact) {
              static_cast<double>(work.steps) / work.seconds);
 }
 
+// The scene without its wall, the other bodies far away from the robot and each other: all pairs stay apart.
+testing::ContactScene distant_scene() {
+  testing::ContactScene scene = testing::two_arm_scene(true);
+  const Kinematics kinematics = forward_kinematics(scene.model, scene.state);
+  for (std::size_t i = 1; i < scene.model.bodies().size(); ++i) {
+    if (scene.model.bodies()[i].description.joint.type != JointType::free) continue;
+    const Posed& X_WB = kinematics.X_WB[i];
+    set_root_pose(scene.model, static_cast<int>(i), {X_WB.R, 4.0 * X_WB.p}, scene.state);
+  }
+  const auto has_wall = [&](const SurfacePair& pair) {
+    return scene.surfaces[pair.a].body < 0 || scene.surfaces[pair.b].body < 0;
+  };
+  std::erase_if(scene.pairs, has_wall);
+  for (std::size_t i = 0; i < scene.pairs.size(); ++i) scene.pairs[i].group = static_cast<int>(i);
+  return scene;
+}
+
+// Time of a run [s], with its pairs watched or without contacts.
+double seconds_of_run(const testing::ContactScene& scene, double tolerance, bool watched, long& evaluations) {
+  PhaseSetup setup;
+  if (watched) setup.contacts = std::make_shared<ContactSet>(scene.contacts());
+  PhaseDynamics dynamics(scene.model, setup);
+  IntegrationSetup integration;
+  integration.relative_tolerance = integration.absolute_tolerance = tolerance;
+  const auto start = std::chrono::steady_clock::now();
+  const PhaseOutcome outcome = simulate_phase(dynamics, {scene.state, 0, 1}, integration, {});
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  if (!outcome.finished) throw std::runtime_error("contact_watch: " + outcome.failure);
+  if (watched && events_of(*setup.contacts) != 0) throw std::runtime_error("contact_watch: bodies touch");
+  evaluations = outcome.rhs_evaluations;
+  return taken.count();
+}
+
+// Fastest runs of alternating ones with and without contacts => a line.
+void print_watch(double tolerance) {
+  constexpr int kRuns = 200;
+  const testing::ContactScene scene = distant_scene();
+  double least[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  long evaluations[2] = {0, 0};
+  for (int i = 0; i < 2 * kRuns; ++i) {
+    const bool watched = i % 2 == 1;
+    least[watched] = std::min(least[watched], seconds_of_run(scene, tolerance, watched, evaluations[watched]));
+  }
+  fmt::print("{:<30}{:>13}{:>13}{:>12.3f}{:>12.3f}{:>10.2f}\n", fmt::format("tolerance {:.0e}", tolerance),
+             evaluations[0], evaluations[1], 1e3 * least[0], 1e3 * least[1], least[1] / least[0]);
+}
+
 }  // namespace
+
+void register_contact_watch() {
+  benchmark::RegisterBenchmark("contact_watch", [](benchmark::State& loop) {
+    static bool printed = false;  // once, also if repeated
+    for (auto _ : loop) {
+      if (std::exchange(printed, true)) continue;
+      fmt::print("\n{:<30}{:>26}{:>24}{:>10}\n{:<30}{:>13}{:>13}{:>12}{:>12}{:>10}\n", "six pairs that stay apart",
+                 "evaluations", "time [ms]", "ratio", "", "none", "watched", "none", "watched", "");
+      for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) print_watch(tolerance);
+    }
+  });
+}
 
 void register_contact_precision() {
   benchmark::RegisterBenchmark("contact_precision", [](benchmark::State& loop) {

@@ -22,5 +22,6 @@ void register_mujoco_loops();       // same condition
 void register_mujoco_capture();     // same condition
 void register_mujoco_rollouts();    // same condition
 void register_contact_precision();  // same condition
+void register_contact_watch();      // same condition
 
 }  // namespace grapnel::bench

@@ -112,6 +112,7 @@ int main(int argc, char** argv) {
   grapnel::bench::register_mujoco_capture();
   grapnel::bench::register_mujoco_rollouts();
   grapnel::bench::register_contact_precision();
+  grapnel::bench::register_contact_watch();
 #endif
   Table table;
   benchmark::RunSpecifiedBenchmarks(&table);
