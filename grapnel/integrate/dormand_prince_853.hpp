@@ -196,6 +196,11 @@ class DormandPrince853 : public Stepper<S> {
   /// Throws std::invalid_argument unless it is positive and finite.
   void propose_step(double size);
 
+  /// Step size times the magnitude of the fastest eigenvalue of df/dy in the last step, estimated from its last two
+  /// evaluations at the same time (HNW IV.2, as in the program DOP853): at least 6 where stability limits the step.
+  /// Zero without a completed step. Call it before dense output, which overwrites the data.
+  double stiffness();
+
   /// Evaluates the additional stages for dense output in the last step, unless already done (3 evaluations). Throws
   /// std::logic_error if there is no completed step.
   template <RightHandSide<S> Rhs>
@@ -367,6 +372,19 @@ double DormandPrince853<S>::estimate_error(double h) {
   if (norm_.dimension() == 0) return 0.0;
   return dop853::combined_error(std::abs(h), norm_.sum_of_squares(this->state_, this->end_, error5_),
                                 norm_.sum_of_squares(this->state_, this->end_, error3_), norm_.dimension());
+}
+
+// (8.1a), from stages 12 and 13, both at the end of the step, of which stage_state_ still is the argument of the
+// former.
+template <class S>
+double DormandPrince853<S>::stiffness() {
+  if (!this->has_step_ || dense_ready_) return 0.0;
+  for (int i = 0; i < this->size(); ++i) {
+    error5_[i] = this->end_[i] - stage_state_[i];
+    error3_[i] = stage(13)[i] - stage(12)[i];
+  }
+  const double apart = norm_(this->end_, error5_), change = norm_(this->end_, error3_);
+  return apart > 0.0 ? std::abs(this->time_ - this->previous_time_) * change / apart : 0.0;
 }
 
 // Evaluates stages 14 to 16 and the coefficients 1 to 7 of the interpolating polynomial (HNW II.6).

@@ -21,7 +21,6 @@ using WideColumn = Eigen::Matrix<long double, kStages, 1>;
 constexpr double kIncrement = 1e-7;      // increment of finite differences, relative to the numbers' sizes
 constexpr int kMaxIterations = 10;       // of Newton's method
 constexpr double kNewtonShare = 1e-3;    // maximum remaining error of the iteration, relative to the tolerances
-constexpr double kRounding = 1e-5;       // relative to the tolerances: an iteration that stalls below it has converged
 constexpr double kSlow = 0.1;            // contraction rate above which new derivatives pay off
 constexpr double kSameLength = 1e-3;     // relative difference of steps that share factors
 constexpr double kMaxExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
@@ -448,7 +447,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
       const double ratio = size / before;
       theta = iteration == 1 ? ratio : std::sqrt(ratio * ratio_before);
       ratio_before = ratio;
-      if (!(theta < 0.99)) return size < kRounding ? Newton::converged : Newton::failed;
+      if (!(theta < 0.99)) return size < rounding_ ? Newton::converged : Newton::failed;
       factor = theta / (1 - theta);
       slow_ = theta > kSlow;
     }
@@ -511,6 +510,46 @@ void RadauIIA::restart(double first_step) {
   contraction_ = 1;
 }
 
+void RadauIIA::continue_from(double t, std::span<const double> y, std::span<const double> slope) {
+  std::copy(y.begin(), y.end(), y_.begin());
+  std::copy(slope.begin(), slope.end(), end_slope_.begin());
+  t_ = t;
+  slope_known_ = true;
+}
+
+void RadauIIA::set_tolerances(std::span<const double> tolerances) {
+  std::copy_n(tolerances.begin(), tolerances_.size(), tolerances_.begin());
+}
+
+// Jacobian [0 X_w; W_x W_w] => (|J^k p|/|p|)^(1/k). An even k suits pairs of complex eigenvalues.
+double RadauIIA::spectral_radius() {
+  constexpr int kProducts = 8;
+  if (jacobians_ == 0) return 0;
+  const auto x = static_cast<std::size_t>(system_.positions), w = static_cast<std::size_t>(system_.rates);
+  if (power_.empty()) {
+    next_power_.resize(x + w);
+    for (std::size_t i = 0; i < x + w; ++i) power_.push_back(1 + 0.5 * std::sin(static_cast<double>(i + 1)));
+  }
+  double logarithm = 0;
+  for (int k = 0; k < kProducts; ++k) {
+    std::fill(next_power_.begin(), next_power_.end(), 0.0);
+    const std::span<const double> at_x(power_.data(), x), at_w(power_.data() + x, w);
+    add_product(1, X_w_, at_w, next_power_.data(), system_.positions);
+    add_product(1, W_x_, at_x, next_power_.data() + x, system_.rates);
+    add_product(1, W_w_, at_w, next_power_.data() + x, system_.rates);
+    double before = 0, after = 0;
+    for (std::size_t i = 0; i < x + w; ++i) before += power_[i] * power_[i], after += next_power_[i] * next_power_[i];
+    if (!(after > 0 && std::isfinite(after))) {
+      power_.clear();
+      return 0;
+    }
+    logarithm += 0.5 * std::log(after / before);
+    const double by = 1 / std::sqrt(after);
+    for (std::size_t i = 0; i < x + w; ++i) power_[i] = by * next_power_[i];
+  }
+  return std::exp(logarithm / kProducts);
+}
+
 // Makes one step up to `limit`: predicts, solves the stages, estimates the error and adapts the size until a trial is
 // accepted. False after too many attempts.
 bool RadauIIA::step(double limit) {
@@ -537,12 +576,14 @@ bool RadauIIA::step(double limit) {
     if (!factors_known_ || std::abs(h - factored_for_) > kSameLength * h) {
       if (!factorize(h)) {
         proposed_ = 0.5 * h;
+        ++rejected_;
         continue;
       }
     }
     predict(h, 1);
     if (solve_stages(h) != Newton::converged || !add_quadratures(h)) {
       rejected = true;
+      ++rejected_;
       contraction_ = 1;
       if (derivatives_fresh_) proposed_ = 0.5 * h;
       derivatives_known_ = derivatives_fresh_;
@@ -559,6 +600,7 @@ bool RadauIIA::step(double limit) {
     double growth = safety * std::pow(small, -kOrder);
     if (!(error < 1)) {
       rejected = true;
+      ++rejected_;
       proposed_ = h * std::clamp(growth, kMaxShrinking, 0.9);
       continue;
     }

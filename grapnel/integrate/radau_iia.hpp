@@ -50,6 +50,13 @@ class RadauIIA {
   void restart(double first_step);
   /// Notes a small jump of the derivative; step size and matrices are kept.
   void jump() { slope_known_ = false; }
+  /// Continues from the numbers y at time t, where the derivative is `slope`; step size and matrices are kept.
+  void continue_from(double t, std::span<const double> y, std::span<const double> slope);
+  /// Replaces the tolerances, per coupled number.
+  void set_tolerances(std::span<const double> tolerances);
+  /// Newton's method has also converged if it stalls at corrections below this share of the tolerances, because of
+  /// rounding errors. Initially 1e-5.
+  void accept_rounding(double share) { rounding_ = share; }
   /// Makes one step, at most to `limit` > time(). False: no step was possible, with the reason in message(). The last
   /// kStages points at which derivatives were evaluated are the stages of this step.
   bool step(double limit);
@@ -71,7 +78,13 @@ class RadauIIA {
   long derivatives() const { return jacobians_; }
   long factorizations() const { return factorizations_; }
   long iterations() const { return iterations_; }
+  long rejected() const { return rejected_; }  // trial steps
+  /// Estimated error of the last step relative to the tolerances, at least 0.01.
+  double error() const { return last_error_; }
   std::string message() const { return message_; }
+  /// Estimates the largest magnitude of the eigenvalues of Newton's Jacobian by the power method, which continues from
+  /// the last call. Zero before the first step.
+  double spectral_radius();
 
  private:
   // L U factors of a matrix, column-major; complex matrices as real and imaginary parts.
@@ -101,7 +114,7 @@ class RadauIIA {
   StiffSystem system_;
   std::vector<double> sizes_, tolerances_;
   double t_ = 0, begin_ = 0, length_ = 0;  // length_: of the step of the polynomial; 0: none
-  double proposed_ = 0, longest_ = 0;
+  double proposed_ = 0, longest_ = 0, rounding_ = 1e-5;
   double contraction_ = 1, last_error_ = 0, last_length_ = 0;
   bool derivatives_known_ = false, derivatives_fresh_ = false, factors_known_ = false, slow_ = false;
   bool slope_known_ = false;  // derivative at the end
@@ -111,9 +124,10 @@ class RadauIIA {
   std::vector<double> times_, moved_, slopes_;        // of simultaneous points: stages or columns
   std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
   std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
+  std::vector<double> power_, next_power_;            // the power method's vector, coupled numbers
   std::array<Factors, 3> factors_;
   std::vector<double> re_, im_;  // right-hand sides, per factor
-  long evaluations_ = 0, jacobians_ = 0, factorizations_ = 0, iterations_ = 0;
+  long evaluations_ = 0, jacobians_ = 0, factorizations_ = 0, iterations_ = 0, rejected_ = 0;
   std::string message_;
 };
 
