@@ -227,7 +227,7 @@ void add_friction(const CaptureProblem& problem, std::vector<std::string>& cause
 
 void add_general(const CaptureProblem& problem, std::vector<std::string>& causes) {
   if (problem.integration.method == IntegrationSetup::Method::rk4)
-    causes.push_back(fmt::format("fixed steps of {:.3g} s (integration.step, or integration.method: adaptive_8)",
+    causes.push_back(fmt::format("fixed steps of {:.3g} s (integration.step, or integration.method: automatic)",
                                  problem.integration.step));
   if (problem.control)
     causes.push_back(fmt::format("samples every {:.3g} s (a longer control.period)", problem.control->timing.period));

@@ -172,7 +172,7 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"plumes, or gyros, are watched in every step", "plume of the robot's thrusters, or its gyros"},
     {"thrusters switch depending on the state", "without control"},
     {"continuous feedforward of the base torque", "without control; base_control.feedforward"},
-    {"the method is not adaptive_8", "integration.method"},
+    {"the method is neither automatic nor adaptive_8", "integration.method"},
     {"closed loops on a fixed or held base", "the robot's base"},
     {"grasps close on arrival while sensors, controllers or thrusters are active", "closes_on_arrival, capture_at"},
 });

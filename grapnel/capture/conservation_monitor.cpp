@@ -361,7 +361,7 @@ std::string smaller_steps(const IntegrationSetup& integration) {
   if (integration.method == IntegrationSetup::Method::rk4) {
     return fmt::format(
         "integration.method: rk4 takes steps of {} s whatever the error: choose a smaller integration.step, "
-        "or adaptive_8",
+        "or automatic",
         integration.step);
   }
   if (integration.relative_tolerance > kRounding || integration.absolute_tolerance > kRounding) {

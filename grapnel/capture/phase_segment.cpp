@@ -148,6 +148,8 @@ void add_part(const PhaseOutcome& first, PhaseOutcome& whole) {
   whole.rhs_evaluations += first.rhs_evaluations;
   whole.steps += first.steps;
   whole.rejected += first.rejected;
+  whole.implicit_steps += first.implicit_steps;
+  whole.implicit_spans.insert(whole.implicit_spans.begin(), first.implicit_spans.begin(), first.implicit_spans.end());
   whole.quaternion_defect = std::max(whole.quaternion_defect, first.quaternion_defect);
   whole.loops.rank = first.loops.rank;
   whole.loops.unprojected.raise(first.loops.unprojected);

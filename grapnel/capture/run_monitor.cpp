@@ -118,7 +118,8 @@ void RunMonitor::check_at_end(const PhaseStep& step) {
 
 // Outcome => cost of the phase and all monitors ended; after a failed integration write() ends the remaining ones.
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
-  result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
+  result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected, outcome.implicit_steps,
+                          outcome.implicit_spans});
   loops_.end_phase(outcome.loops);
   saturation_.end_phase(outcome.end_time - begin_);
   for (const auto& observer : observers_.all) observer->end_phase(outcome.end_time - begin_);

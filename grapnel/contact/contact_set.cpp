@@ -213,6 +213,14 @@ void ContactSet::rebase_stick() {
   for (Pair& pair : pairs_) pair.base = {-pair.stick.slip, -pair.stick.spin};
 }
 
+void ContactSet::add_active_sticks(int offset, std::vector<int>& numbers) const {
+  for (const Pair& pair : pairs_) {
+    const bool acts = pair.mode == Mode::touching && pair.contact.law().static_friction > 0;
+    for (int i = 0; acts && i < kStickCount; ++i) numbers.push_back(offset + i);
+    offset += kStickCount;
+  }
+}
+
 void ContactSet::stick_rates(std::span<double> rates) const {
   double* at = rates.data();
   for (const Pair& pair : pairs_) {

@@ -158,6 +158,8 @@ class ContactSet {
   void set_stick(std::span<const double> numbers);
   /// Sets the present deformations as those that belong to zero numbers.
   void rebase_stick();
+  /// Appends `offset` + i for those numbers i on which forces depend with the present modes.
+  void add_active_sticks(int offset, std::vector<int>& numbers) const;
   /// Their rates at the last evaluate().
   void stick_rates(std::span<double> rates) const;
   const GroupContact& group(std::size_t group) const { return groups_[group]; }

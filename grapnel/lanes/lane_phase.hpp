@@ -42,7 +42,7 @@ struct LaneStructure {
   std::vector<LoopTable> loops;
   bool recover_roots = true;
   ControlTable control{false, 0, 0, false, false, 0};
-  IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
+  IntegrationSetup integration;  // tolerances, max_step, max_steps; method automatic or adaptive_8: explicit steps
   bool operator==(const LaneStructure&) const = default;
 };
 

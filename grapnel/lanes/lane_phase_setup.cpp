@@ -252,7 +252,9 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
-  if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
+  using Method = IntegrationSetup::Method;
+  if (integration.method != Method::automatic && integration.method != Method::adaptive_8)
+    return "the method is neither automatic nor adaptive_8";
   if (contacts) return "contacts between shapes";
   if (!tendons.empty()) return "tendons pull joints";
   // Under a clock each case computes its laws and actuators itself.

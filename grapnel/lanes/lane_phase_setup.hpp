@@ -18,7 +18,7 @@ namespace grapnel::lanes {
 /// Why run_lanes() cannot integrate such a phase; empty if it can. Supported: gravity, loads, an orbital field,
 /// attitude control by an external torque or by reaction wheels below their maximum rates, sampled control of any kind
 /// and thrusters under it, loops within a tree closed by projection on a floating base, fixed roots and one held root.
-/// The only supported method is adaptive_8.
+/// The supported methods are adaptive_8 and automatic, whose steps are then all explicit.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// Likewise for the phase from t0 to t1. A prescribed joint must not have a rate while its position is constant, as
 /// happens beyond the end of a trajectory that does not end at rest: the roots' motion is integrated within steps and

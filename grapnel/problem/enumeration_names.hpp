@@ -83,7 +83,8 @@ template <>
 struct Described<LoadProfile::Shape>
     : Enumeration<LoadProfile::Shape, "Shape", "constant", "half_sine", "sine", "table"> {};
 template <>
-struct Described<IntegrationSetup::Method> : Enumeration<IntegrationSetup::Method, "Method", "adaptive_8", "rk4"> {};
+struct Described<IntegrationSetup::Method>
+    : Enumeration<IntegrationSetup::Method, "Method", "automatic", "adaptive_8", "radau_9", "rk4"> {};
 template <>
 struct Described<IntegrationSetup::RootVelocity>
     : Enumeration<IntegrationSetup::RootVelocity, "RootVelocity", "recovered", "integrated"> {};

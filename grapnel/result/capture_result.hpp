@@ -5,6 +5,7 @@
 /// motion_fields.cpp, impact_fields.cpp and summary_fields.cpp describe each field with its unit. Filled by
 /// simulate_capture(), read by the writers and reports. Public, kept stable.
 
+#include <array>
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -376,6 +377,8 @@ struct PhaseCost {
   long rhs_evaluations = 0;
   long steps = 0;
   long rejected = 0;
+  long implicit_steps = 0;                                 // of `steps`
+  std::vector<std::array<double, 2>> implicit_spans = {};  // begins and ends of intervals of implicit steps [s]
 };
 
 struct CaptureResult {

@@ -337,6 +337,9 @@ const Type& type_of<PhaseCost>() {
       field<&C::rhs_evaluations>("rhs_evaluations", "1", "evaluations of the equations of motion"),
       field<&C::steps>("steps", "1", "accepted steps"),
       field<&C::rejected>("rejected", "1", "steps that were repeated with a smaller step size"),
+      field<&C::implicit_steps>("implicit_steps", "1", "accepted steps of the implicit method"),
+      field<&C::implicit_spans>("implicit_spans", "s",
+                                "begins and ends of the intervals that the implicit method integrated"),
   };
   static constexpr Type type = structure<C>("PhaseCost", "cost of an integration.", fields);
   return type;

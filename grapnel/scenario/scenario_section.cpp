@@ -94,7 +94,10 @@ template <>
 struct Described<IntegrationSetup> {
   using T = IntegrationSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::method>("method", "", "adaptive_8: Dormand-Prince of order 8 with error control. rk4: fixed steps."),
+      field<&T::method>("method", "",
+                        "automatic: adaptive_8, and radau_9 where the motion is stiff. adaptive_8: explicit, "
+                        "Dormand-Prince of order 8. radau_9: implicit, Radau IIA of order 9. rk4: explicit, with fixed "
+                        "steps. All but rk4 control the error."),
       field<&T::root_velocity>("root_velocity", "",
                                "recovered: without external loads, velocity and position of base and targets follow "
                                "from the momentum and the centre of mass at the phase's start, so that momentum cannot "
@@ -108,15 +111,15 @@ struct Described<IntegrationSetup> {
       field<&T::baumgarte_time>("baumgarte_time", "s", "Time within which defects decay. Absent: 0.1.")
           .above(0)
           .optional(),
-      field<&T::relative_tolerance>("relative_tolerance", "", "Relative tolerance of adaptive_8.")
+      field<&T::relative_tolerance>("relative_tolerance", "", "Relative tolerance of a step's error. Not for rk4.")
           .at_least(1e-14)
           .at_most(0.1),
-      field<&T::absolute_tolerance>("absolute_tolerance", "", "Absolute tolerance of adaptive_8.")
+      field<&T::absolute_tolerance>("absolute_tolerance", "", "Absolute tolerance of a step's error. Not for rk4.")
           .at_least(1e-18)
           .at_most(0.1),
       field<&T::step>("step", "s", "Step of rk4.").above(0),
       field<&T::max_step>("max_step", "s",
-                          "Maximum step of adaptive_8. Absent: a hundredth of a phase with driven joints, else none.")
+                          "Maximum step. Not for rk4. Absent: a hundredth of a phase with driven joints, else none.")
           .above(0)
           .optional(),
       field<&T::max_steps>("max_steps", "", "Maximum number of steps of a phase; a phase that needs more fails.")

@@ -6,8 +6,10 @@
 namespace grapnel {
 
 struct IntegrationSetup {
-  enum class Method { adaptive_8, rk4 };
-  Method method = Method::adaptive_8;
+  /// automatic: adaptive_8 where the motion is not stiff, radau_9 where it is (AutomaticStepper). adaptive_8: explicit,
+  /// of order 8. radau_9: implicit, of order 9. rk4: explicit, with fixed steps. All but rk4 control the error.
+  enum class Method { automatic, adaptive_8, radau_9, rk4 };
+  Method method = Method::automatic;
   /// recovered: without external effects, velocities of roots follow from the momentum at the phase's start (2.3), so
   /// that it cannot drift. integrated: they are integrated like the other velocities, as an independent check.
   enum class RootVelocity { recovered, integrated };
@@ -22,9 +24,9 @@ struct IntegrationSetup {
   double relative_tolerance = 1e-12;
   double absolute_tolerance = 1e-13;
   double step = 1e-3;   // for rk4 [s]
-  double max_step = 0;  // for adaptive_8; 0: none [s]
+  double max_step = 0;  // with error control; 0: none [s]
   long max_steps = 10'000'000;
-  /// For adaptive_8: step sizes follow the change of the error between steps (StepControl::predictive). Set internally
+  /// Of explicit steps with error control: step sizes follow the change of the error between steps (StepControl::predictive). Set internally
   /// where it saves steps.
   bool predictive = false;
   bool operator==(const IntegrationSetup&) const = default;

@@ -162,6 +162,11 @@ Manifold PhaseDynamics::manifold() const {
   return manifold;
 }
 
+void PhaseDynamics::coupled(std::vector<int>& numbers) const {
+  for (int i = 0; i < model_.coordinates() + model_.velocities(); ++i) numbers.push_back(i);
+  if (setup_.contacts) setup_.contacts->add_active_sticks(size() - exchange_count() - stick_count(), numbers);
+}
+
 std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   momenta_time_ = t;
   root_momenta<double>(model_.tree(), state.q, state.v, workspace_.kernel, momenta_);

@@ -126,6 +126,9 @@ class PhaseDynamics {
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
+  /// Appends the indices of the numbers in y on which dy/dt depends with the present modes; all others are integrals
+  /// without an effect on the motion.
+  void coupled(std::vector<int>& numbers) const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
   /// The same for a phase that continues, with its integrals so far. @throws std::invalid_argument if these are the

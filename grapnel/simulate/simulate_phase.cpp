@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "grapnel/constraint/loop_limits.hpp"
+#include "grapnel/integrate/automatic_stepper.hpp"
 #include "grapnel/integrate/dormand_prince_853.hpp"
 #include "grapnel/integrate/integrate.hpp"
 #include "grapnel/integrate/runge_kutta_4.hpp"
@@ -306,20 +307,29 @@ class PhaseRun {
     dynamics_.apply_stop_impacts(t, y_);
     dynamics_.choose_modes(t, y_);
     const double end = dynamics_.next_edge(t, smooth_end);
-    count_steps();
+    count_steps(t);
     stepper_.start(dynamics_, t, y_, end);
     clear_time_ = 0, parting_.reset();
     fresh_ = true;
   }
 
-  // Adds the stepper's statistics since its start.
-  void count_steps() {
-    const IntegrationStatistics& now = stepper_.statistics();
+  // Adds the stepper's statistics since its start; its last step is used up to t.
+  void count_steps(double t) {
+    const IntegrationStatistics now = stepper_.statistics();
     done_.rhs_evaluations += now.rhs_evaluations;
     done_.accepted += now.accepted;
     done_.rejected += now.rejected;
     done_.sum_of_error_estimates += now.sum_of_error_estimates;
     done_.largest_quaternion_defect = std::max(done_.largest_quaternion_defect, now.largest_quaternion_defect);
+    if constexpr (requires { stepper_.implicit_spans(); }) {
+      implicit_steps_ += static_cast<long>(stepper_.implicit_steps());
+      for (const auto& [begin, end] : stepper_.implicit_spans()) {
+        if (!implicit_spans_.empty() && implicit_spans_.back()[1] == begin)
+          implicit_spans_.back()[1] = std::min(end, t);
+        else
+          implicit_spans_.push_back({begin, std::min(end, t)});
+      }
+    }
   }
 
   // Evaluates the last step, up to the end of the phase.
@@ -363,7 +373,7 @@ class PhaseRun {
   PhaseOutcome outcome() {
     const double t = stop_time_.value_or(stepper_.time());
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
-    count_steps();
+    count_steps(t);
     dynamics_.end_control(t);
     PhaseOutcome outcome;
     outcome.stopped = stop_time_.has_value() && broken_off_.empty();
@@ -387,6 +397,8 @@ class PhaseRun {
     outcome.rhs_evaluations = static_cast<long>(done_.rhs_evaluations);
     outcome.steps = static_cast<long>(done_.accepted);
     outcome.rejected = static_cast<long>(done_.rejected);
+    outcome.implicit_steps = implicit_steps_;
+    outcome.implicit_spans = implicit_spans_;
     outcome.quaternion_defect = done_.largest_quaternion_defect;
     dynamics_.leave_interval();
     return outcome;
@@ -402,6 +414,8 @@ class PhaseRun {
   EventLocator<double> locator_, switch_locator_;
   IntegrationStatistics done_;  // before the stepper's last start
   long switches_ = 0;
+  long implicit_steps_ = 0;
+  std::vector<std::array<double, 2>> implicit_spans_;
   ErrorNorm<double> norm_;
   double relative_tolerance_;
   LoopOutcome loops_;
@@ -424,14 +438,14 @@ class PhaseRun {
 
 }  // namespace
 
-// Dynamics, interval and settings => outcome, with the stepper of `integration`: RK4 at a fixed step, or
-// Dormand-Prince 8(5,3) with error control and an optional maximum step.
+// Dynamics, interval and settings => outcome, with the stepper of `integration`.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interval, const IntegrationSetup& integration,
                             const PhaseObservers& observers) {
+  using Method = IntegrationSetup::Method;
   Tolerances tolerances;
   tolerances.rtol = integration.relative_tolerance;
   tolerances.atol = integration.absolute_tolerance;
-  if (integration.method == IntegrationSetup::Method::rk4) {
+  if (integration.method == Method::rk4) {
     RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
     return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
   }
@@ -439,7 +453,13 @@ PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interv
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   control.predictive = integration.predictive;
-  DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
+  if (integration.method == Method::adaptive_8) {
+    DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
+    return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
+  }
+  using Choice = AutomaticStepper::Choice;
+  AutomaticStepper stepper(dynamics.manifold(), tolerances, control,
+                           integration.method == Method::radau_9 ? Choice::implicit : Choice::automatic);
   return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
 }
 

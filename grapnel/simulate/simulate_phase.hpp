@@ -3,9 +3,11 @@
 /// @file
 /// Integrates one phase and provides samples. Thread safety: as PhaseDynamics.
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
@@ -73,6 +75,8 @@ struct PhaseOutcome {
   long rhs_evaluations = 0;
   long steps = 0;
   long rejected = 0;
+  long implicit_steps = 0;                            // of `steps`
+  std::vector<std::array<double, 2>> implicit_spans;  // begins and ends of intervals of implicit steps [s]
   MomentumDefect momentum_corrected;  // at the end
   LoopOutcome loops;
   double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
@@ -82,7 +86,7 @@ struct PhaseOutcome {
 struct PhaseResumption {
   double begin = 0;          // start of the phase: reference of output instants and checks [s]
   PhaseIntegrals integrals;  // since then
-  double next_step = 0;      // trial step of adaptive_8 [s]
+  double next_step = 0;      // trial step of an explicit method with error control [s]
 };
 
 /// Output instants of a phase besides its begin and end: origin + k interval, with integers k.

@@ -588,8 +588,8 @@ TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
   base.clearance.enabled = false;
   base.integration.method = IntegrationSetup::Method::rk4;
   const std::string fixed_steps = text(CampaignPlan::nominal);
-  EXPECT_NE(fixed_steps.find("approach is integrated case by case instead of in SIMD lanes: the method is not "
-                             "adaptive_8 (integration.method)\n"),
+  EXPECT_NE(fixed_steps.find("approach is integrated case by case instead of in SIMD lanes: the method is "
+                             "neither automatic nor adaptive_8 (integration.method)\n"),
             std::string::npos)
       << fixed_steps;
   EXPECT_EQ(fixed_steps.find("distances"), std::string::npos) << fixed_steps;

@@ -2772,10 +2772,16 @@ export interface PhaseCost {
   steps: number;
   /** steps that were repeated with a smaller step size [1] */
   rejected: number;
+  /** accepted steps of the implicit method [1] */
+  implicit_steps: number;
+  /** begins and ends of the intervals that the implicit method integrated [s] */
+  implicit_spans: [number, number][];
 }
 export const kPhaseCost: FieldNote[] = [
   ["phase","","integrated phase"],
   ["rhs_evaluations","1","evaluations of the equations of motion"],
   ["steps","1","accepted steps"],
   ["rejected","1","steps that were repeated with a smaller step size"],
+  ["implicit_steps","1","accepted steps of the implicit method"],
+  ["implicit_spans","s","begins and ends of the intervals that the implicit method integrated"],
 ];
