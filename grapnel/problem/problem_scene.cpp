@@ -34,6 +34,11 @@ class SceneBuilder {
     for (const GraspSetup& g : problem_.grasps) {
       scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, g.contact ? "contact" : name_of(g.model)});
     }
+    for (const ObstacleSetup& o : problem_.obstacles) {
+      SceneObstacle obstacle{o.name, o.X_WO, o.geometry.empty(), {}};
+      add_shapes(o.geometry, obstacle.shapes);
+      scene_.obstacles.push_back(std::move(obstacle));
+    }
     return std::move(scene_);
   }
 
@@ -78,7 +83,7 @@ class SceneBuilder {
       body.joint = SceneJoint{carried->joint.name, traits_of(carried->joint.type).name, carried->joint.axis, X_PF};
     }
     body.mass = description.mass, body.com = description.com, body.inertia = description.inertia;
-    add_shapes(shapes_of(problem_.robot, description.name), body);
+    add_shapes(shapes_of(problem_.robot, description.name), body.shapes);
     scene_.bodies.push_back(std::move(body));
   }
 
@@ -96,7 +101,7 @@ class SceneBuilder {
     body.series = "targets/" + target.name;
     const BodyDescription rest = target_bodies(target).bodies.front();  // without its panels, which are separate bodies
     body.mass = rest.mass, body.com = rest.com, body.inertia = rest.inertia;
-    add_shapes(target.geometry, body);
+    add_shapes(target.geometry, body.shapes);
     scene_.bodies.push_back(std::move(body));
     for (const GraspPoint& g : target.grasp_points) {
       scene_.grasp_points.push_back({target.name, g.name, g.X_TG.p, g.approach_direction});
@@ -117,15 +122,15 @@ class SceneBuilder {
       body.series = "links/" + body.name;
       body.mass = piece.mass, body.com = piece.com, body.inertia = piece.inertia;
       for (const auto& [name, shape] : all.geometry) {
-        if (name == piece.name) add_shapes({shape}, body);
+        if (name == piece.name) add_shapes({shape}, body.shapes);
       }
       scene_.bodies.push_back(std::move(body));
     }
   }
 
-  void add_shapes(const std::vector<Geometry>& geometry, SceneBody& body) {
+  void add_shapes(const std::vector<Geometry>& geometry, std::vector<SceneShape>& shapes) {
     for (const Geometry& one : geometry) {
-      if (one.shape != Geometry::Shape::none) body.shapes.push_back(scene_shape(one));
+      if (one.shape != Geometry::Shape::none) shapes.push_back(scene_shape(one));
     }
   }
 

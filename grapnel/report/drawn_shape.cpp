@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "grapnel/spatial/decompositions.hpp"
@@ -182,6 +183,34 @@ std::vector<SceneShape> drawn_shapes(const Scene& scene, std::size_t body) {
     if (!rods.empty()) return rods;
   }
   return {box_of_inertia(it)};
+}
+
+MotionExtent motion_extent(const RunSource& run) {
+  const Scene& scene = *run.scene;
+  Vector3d low = std::numeric_limits<double>::infinity() * Vector3d{1, 1, 1}, high = -1.0 * low;
+  double reach = 0;  // of a body's points from its frame's origin
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const RecordedPose pose(run.series, scene.bodies[b].series);
+    for (std::size_t i = 0; i < run.series.time.size(); ++i) {
+      const Vector3d p = pose.position(i);
+      for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+    }
+    for (const SceneShape& shape : drawn_shapes(scene, b)) {
+      for (const Vector3d& p : triangles_of(scene, shape, 8).points) reach = std::max(reach, norm(p));
+    }
+  }
+  return {0.5 * (low + high), 0.5 * norm(high - low) + reach};
+}
+
+std::vector<SceneShape> drawn_shapes(const SceneObstacle& obstacle, const MotionExtent& extent) {
+  if (!obstacle.half_space) return obstacle.shapes;
+  constexpr double kThickness = 0.01;  // relative to the radius
+  const double radius = extent.radius > 0 ? extent.radius : 1, thickness = kThickness * radius;
+  const Vector3d centre = inverse(obstacle.X_WO) * extent.centre;
+  SceneShape plate;
+  plate.shape = "box", plate.size = {2 * radius, 2 * radius, thickness};
+  plate.X_BG.p = {centre[0], centre[1], -0.5 * thickness};
+  return {plate};
 }
 
 DrawnMesh triangles_of(const Scene& scene, const SceneShape& shape, int facets) {

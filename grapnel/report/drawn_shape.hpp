@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/report/run_data.hpp"
 #include "grapnel/result/scene.hpp"
 
 namespace grapnel {
@@ -18,6 +19,18 @@ std::vector<SceneShape> drawn_shapes(const Scene& scene, std::size_t body);
 
 /// The box [edge lengths] of uniform density with this inertia about its centre, turned by X_BG.R.
 SceneShape box_of_inertia(const SceneBody& body);
+
+/// A ball that contains all bodies of a run at all samples.
+struct MotionExtent {
+  Vector3d centre = Vector3d::zero();  // in W [m]
+  double radius = 0;                   // [m]
+};
+/// @throws std::runtime_error if a body's motion is not recorded. `run` must have a scene.
+MotionExtent motion_extent(const RunSource& run);
+
+/// The shapes of an obstacle in its frame. A half-space gets a square plate below its surface, whose edges are as long
+/// as the extent's diameter, about the point of the surface nearest to the extent's centre.
+std::vector<SceneShape> drawn_shapes(const SceneObstacle& obstacle, const MotionExtent& extent);
 
 struct DrawnMesh {
   std::vector<Vector3d> points;

@@ -108,6 +108,7 @@ inline constexpr const char* kInk = "#222222";
 inline constexpr const char* kMuted = "#666666";
 inline constexpr const char* kBaseColor = "#5c6670";
 inline constexpr const char* kTargetColor = "#b8770b";
+inline constexpr const char* kObstacleColor = "#8c8c8c";
 
 // Available figures: impulses as bars, capture times, quantities over time, sweeps, superposed configurations. A new
 // figure is declared here, and listed and created in figure.cpp.

@@ -297,7 +297,30 @@ int add_mesh(GltfFile& file, const Scene& scene, std::size_t body, int arm, Mate
   return file.add("meshes", {{"name", it.name}, {"primitives", std::move(primitives)}});
 }
 
+// The number of an obstacle's mesh; -1 if there is nothing to draw.
+int add_mesh(GltfFile& file, const Scene& scene, const SceneObstacle& obstacle, const MotionExtent& extent,
+             Materials& materials) {
+  std::vector<DrawnMesh> parts;
+  for (const SceneShape& shape : drawn_shapes(obstacle, extent)) parts.push_back(triangles_of(scene, shape));
+  Json primitive = primitive_of(file, parts, materials(kObstacleColor));
+  if (primitive.empty()) return -1;
+  return file.add("meshes", {{"name", obstacle.name}, {"primitives", Json::array({std::move(primitive)})}});
+}
+
 // --- Putting it together ---
+
+// Nodes that do not move, after those of the bodies.
+void add_obstacles(GltfFile& file, const RunSource& run, Materials& materials) {
+  if (run.scene->obstacles.empty()) return;
+  const MotionExtent extent = motion_extent(run);
+  for (const SceneObstacle& obstacle : run.scene->obstacles) {
+    const Vector3d& p = obstacle.X_WO.p;
+    const Quaterniond q = quaternion_from(obstacle.X_WO.R);
+    Json node{{"name", obstacle.name}, {"translation", {p[0], p[1], p[2]}}, {"rotation", {q.x, q.y, q.z, q.w}}};
+    if (const int mesh = add_mesh(file, *run.scene, obstacle, extent, materials); mesh >= 0) node["mesh"] = mesh;
+    file.add("nodes", std::move(node));
+  }
+}
 
 void add_channel(Json& animation, int node, const char* path, int times, int values) {
   Json& samplers = animation["samplers"];
@@ -356,7 +379,7 @@ std::string glb_bytes(const RunSource& run, const std::string& version) {
   Materials materials(file);
   const double half = std::sqrt(0.5);
   Json root{{"name", "W (z up)"}, {"rotation", {-half, 0.0, 0.0, half}}, {"children", Json::array()}};
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) root["children"].push_back(b + 1);
+  for (std::size_t n = 0; n < scene.bodies.size() + scene.obstacles.size(); ++n) root["children"].push_back(n + 1);
   file.add("nodes", std::move(root));
 
   const int times = file.add_floats(frames.times, 1);
@@ -372,6 +395,7 @@ std::string glb_bytes(const RunSource& run, const std::string& version) {
     add_channel(animation, number, "translation", times, file.add_floats(positions, 3));
     add_channel(animation, number, "rotation", times, file.add_floats(rotations, 4));
   }
+  add_obstacles(file, run, materials);
   file.add("animations", std::move(animation));
   file.add("scenes", {{"name", run.metadata.scenario_name}, {"nodes", {0}}});
   return file.bytes();

@@ -166,6 +166,23 @@ void draw_instant(Stage& stage, const std::vector<Actor>& actors, std::size_t sa
   }
 }
 
+// Obstacles => a block and an item below those of the bodies. They do not enlarge the picture.
+void draw_obstacles(Figure& figure, FigurePanel& panel, const RunSource& run, const View& view) {
+  if (run.scene->obstacles.empty()) return;
+  FigurePanel behind;
+  Box ignored;
+  Stage stage(figure, behind, ignored, view);
+  stage.begin("obstacles",
+              fmt::format("using 1:2 with filledcurves closed fc rgb '{}' fs solid border lc rgb '{}' lw 1",
+                          translucent(kObstacleColor, 0.25), kObstacleColor));
+  const MotionExtent extent = motion_extent(run);
+  for (const SceneObstacle& obstacle : run.scene->obstacles) {
+    for (const SceneShape& shape : drawn_shapes(obstacle, extent))
+      stage.polygon(Silhouette(*run.scene, shape)(obstacle.X_WO, view));
+  }
+  panel.items.insert(panel.items.end(), behind.items.begin(), behind.items.end());
+}
+
 // The point between two others with the largest distance from their straight line, if it exceeds `bound`; else the
 // first of the two.
 std::size_t farthest_between(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound) {
@@ -319,6 +336,7 @@ void draw_panel(Figure& figure, Box& box, const Strobe& strobe, const FigureRequ
   samples.erase(std::remove_if(samples.begin(), samples.end(), [&](std::size_t i) { return i > instants.back(); }),
                 samples.end());
 
+  draw_obstacles(figure, panel, run, view);
   for (std::size_t k = 0; k < instants.size(); ++k) {
     const double strength =
         instants.size() == 1 ? 1 : std::pow(static_cast<double>(k) / static_cast<double>(instants.size() - 1), 1.3);

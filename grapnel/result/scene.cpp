@@ -38,6 +38,7 @@ class Entry {
     if (!json_.is_array()) fail("not a list");
     return json_.size();
   }
+  bool has(const char* key) const { return json_.is_object() && json_.contains(key); }
   Entry item(std::size_t i) const { return {file_, json_[i], fmt::format("{}[{}]", where_, i)}; }
   std::vector<Entry> items() const {
     std::vector<Entry> entries;
@@ -179,6 +180,12 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
   return body;
 }
 
+SceneObstacle read_obstacle(const Entry& entry, std::size_t meshes) {
+  SceneObstacle obstacle{entry["name"].text(), entry.pose(), entry["half_space"].flag(), {}};
+  for (const Entry& shape : entry["geometry"].items()) obstacle.shapes.push_back(read_shape(shape, meshes));
+  return obstacle;
+}
+
 // A name that must refer to a body already read.
 std::string known(const Entry& entry, const std::set<std::string>& names) {
   std::string name = entry.text();
@@ -224,6 +231,8 @@ Scene read_scene(const std::filesystem::path& path) {
     }
     scene.grasps.push_back(std::move(grasp));
   }
+  if (!document.has("obstacles")) return scene;  // results of earlier versions
+  for (const Entry& e : document["obstacles"].items()) scene.obstacles.push_back(read_obstacle(e, scene.meshes.size()));
   return scene;
 }
 
@@ -365,6 +374,21 @@ const Type& type_of<SceneGrasp>() {
 }
 
 template <>
+const Type& type_of<SceneObstacle>() {
+  using O = SceneObstacle;
+  static constexpr Field fields[] = {
+      field<&O::name>("name", "name of the obstacle"),
+      derived<[](const O& o) { return o.X_WO.p; }>("position", "m", "origin of its frame in W"),
+      derived<[](const O& o) { return quaternion_from(o.X_WO.R); }>("quaternion_wxyz", "1",
+                                                                    "orientation of its frame in W"),
+      field<&O::half_space>("half_space", "true: all points with z <= 0 in its frame"),
+      field<&O::shapes>("geometry", "its shapes, in its frame; empty for a half-space"),
+  };
+  static constexpr Type type = structure<O>("SceneObstacle", "a body fixed in W that others may touch.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<SceneLimits::Grasp>() {
   using G = SceneLimits::Grasp;
   static constexpr Field fields[] = {
@@ -409,6 +433,7 @@ const Type& type_of<SceneDocument>() {
       part<&S::scene, &Scene::grasps>("grasps", "", "grasps of the scenario"),
       part<&S::scene, &Scene::meshes>("meshes", "", "meshes that shapes refer to"),
       part<&S::scene, &Scene::limits>("limits", "", "absent in results of earlier versions"),
+      part<&S::scene, &Scene::obstacles>("obstacles", "", "bodies fixed in W; absent in results of earlier versions"),
   };
   static constexpr Type type = structure<S>("Scene", "bodies of the scenario, their tree, and their shapes.", fields);
   return type;

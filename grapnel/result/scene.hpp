@@ -68,6 +68,14 @@ struct SceneGrasp {
   std::string model;  // rigid, hinge, point, contact
 };
 
+/// A body fixed in W that others may touch.
+struct SceneObstacle {
+  std::string name;
+  Posed X_WO = Posed::identity();
+  bool half_space = false;         // all points with z <= 0 in its frame
+  std::vector<SceneShape> shapes;  // otherwise, in its frame
+};
+
 /// Envelopes of grasps and the required clearance, shown in plots. Infinite: no limit.
 struct SceneLimits {
   struct Grasp {
@@ -87,6 +95,7 @@ struct Scene {
   std::vector<SceneGrasp> grasps;
   std::vector<SceneMesh> meshes;
   SceneLimits limits;
+  std::vector<SceneObstacle> obstacles;
 };
 
 /// scene.json (docs/formats/scene.md): JSON with keys in a fixed order and a newline at the end.

@@ -58,6 +58,20 @@ TEST(Scene, MatchesProblem) {
   EXPECT_EQ(scene.grasps[1].model, "hinge");
 }
 
+TEST(Scene, HasTheObstacles) {
+  CaptureProblem p = thesis_case();
+  const Posed X_WO{rotation_about({1, 0, 0}, 0.3), {0, 0, -2}};
+  p.obstacles = {{"floor", X_WO, {}}, {"post", X_WO, {{Geometry::Shape::cylinder, {0.1, 2, 0}}}}};
+  const Scene scene = scene_of(p);
+  ASSERT_EQ(scene.obstacles.size(), 2u);
+  EXPECT_EQ(scene.obstacles[0].name, "floor");
+  EXPECT_TRUE(scene.obstacles[0].half_space);
+  EXPECT_EQ(scene.obstacles[0].X_WO.p[2], -2);
+  EXPECT_FALSE(scene.obstacles[1].half_space);
+  ASSERT_EQ(scene.obstacles[1].shapes.size(), 1u);
+  EXPECT_EQ(scene.obstacles[1].shapes[0].shape, "cylinder");
+}
+
 TEST(Scene, SharesMeshes) {
   CaptureProblem p = thesis_case();
   const auto mesh = std::make_shared<const TriangleMesh>(

@@ -224,6 +224,42 @@ TEST(Gltf, FollowsTheFormatAndTheMotion) {
   }
 }
 
+TEST(Gltf, ObstaclesAreNodesWithoutMotion) {
+  RunSource run = test::sample_run(false);
+  const Posed X_WO{rotation_about({1, 0, 0}, 0.3), {0, 0, -2}};
+  run.scene->obstacles = {{"floor", X_WO, true, {}},
+                          {"post", X_WO, false, {{"sphere", {0.2, 0, 0}, Posed::identity(), -1}}}};
+  const Json& document = Glb(glb_bytes(run, "1")).document;
+  const std::size_t bodies = run.scene->bodies.size();
+  ASSERT_EQ(document["nodes"].size(), 1 + bodies + 2);
+  EXPECT_EQ(document["nodes"][0]["children"].size(), bodies + 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Json& node = document["nodes"][1 + bodies + i];
+    EXPECT_EQ(node["name"], run.scene->obstacles[i].name);
+    EXPECT_EQ(node["translation"], Json::array({0.0, 0.0, -2.0}));
+    EXPECT_EQ(document["meshes"][node["mesh"].get<std::size_t>()]["name"], node["name"]);
+  }
+  EXPECT_EQ(document["animations"][0]["channels"].size(), 2 * bodies);
+}
+
+// The square of a half-space is below its surface, and covers the motion of the bodies.
+TEST(DrawnShape, OfAHalfSpaceIsASquareOfItsSurface) {
+  const RunSource run = test::sample_run(false);
+  const MotionExtent extent = motion_extent(run);
+  for (const SceneBody& body : run.scene->bodies) {
+    const RecordedPose pose(run.series, body.series);
+    for (std::size_t i = 0; i < run.series.time.size(); ++i)
+      EXPECT_LE(norm(pose.position(i) - extent.centre), extent.radius);
+  }
+  const SceneObstacle wall{"wall", {rotation_about({0.6, 0, 0.8}, 1), {0.3, -2, 1}}, true, {}};
+  const std::vector<SceneShape> shapes = drawn_shapes(wall, extent);
+  ASSERT_EQ(shapes.size(), 1u);
+  const Vector3d centre = wall.X_WO * shapes[0].X_BG.p;
+  EXPECT_DOUBLE_EQ(shapes[0].X_BG.p[2] + 0.5 * shapes[0].size[2], 0);
+  EXPECT_LT(norm(cross(wall.X_WO.R * Vector3d{0, 0, 1}, extent.centre - centre)), 1e-12);  // measured 6e-16
+  EXPECT_DOUBLE_EQ(shapes[0].size[0], 2 * extent.radius);
+}
+
 TEST(Gltf, TurnsZUp) {
   const Glb glb(glb_bytes(test::sample_run(false), "1"));
   const Json& q = glb.document["nodes"][0]["rotation"];

@@ -46,6 +46,8 @@ Scene sample_scene() {
   scene.meshes = {{"part.stl", {0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0, 0, 1}, {0, 1, 2, 0, 3, 1}}};
   scene.limits.grasps = {{"hand", 0.02, std::numeric_limits<double>::infinity()}};
   scene.limits.clearance = 0.05;
+  scene.obstacles = {{"floor", pose(0.4, {0.5, 0.25, -1}), true, {}},
+                     {"post", pose(-0.2, {3, 2, 1}), false, {{"capsule", {0.2, 0.9, 0}, pose(0.1, {0, 0, 2}), -1}}}};
   return scene;
 }
 
@@ -126,6 +128,21 @@ TEST_F(SceneFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(b.meshes[0].name, "part.stl");
   EXPECT_EQ(b.meshes[0].vertices, a.meshes[0].vertices);
   EXPECT_EQ(b.meshes[0].triangles, a.meshes[0].triangles);
+  ASSERT_EQ(b.obstacles.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(b.obstacles[i].name, a.obstacles[i].name);
+    EXPECT_EQ(b.obstacles[i].half_space, i == 0);
+    expect_same(b.obstacles[i].X_WO, a.obstacles[i].X_WO);
+    EXPECT_EQ(b.obstacles[i].shapes.size(), i);
+  }
+  EXPECT_EQ(b.obstacles[1].shapes[0].shape, "capsule");
+  expect_same(b.obstacles[1].shapes[0].X_BG, a.obstacles[1].shapes[0].X_BG);
+}
+
+TEST_F(SceneFile, OfAnEarlierVersionHasNoObstacles) {
+  Json json = Json::parse(sample_text());
+  json.erase("obstacles");
+  EXPECT_TRUE(read_scene(write(json.dump())).obstacles.empty());
 }
 
 // web/src/data.ts and docs/formats/scene.md use these keys.
@@ -136,7 +153,8 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
     return text;
   };
   const Json json = Json::parse(sample_text());
-  EXPECT_EQ(keys(json), "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits ");
+  EXPECT_EQ(keys(json),
+            "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits obstacles ");
   EXPECT_EQ(json["schema"], "grapnel-scene/2");
   EXPECT_EQ(json["version"], "1.2.3");
   EXPECT_EQ(keys(json["scenario"]), "name sha256 ");
@@ -199,13 +217,16 @@ TEST_F(SceneFile, ReportsLocationAndKindOfDamage) {
             "meshes[0].triangles[0]: 18446744073709551615 is out of range: at most 4 entries");
   EXPECT_EQ(fault("/meshes/0/triangles", {0, 1}), "meshes[0].triangles: not three vertices per triangle");
   EXPECT_EQ(fault("/meshes/0/triangles/5", 4), "meshes[0].triangles[5]: 4 is out of range: at most 4 entries");
+  EXPECT_EQ(fault("/obstacles/0/half_space", 1), "obstacles[0].half_space: not true or false");
+  EXPECT_EQ(fault("/obstacles/1/geometry/0/shape", "torus"),
+            "obstacles[1].geometry[0].shape: 'torus' is not one of box, cylinder, capsule, sphere, mesh");
   EXPECT_EQ(fault("/planar", true), "");
 }
 
 TEST_F(SceneFile, MissesNothing) {
   const Json whole = Json::parse(sample_text());
   for (const auto& [key, value] : whole.items()) {
-    if (key == "version" || key == "scenario" || key == "limits") continue;  // not used by bodies
+    if (key == "version" || key == "scenario" || key == "limits" || key == "obstacles") continue;  // not used by bodies
     Json json = whole;
     json.erase(key);
     EXPECT_THAT(fault_of(json.dump()), HasSubstr("'" + key + "' is missing"));

@@ -50,6 +50,7 @@ const kFixed: Record<string, Pair> = {
   base: ["#687483", "#a3b0bf"],
   joint: ["#596573", "#7f8c9a"],
   edge: ["#27323f", "#070a0e"],
+  obstacle: ["#7b838c", "#8b949e"],
   ghost: ["#8794a3", "#8c99a8"],
   second: ["#8f86d8", "#9aa0d8"],
   impulse: ["#e0007a", "#ff4fa3"],

@@ -4,11 +4,11 @@
 
 import type { CampaignReport } from "./campaign_types";
 import type { OptimizationReport } from "./optimization_types";
-import type { Scene, SceneBody, SceneShape } from "./scene_types";
+import type { Scene, SceneBody, SceneObstacle, SceneShape } from "./scene_types";
 import type { SweepReport } from "./study_types";
 import type { Summary } from "./summary_types";
 
-export type { Scene, SceneBody, SceneShape };
+export type { Scene, SceneBody, SceneObstacle, SceneShape };
 
 export type Vec3 = [number, number, number];
 export type Quat = [number, number, number, number]; // w, x, y, z

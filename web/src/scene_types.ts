@@ -24,6 +24,8 @@ export interface Scene {
   meshes: SceneMesh[];
   /** absent in results of earlier versions */
   limits: SceneLimits;
+  /** bodies fixed in W; absent in results of earlier versions */
+  obstacles: SceneObstacle[];
 }
 export const kScene: FieldNote[] = [
   ["schema","","format of this file"],
@@ -36,6 +38,7 @@ export const kScene: FieldNote[] = [
   ["grasps","","grasps of the scenario"],
   ["meshes","","meshes that shapes refer to"],
   ["limits","","absent in results of earlier versions"],
+  ["obstacles","","bodies fixed in W; absent in results of earlier versions"],
 ];
 
 export type SceneFormat = "grapnel-scene/2";
@@ -221,4 +224,25 @@ export const kSceneGraspLimits: FieldNote[] = [
   ["end_effector","","end-effector with the envelope"],
   ["position","m","largest distance from the grasp point; null: no limit"],
   ["velocity","m/s","largest relative speed; null: no limit"],
+];
+
+// a body fixed in W that others may touch.
+export interface SceneObstacle {
+  /** name of the obstacle */
+  name: string;
+  /** origin of its frame in W [m] */
+  position: [number, number, number];
+  /** orientation of its frame in W [1] */
+  quaternion_wxyz: [number, number, number, number];
+  /** true: all points with z <= 0 in its frame */
+  half_space: boolean;
+  /** its shapes, in its frame; empty for a half-space */
+  geometry: SceneShape[];
+}
+export const kSceneObstacle: FieldNote[] = [
+  ["name","","name of the obstacle"],
+  ["position","m","origin of its frame in W"],
+  ["quaternion_wxyz","1","orientation of its frame in W"],
+  ["half_space","","true: all points with z <= 0 in its frame"],
+  ["geometry","","its shapes, in its frame; empty for a half-space"],
 ];

@@ -8,7 +8,7 @@ let v;
 before(async () => {
   v = await bundle([
     "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
-    "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
+    "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/obstacles", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
 
@@ -277,6 +277,17 @@ test("contacts that occur have plots of forces and depths", () => {
   assert.deepEqual(contacts[2].lines.map((line) => line.label), ["x", "y", "z"]);
   assert.deepEqual(plots.filter((plot) => plot.group === "Other"), []);
   assert.equal(v.plotsOf(impactRun(), 0).plots.some((plot) => plot.group === "Contacts"), false);
+});
+
+test("the grid of a half-space is about the bodies, and its lines are fixed in the half-space", () => {
+  // A wall whose z axis is -x of W: its y axis is y of W, and its x axis is z of W.
+  const half = Math.SQRT1_2;
+  const wall = { position: [1, 0, 0.5], quaternion_wxyz: [half, 0, -half, 0] };
+  const square = v.surfaceSquare(wall, [0, 3.03, 0.5 + 2.02], 1);
+  near(square.step, 0.2, 1e-12);
+  near(square.x, 2, 1e-12);
+  near(square.y, 3, 1e-12);
+  assert.equal(square.cells, 10);
 });
 
 test("arrows of contact forces begin at points of contact, also beside samples without contact", () => {

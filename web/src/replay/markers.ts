@@ -40,12 +40,12 @@ export function graspPoint(point: Scene["grasp_points"][number], target: SceneBo
   return group;
 }
 
-export function contactPoint(size: number, paints: Paints): Group {
+export function contactPoint(size: number, paints: Paints, role = "impulse"): Group {
   const group = new Group();
   const sphere = new SphereGeometry(size, 20, 14);
-  const shone = new Mesh(sphere, paints.flat("impulse", 0.35, true));
+  const shone = new Mesh(sphere, paints.flat(role, 0.35, true));
   shone.renderOrder = 20;
-  group.add(new Mesh(sphere, paints.flat("impulse")), shone);
+  group.add(new Mesh(sphere, paints.flat(role)), shone);
   group.visible = false;
   return group;
 }

@@ -11,7 +11,7 @@ import { attitudeAxes, graspPoint, massCentre } from "./markers";
 import type { Paints } from "./palette";
 import { poseAt, poseTrack, vectorAt } from "./poses";
 import { Trail } from "./trails";
-import { forceArrows, Impulses, momentumArrows, centreOf, type SeriesArrows } from "./vectors";
+import { contactForces, forceArrows, Impulses, momentumArrows, centreOf, type SeriesArrows } from "./vectors";
 
 // Display options.
 export interface Shown {
@@ -71,6 +71,11 @@ export class RunView {
       this.object.add(this.momentum.object, this.forces.object);
     }
     this.object.add(this.mass, this.initial);
+  }
+
+  // Whether shapes of bodies touch at any sample.
+  get touches(): boolean {
+    return contactForces(this.run).length > 0;
   }
 
   // The options of Shown that apply to this run.

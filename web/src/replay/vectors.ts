@@ -108,7 +108,7 @@ function inWorld(track: PoseTrack | undefined, instant: Instant, localPoint: Vec
 // One arrow per vector series, with a common scale: the largest over the run has a given length.
 class SeriesArrows {
   readonly object = new Group();
-  private readonly made: { series: Series; arrow: Arrow; label: Label; name: string; origin: (instant: Instant) => Vector3 }[] = [];
+  private readonly made: { series: Series; arrow: Arrow; label: Label; name: string; origin: (instant: Instant) => Vector3; marker?: Group }[] = [];
   private largest = 0;
 
   constructor(
@@ -117,14 +117,15 @@ class SeriesArrows {
     private readonly unit: string,
   ) {}
 
-  add(series: Series | undefined, name: string, arrow: Arrow, label: Label, origin: (instant: Instant) => Vector3): void {
+  add(series: Series | undefined, name: string, arrow: Arrow, label: Label, origin: (instant: Instant) => Vector3, marker?: Group): void {
     if (!series || series.width !== 3) return;
     for (let i = 0; i < this.run.samples; ++i) {
       const size = Math.hypot(series.data[3 * i], series.data[3 * i + 1], series.data[3 * i + 2]);
       if (size > this.largest) this.largest = size;
     }
     this.object.add(arrow.object);
-    this.made.push({ series, arrow, label, name, origin });
+    if (marker) this.object.add(marker);
+    this.made.push({ series, arrow, label, name, origin, marker });
   }
 
   get empty(): boolean {
@@ -141,6 +142,9 @@ class SeriesArrows {
         one.label.text = `${one.name} ${number(value.length(), 3)} ${this.unit}`;
       }
       one.label.visible = one.arrow.object.visible;
+      if (!one.marker) continue;
+      one.marker.visible = one.arrow.object.visible;
+      if (one.marker.visible) one.marker.position.copy(one.origin(instant));
     }
   }
 }
@@ -172,7 +176,7 @@ export function forceArrows(run: Run, names: string[], paints: Paints, labels: L
     made.add(run.series(`grasps/${name}/force`), "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), origin);
   }
   for (const { force, point } of contactForces(run)) {
-    made.add(force, "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), (at) => new Vector3(...knownPoint(run, point, at)));
+    made.add(force, "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), (at) => new Vector3(...knownPoint(run, point, at)), contactPoint(0.012 * span, paints, "force"));
   }
   return made;
 }

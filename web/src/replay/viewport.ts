@@ -10,6 +10,7 @@ import { type Ball, CameraRig, type ViewSpec } from "./cameras";
 import { Labels } from "./labels";
 import { Compass } from "./compass";
 import { type Ground, makeGround } from "./ground";
+import { buildObstacles } from "./obstacles";
 import { goodDirection } from "./outlook";
 import { currentTheme, listenTheme, Paints, roleColor, type Theme } from "./palette";
 import { RunView, type Shown } from "./run_view";
@@ -60,7 +61,9 @@ export class Viewport {
     this.direction = this.viewDirection(first);
     this.rig = this.makeRig(canvas, first);
     this.ground = this.makeGround();
-    this.stage.world.add(this.ground.object);
+    const all = this.extent(null);
+    const obstacles = buildObstacles(first.scene, middleOf(all), radiusOf(all), this.paints);
+    this.stage.world.add(this.ground.object, obstacles);
     host.append(this.labels.host, this.legend.host, this.compass.host);
     this.stage.onDraw(() => this.draw());
     this.ends.push(listenTheme(() => this.retheme()));
@@ -204,6 +207,7 @@ export class Viewport {
       arms.add(role);
     }
     for (const body of scene.bodies) if (body.kind === "target") rows.push({ role: roles.get(body.name)!, text: body.name });
+    if (scene.obstacles?.length) rows.push({ role: "obstacle", text: scene.obstacles.map((one) => one.name).join(", ") });
     const other = this.views[1];
     if (other) {
       rows.unshift({ role: "base", text: `${run.data.label || "A"}: solid` });
@@ -342,7 +346,7 @@ function defaultShown(view: RunView): Shown {
     trails: true,
     points: true,
     impulses: true,
-    forces: view.impacts.some((i) => i.duration > 0),
+    forces: view.impacts.some((i) => i.duration > 0) || view.touches,
     momentum: false,
     initial: false,
     mass: true,
