@@ -74,6 +74,36 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
   return joint_wrenches(system.model, k, dynamics.acceleration(), external);
 }
 
+// Changes of velocities and impulses => impulses at joints and grasps. An impulse causes at a system at rest the
+// changes of velocities that a wrench causes as accelerations, so joint_wrenches() gives those of the joints.
+InternalImpulses internal_impulses(const CaptureSystem& system, const HardImpact& impact) {
+  State at_rest = impact.before;
+  std::fill(at_rest.v.begin(), at_rest.v.end(), 0.0);
+  const Kinematics k = forward_kinematics(system.model, at_rest);
+  InternalImpulses result{{}, std::vector<Wrenchd>(system.grasps.size(), Wrenchd::zero())};
+  std::vector<ExternalWrench> external = impact.impulses;
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
+    const HeldGrasp& held = system.grasps[g];
+    if (held.closure < 0 || impact.loop_impulses.empty()) continue;
+    int row = 0;
+    for (int c = 0; c < held.closure; ++c) row += row_count(system.closures[c].model);
+    const std::span<const double> rows =
+        std::span(impact.loop_impulses).subspan(row, row_count(system.closures[held.closure].model));
+    const Grasp grasp = grasp_of(held, k);
+    const Rotationd R_WC = (k.X_WB[held.frames.body_a] * held.frames.X_AC).R;
+    const Wrenchd P = result.grasps[g] = R_WC * closure_wrench(held.frames, rows);
+    external.push_back({grasp.robot_body, grasp.p_WC, P});
+    external.push_back({grasp.target_body, grasp.p_WC, -P});
+  }
+  result.joints = joint_wrenches(system.model, k, impact.change, external);
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
+    if (system.grasps[g].closure != HeldGrasp::kInTree) continue;  // a joint of the tree carries the target
+    const Grasp grasp = grasp_of(system.grasps[g], k);
+    result.grasps[g] = -shift(result.joints[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
+  }
+  return result;
+}
+
 std::vector<int> carried_bodies(const CaptureSystem& system) {
   std::vector<int> bodies;
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {

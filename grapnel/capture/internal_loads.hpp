@@ -26,6 +26,15 @@ void joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
                                     const PhaseSample& sample, std::span<const Wrenchd> grasps);
 
+/// Impulses at joints and grasps in an impact of hard contacts, in W [N m s; N s].
+struct InternalImpulses {
+  std::vector<Wrenchd> joints;  // per body: transmitted by its joint to it, about the body frame's origin
+  std::vector<Wrenchd> grasps;  // per entry of CaptureSystem::grasps: on the robot, at the grasp
+};
+/// From the changes of the velocities and the impulses of contacts and closures, body by body. Of redundant closures
+/// the impulses are those of the loop solver; the grasps that its closures leave out (HeldGrasp::kRedundant) have none.
+InternalImpulses internal_impulses(const CaptureSystem& system, const HardImpact& impact);
+
 /// Bodies of the robot carried by joints, including fixed ones: all but the base. Their order is the robot's in every
 /// model of one capture.
 std::vector<int> carried_bodies(const CaptureSystem& system);

@@ -227,6 +227,7 @@ void LoadMonitor::begin_phase(const std::string& name, const CaptureSystem& syst
   name_ = name, system_ = &system;
   bodies_ = loaded_bodies(system);
   determined_.clear();
+  impulses_.clear();
   kinematics_ = Kinematics(system.model);
   motor_.resize(system.model.joints().size());
   efforts_.begin_phase(name);
@@ -303,6 +304,39 @@ void LoadMonitor::step(const PhaseStep& step) {
   efforts_.step(search_.points(), at);
 }
 
+// An impulse => the largest one of its kind in the phase.
+void LoadMonitor::raise(const std::string& of, const char* quantity, double value, double time) {
+  const auto is_same = [&](const PeakLoad& load) { return load.of == of && load.quantity == quantity; };
+  auto load = std::ranges::find_if(impulses_, is_same);
+  if (load == impulses_.end()) {
+    impulses_.push_back({of, quantity, name_, 0, time, limit_of(rating_of(of), quantity), false});
+    load = impulses_.end() - 1;
+  }
+  if (value > load->peak) load->peak = value, load->time = time;
+}
+
+void LoadMonitor::hard_impact(const HardImpact& impact) {
+  const Model& model = system_->model;
+  const InternalImpulses impulses = internal_impulses(*system_, impact);
+  const Kinematics k = forward_kinematics(model, impact.before);
+  for (const int body : bodies_) {
+    const JointDescription& joint = model.bodies()[body].description.joint;
+    const Wrenchd& P = impulses.joints[body];
+    const Vector3d axis = k.X_WB[body].R * joint.axis;
+    const double driving = slides_along_axis(joint.type) ? dot(axis, P.linear)
+                           : has_one_axis(joint.type)    ? dot(axis, P.angular)
+                                                         : 0;
+    raise(joint.name, "impulse", norm(P.linear), impact.time);
+    raise(joint.name, "angular_impulse", norm(P.angular), impact.time);
+    raise(joint.name, "driving_impulse", std::abs(driving), impact.time);
+  }
+  for (std::size_t g = 0; g < system_->grasps.size(); ++g) {
+    const std::string& end_effector = problem_.grasps[system_->grasps[g].grasp].end_effector;
+    raise(end_effector, "impulse", norm(impulses.grasps[g].linear), impact.time);
+    raise(end_effector, "angular_impulse", norm(impulses.grasps[g].angular), impact.time);
+  }
+}
+
 // Omits loads that are zero and not rated, e.g. of free drives.
 void LoadMonitor::note(PeakLoad load) {
   if (load.peak != 0 || std::isfinite(load.rating)) peaks_.push_back(std::move(load));
@@ -318,6 +352,8 @@ void LoadMonitor::end_phase() {
     const Channel& c = channels_[i];
     note({c.of, c.quantity, name_, found[i].magnitude, found[i].time, c.rating, false});
   }
+  for (PeakLoad& load : impulses_) note(std::move(load));
+  impulses_.clear();
   const std::size_t first = channels_.size() - 2 * system_->grasps.size() - (controls_base_ ? 3 : 0);
   for (std::size_t g = 0; seen && g < system_->grasps.size(); ++g) {
     const GraspSetup& grasp = problem_.grasps[system_->grasps[g].grasp];

@@ -100,6 +100,8 @@ class LoadMonitor {
   void begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics);
   /// Evaluates the next step of the phase.
   void step(const PhaseStep& step);
+  /// Adds an impact of hard contacts in the phase, of which the largest impulses are loads.
+  void hard_impact(const HardImpact& impact);
   void end_phase();
   /// Adds the loads of an impact on joints and grasps of the report. `peaks`: of a compliant one, per entry of
   /// report.joints.
@@ -121,6 +123,7 @@ class LoadMonitor {
   };
   void add_channels(const PhaseDynamics& dynamics);
   void evaluate(const PhaseSample& sample, std::span<double> values);
+  void raise(const std::string& of, const char* quantity, double value, double time);
   const LoadRating& rating_of(const std::string& joint_or_end_effector) const;
   void note(PeakLoad load);
 
@@ -136,6 +139,7 @@ class LoadMonitor {
   std::vector<std::vector<bool>> determined_;  // per grasp, at the start of the phase
   PeakSearch search_;
   EffortWatch efforts_;
+  std::vector<PeakLoad> impulses_;  // of hard contacts
   Kinematics kinematics_;
   std::vector<double> motor_;
   // Results:

@@ -354,6 +354,7 @@ PhaseOutcome PhaseSegment::integrate_between_checks() {
       run_.monitor.check(t, state, integrals);
     };
     watch.probe = probe();
+    watch.impact = run_.monitor.impact_probe();
   }
   return simulate_phase(dynamics_, remaining_interval(0), task_.integration,
                         {.watch = watch, .stop = stop_, .stop_on_load = load_condition(), .resumed = resumed_});
@@ -379,7 +380,7 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   return simulate_phase(dynamics_, remaining_interval({interval / static_cast<double>(checks), origin}),
                         task_.integration,
                         {.observe = observe,
-                         .watch = {.each_step = each_step(), .probe = probe()},
+                         .watch = {.each_step = each_step(), .probe = probe(), .impact = run_.monitor.impact_probe()},
                          .stop = stop_,
                          .stop_on_load = load_condition(),
                          .resumed = resumed_});

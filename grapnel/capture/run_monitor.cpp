@@ -107,6 +107,11 @@ StepProbe RunMonitor::load_probe() {
   };
 }
 
+std::function<void(const HardImpact&)> RunMonitor::impact_probe() {
+  if (!seeks_loads()) return {};
+  return [this](const HardImpact& impact) { loads_.hard_impact(impact); };
+}
+
 void RunMonitor::check_at_end(const PhaseStep& step) {
   const bool stability = seeks_stability() && stability_.observes();
   if (!saturation_.observes() && !stability && !stability_.monitors_rest()) return;

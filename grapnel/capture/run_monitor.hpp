@@ -73,6 +73,8 @@ class RunMonitor {
   void check(double time, const State& state, const PhaseIntegrals& integrals);
   /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is observed.
   StepProbe load_probe();
+  /// Evaluates every impact of hard contacts; empty without loads.
+  std::function<void(const HardImpact&)> impact_probe();
   /// For a phase integrated elsewhere: evaluates clearance and joint limits,
   void watch(double time, const State& state, std::span<const double> motor);
   /// discards these evaluations, since the phase is integrated here after all,

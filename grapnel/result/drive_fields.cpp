@@ -71,8 +71,9 @@ const Type& type_of<PeakLoad>() {
       field<&L::quantity>("quantity",
                           "in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a "
                           "grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for "
-                          "base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In "
-                          "impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: "
+                          "base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes; of "
+                          "impacts of hard contacts `impulse`, `angular_impulse`, `driving_impulse`. In impacts of "
+                          "grasps: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: "
                           "the peaks of a compliant impact, else means over `impact.duration`"),
       field<&L::phase>("phase",
                        "phase of the load; impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"),

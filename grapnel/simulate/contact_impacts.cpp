@@ -90,6 +90,14 @@ ImpactSolution PhaseDynamics::solve_contact_impact(std::span<const HardPoint> po
                         {.spread = false, .max_steps = kMaxSteps});
 }
 
+// Impulses of closures and couplings in the last response => added to those of the impact.
+void PhaseDynamics::add_loop_impulses() {
+  if (!solver_) return;
+  const std::span<const double> rows = solver_->multipliers();
+  hard_impact_->loop_impulses.resize(rows.size(), 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i) hard_impact_->loop_impulses[i] += rows[i];
+}
+
 // Held rates and y => y with joints that brakes have stopped, before contacts act, and the work of the brakes.
 void PhaseDynamics::stop_braked_joints(std::span<const HeldRate> held, std::span<double> y) {
   const auto moves = [&](int v) { return now_.v[v] != 0; };
@@ -99,6 +107,7 @@ void PhaseDynamics::stop_braked_joints(std::span<const HeldRate> held, std::span
   const std::vector<std::uint8_t> prescribed = prescribed_;
   respond_to(changes, false);
   prescribed_ = prescribed;
+  add_loop_impulses();
   book_impulses(y, true);  // now_ has the mean velocities
   for (std::size_t i = 0; i < now_.v.size(); ++i) {
     now_.v[i] += 0.5 * vdot_[i];
@@ -111,7 +120,7 @@ void PhaseDynamics::stop_braked_joints(std::span<const HeldRate> held, std::span
 // Impulses on the second bodies of all points => changes of all velocities, in vdot_, by the phase's own dynamics.
 void PhaseDynamics::respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
                                         std::span<const HeldRate> held) {
-  std::vector<ExternalWrench> pushes;
+  std::vector<ExternalWrench>& pushes = hard_impact_->impulses;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Wrenchd P{Vector3d::zero(), impulses[i]};
     if (points[i].body_a >= 0) pushes.push_back({points[i].body_a, points[i].p_WC, -P});
@@ -123,6 +132,7 @@ void PhaseDynamics::respond_to_contacts(std::span<const HardPoint> points, std::
   const std::vector<std::uint8_t> prescribed = prescribed_;
   respond_to(changes, false, workspace_.link_wrench);
   prescribed_ = prescribed;
+  add_loop_impulses();
 }
 
 // Impulses and their response => work and impulse of contacts, ground and motors added to the integrals in y, and the
@@ -190,16 +200,19 @@ bool PhaseDynamics::can_separate(std::vector<HardPoint> points, std::span<const 
 // Time and y => y after the impact of all hard contacts that touch, with its effects among the integrals and in the
 // contacts' histories and modes.
 std::string PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) {
+  hard_impact_.reset();
   if (!setup_.contacts || !setup_.contacts->any_hard()) return {};
   load(t, y);
   forward_kinematics(model_, now_, workspace_.kinematics);
   std::vector<HardPoint> points = setup_.contacts->impact_points(t, workspace_.kinematics);
   if (points.empty()) return {};
 
+  hard_impact_ = HardImpact{t, now_, {}, {}, {}};
   const std::vector<HeldRate> held = rates_in_contact_impact();
   stop_braked_joints(held, y);
   const ImpactSolution solution = solve_possible_impact(points, held);
   if (solution.status != ImpactSolution::Status::solved) {
+    hard_impact_.reset();
     if (can_separate(points, held))
       return fmt::format("the impact of hard contacts at t = {:.9g} s has no solution: {}", t, solution.message);
     setup_.contacts->note_impact(t, points, std::vector<HardPointImpact>(points.size()), workspace_.kinematics);
@@ -211,7 +224,11 @@ std::string PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) 
 
   respond_to_contacts(points, impulses, held);
   const std::vector<HardPointImpact> impacts = book_contacts(points, impulses, solution, y);
-  for (std::size_t i = 0; i < now_.v.size(); ++i) y[now_.q.size() + i] += vdot_[i];
+  for (std::size_t i = 0; i < now_.v.size(); ++i) {
+    double& v = y[now_.q.size() + i];
+    v += vdot_[i];
+    hard_impact_->change.push_back(v - hard_impact_->before.v[i]);
+  }
   setup_.contacts->note_impact(t, points, impacts, workspace_.kinematics);
   return {};
 }

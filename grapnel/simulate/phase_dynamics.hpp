@@ -49,6 +49,15 @@ struct JointDrive {
   NoiseSignal noise = {};           // n
 };
 
+/// An impact of hard contacts at an instant of a phase.
+struct HardImpact {
+  double time;                           // [s]
+  State before;                          // the state just before it, and before brakes stop joints
+  std::vector<double> change;            // of all velocities
+  std::vector<ExternalWrench> impulses;  // of the contacts on bodies, in W [N m s; N s]
+  std::vector<double> loop_impulses;     // per row of the closures and couplings (LoopSolver::multipliers)
+};
+
 struct PhaseSetup {
   std::vector<JointDrive> drives;  // per entry of Model::joints(); empty: all free
   int held_root = -1;              // body index of a free root held at its pose; -1: none
@@ -171,6 +180,8 @@ class PhaseDynamics {
   /// joints hold are solved together. If no finite impulse can separate bodies, since held rates press them together,
   /// their contact lasts without an impact. Returns why another impact has no solution; empty otherwise.
   std::string apply_contact_impacts(double t, std::span<double> y);
+  /// The impact of the last call of apply_contact_impacts(); empty: there was none.
+  const std::optional<HardImpact>& hard_impact() const { return hard_impact_; }
   /// The pair with the most impacts, for messages; empty: there were no impacts.
   std::string busiest_hard_contact() const;
   /// Joints with static friction or stops.
@@ -276,6 +287,7 @@ class PhaseDynamics {
   ImpactSolution solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held);
   bool can_separate(std::vector<HardPoint> points, std::span<const HeldRate> held);
   ImpactSolution solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held);
+  void add_loop_impulses();
   void respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
                            std::span<const HeldRate> held);
   std::vector<HardPointImpact> book_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
@@ -337,6 +349,7 @@ class PhaseDynamics {
   std::optional<Eigen::MatrixXd> open_stresses_;  // before the friction of stuck joints was chosen
   std::vector<double> smooth_effort_;             // per joint: its motor's effort without ripple
   std::vector<double> at_rest_;                   // zero velocities
+  std::optional<HardImpact> hard_impact_;         // the last one
   double momenta_time_ = 0;                       // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;     // per free root, at the start of the phase
   std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_corrected

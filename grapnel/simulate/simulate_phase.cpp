@@ -287,6 +287,7 @@ class PhaseRun {
 
   void apply_contact_impacts(double t, std::span<double> y) {
     if (std::string fault = dynamics_.apply_contact_impacts(t, y); !fault.empty()) broken_off_ = std::move(fault);
+    if (watch_.impact && dynamics_.hard_impact()) watch_.impact(*dynamics_.hard_impact());
   }
 
   // Modes of actuators or joints change inside the last step, which ends there; the motion restarts.

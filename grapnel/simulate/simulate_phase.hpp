@@ -47,6 +47,8 @@ struct StepWatch {
   std::function<void(double t)> each_step = {};
   /// Evaluates every step before its samples are observed. It changes neither steps nor samples.
   StepProbe probe = {};
+  /// Receives every impact of hard contacts, after it.
+  std::function<void(const HardImpact&)> impact = {};
 };
 
 /// A quantity whose first fall from positive to zero or below ends a phase.

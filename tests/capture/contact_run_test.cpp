@@ -50,6 +50,13 @@ const ContactPairReport& pair(const CaptureResult& r, const std::string& a, cons
   throw std::out_of_range(a + ", " + b);
 }
 
+double load(const CaptureResult& r, const std::string& of, const std::string& quantity, const std::string& phase) {
+  for (const PeakLoad& l : r.peak_loads) {
+    if (l.of == of && l.quantity == quantity && l.phase == phase) return l.peak;
+  }
+  return 0;
+}
+
 TEST(ContactRun, ABoxReboundsFromABrakedArm) {
   const CaptureResult r = run(scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
                                     "contacts: {pairs: [[arm, box]], material: pad}\n"
@@ -141,6 +148,11 @@ TEST(HardContactRun, ABoxReboundsInAnInstant) {
     EXPECT_FALSE(contact.hard->persistent_since);
     EXPECT_EQ(contact.peak_force, 0);
     EXPECT_NEAR(r.post_impact_end->targets[0].velocity[0], -0.1 + reduced * 0.15 / 20, 1e-12);
+    // The brake moves the base with the arm; a free joint transmits nothing along its axis.
+    const double through = braked ? contact.hard->impulse * 100 / 105 : 0;
+    EXPECT_NEAR(load(r, "slide", "impulse", "motion"), through, 1e-12);
+    EXPECT_NEAR(load(r, "slide", "driving_impulse", "motion"), through, 1e-12);
+    EXPECT_NEAR(load(r, "slide", "angular_impulse", "motion"), 0, 1e-12);
   }
 }
 
@@ -189,6 +201,58 @@ TEST(HardContactRun, BoxesPileUp) {
   EXPECT_GT(pair(r, "base", "floor").hard->impacts, 5);
   EXPECT_GT(pair(r, "base", "large").hard->impacts, 2);
   EXPECT_TRUE(pair(r, "base", "floor").hard->persistent_since);
+}
+
+// A held box meets a wall: each joint and grasp transmits the change of momentum of the bodies behind it.
+TEST(HardContactRun, LoadsOfJointsAndGraspsIncludeItsImpulses) {
+  std::string text = scene("{position: [0.98, 0, 0], velocity: [0.1, 0, 0]}",
+                           "obstacles: [{name: wall, half_space: true, position: [1.3, 0, 0], rpy: [0, -90 deg, 0]}]\n"
+                           "contacts: {pairs: [[box, wall]], material: pad}\n"
+                           "grasps: [{end_effector: tip, target: box, point: face}]\n"
+                           "impact: {law: plastic, joints: braked}\n"
+                           "post_impact: {duration: 2, joints: braked}\n",
+                           "hard: true, restitution: 0.5");
+  const std::string joints = "initial: {joints: [0]}";
+  text.replace(text.find(joints), joints.size(), "initial: {base: {velocity: [0.1, 0, 0]}, joints: [0]}");
+  const CaptureResult r = run(text);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  const double impulse = 125 * 0.1 * 1.5;
+  EXPECT_NEAR(pair(r, "box", "wall").hard->impulse, impulse, 1e-11);
+  EXPECT_NEAR(load(r, "tip", "impulse", "post_impact"), impulse * 105 / 125, 1e-11);
+  EXPECT_NEAR(load(r, "slide", "impulse", "post_impact"), impulse * 100 / 125, 1e-11);
+  EXPECT_NEAR(load(r, "slide", "driving_impulse", "post_impact"), impulse * 100 / 125, 1e-11);
+  EXPECT_NEAR(load(r, "tip", "angular_impulse", "post_impact"), 0, 1e-11);
+}
+
+// Two slides hold a box by two grasps; each transmits the change of momentum of its link, one of them as a closure.
+TEST(HardContactRun, LoadsOfGraspsOfALoopIncludeItsImpulses) {
+  const auto link = [](const std::string& name, const std::string& y) {
+    return "    - {name: " + name + ", parent: base, mass: 5, inertia: [0.1, 0.1, 0.1], joint: {name: slide-" + name +
+           ", type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, " + y + ", 0]}}}\n";
+  };
+  const CaptureResult r = run(
+      "schema: grapnel-scenario/1\nname: loop\nrobot:\n  name: r\n"
+      "  base: {name: base, mass: 100, inertia: [20, 20, 20]}\n  links:\n" +
+      link("left", "0.3") + link("right", "-0.3") +
+      "  end_effectors: [{name: tip-1, link: left, position: [0.3, 0, 0]}, {name: tip-2, link: right, position: "
+      "[0.3, 0, 0]}]\n"
+      "initial: {base: {velocity: [0.1, 0, 0]}, joints: [0, 0]}\n"
+      "targets:\n"
+      "  - name: box\n    mass: 20\n    inertia: [1, 1, 1]\n    geometry: {shape: box, size: [0.4, 0.8, 0.4]}\n"
+      "    state: {position: [1, 0, 0], velocity: [0.1, 0, 0]}\n"
+      "    grasp_points: [{name: left, position: [-0.2, 0.3, 0]}, {name: right, position: [-0.2, -0.3, 0]}]\n"
+      "grasps: [{end_effector: tip-1, target: box, point: left}, {end_effector: tip-2, target: box, point: right}]\n"
+      "obstacles: [{name: wall, half_space: true, position: [1.27, 0, 0], rpy: [0, -90 deg, 0]}]\n"
+      "materials: [{name: shell, stiffness: 1e5, hard: true, restitution: 0.5}]\n"
+      "contacts: {pairs: [[box, wall]], material: shell}\n"
+      "impact: {law: plastic, joints: free}\npost_impact: {duration: 1, joints: free}\n");
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  const double impulse = 30 * 0.1 * 1.5;
+  EXPECT_NEAR(pair(r, "box", "wall").hard->impulse, impulse, 1e-11);
+  for (const char* tip : {"tip-1", "tip-2"})
+    EXPECT_NEAR(load(r, tip, "impulse", "post_impact"), impulse * 5 / 30, 1e-11) << tip;
+  EXPECT_NEAR(load(r, "slide-left", "driving_impulse", "post_impact"), 0, 1e-11);
+  EXPECT_NEAR(load(r, "slide-right", "driving_impulse", "post_impact"), 0, 1e-11);
 }
 
 // impact.joints applies to hard contacts: a driven arm is as heavy as its base. The grasp is too late to close.

@@ -1967,7 +1967,7 @@ export const kRestReport: FieldNote[] = [
 export interface PeakLoad {
   /** joint, end-effector, or `base control` */
   of: string;
-  /** in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of a compliant impact, else means over `impact.duration` */
+  /** in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes; of impacts of hard contacts `impulse`, `angular_impulse`, `driving_impulse`. In impacts of grasps: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of a compliant impact, else means over `impact.duration` */
   quantity: string;
   /** phase of the load; impacts are phases too: `contact`, `contact_2`, and brakes: `brake` */
   phase: string;
@@ -1984,7 +1984,7 @@ export interface PeakLoad {
 }
 export const kPeakLoad: FieldNote[] = [
   ["of","","joint, end-effector, or `base control`"],
-  ["quantity","","in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of a compliant impact, else means over `impact.duration`"],
+  ["quantity","","in motion: `force` and `moment`, the magnitudes that a joint transmits at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; for base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes; of impacts of hard contacts `impulse`, `angular_impulse`, `driving_impulse`. In impacts of grasps: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of a compliant impact, else means over `impact.duration`"],
   ["phase","","phase of the load; impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"],
   ["peak","N, N m, N s or N m s","largest magnitude"],
   ["time","s","time of the peak"],
