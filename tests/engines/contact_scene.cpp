@@ -114,4 +114,34 @@ ContactScene two_arm_scene(bool linear) {
   return s;
 }
 
+ContactScene sphere_scene() {
+  ContactScene s = two_arm_scene(false);
+  s.surfaces[1].geometry = shape(Shape::sphere, {0.07, 0, 0}, {Rotationd::identity(), {0.35, 0, 0}});
+  s.surfaces[5].geometry = shape(Shape::box, {0.6, 0.6, 0.4});
+  s.surfaces[8].geometry = shape(Shape::sphere, {0.06, 0, 0});
+  for (SurfacePair& pair : s.pairs) pair.law = law(true, 5e4, 0.7);
+  return s;
+}
+
+ContactScene sliding_balls(double stiction_displacement) {
+  ModelBuilder builder;
+  for (const char* name : {"first", "second", "third"}) builder.add(free_body(name, 0.5, {5e-4, 5e-4, 5e-4}));
+  ContactScene s{builder.build(), {}, {}, {}};
+  s.state = zero_state(s.model);
+  const auto place = [&](int body, const Vector3d& p, const Twistd& V) {
+    set_root_pose(s.model, body, {Rotationd::identity(), p}, s.state);
+    set_root_twist(s.model, body, V, s.state);
+  };
+  place(0, {0, 0, 0.06}, {{3, 60, 0}, {0.8, 0.3, -0.5}});
+  place(1, {2, 0, 1}, {{0, 0, 40}, {1, 0, 0}});
+  place(2, {2.2, 0, 1}, {{0, 10, 60}, {-0.5, 0, 0}});
+  const Geometry ball = shape(Shape::sphere, {0.05, 0, 0});
+  s.surfaces = {{0, ball}, {1, ball}, {2, ball}, {-1, shape(Shape::none, {}), true}};
+  ContactMaterial m;
+  m.modulus = 2e6, m.dissipation = 0.3, m.static_friction = m.kinetic_friction = 0.2;
+  m.stiction_speed = 0.1, m.stiction_displacement = stiction_displacement;
+  s.pairs = {{0, 3, combine(m, m), 0}, {1, 2, combine(m, m), 1}};
+  return s;
+}
+
 }  // namespace grapnel::testing

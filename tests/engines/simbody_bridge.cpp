@@ -1,29 +1,14 @@
 #include "engines/simbody_bridge.hpp"
 
-#include <Simbody.h>
+#include "engines/simbody_bodies.hpp"
 
 namespace grapnel::testing {
 namespace {
 
 using SimTK::Vec3;
 
-Vec3 vec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
-Vec3 vec3(const std::vector<double>& values, int first) {
-  return {values[first], values[first + 1], values[first + 2]};
-}
 void write(const Vec3& v, std::vector<double>& values, int first) {
   for (int k = 0; k < 3; ++k) values[first + k] = v[k];
-}
-
-SimTK::Body::Rigid rigid_body(const SimbodyBody& b) {
-  const auto& I = b.inertia;
-  const SimTK::Inertia central(I[0], I[1], I[2], I[3], I[4], I[5]);
-  return SimTK::Body::Rigid(
-      SimTK::MassProperties(b.mass, vec3(b.com), central.shiftFromMassCenter(-vec3(b.com), b.mass)));
-}
-
-SimTK::Rotation rotation_at(const std::vector<double>& q, int first) {
-  return SimTK::Rotation(SimTK::Quaternion(q[first], q[first + 1], q[first + 2], q[first + 3]));
 }
 
 }  // namespace
@@ -41,43 +26,8 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<S
     : parts_(std::make_unique<Parts>()) {
   using SimTK::MobilizedBody;
   using SimTK::Transform;
-  // Used without normalization: a constructor that normalizes would change it.
-  const auto rotation = [](const std::array<double, 9>& r) {
-    return SimTK::Rotation(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
-  };
   parts_->given = std::move(given);
-  for (const SimbodyBody& b : parts_->given) {
-    MobilizedBody& parent =
-        parts_->matter.updMobilizedBody(b.parent < 0 ? SimTK::GroundIndex : parts_->bodies[b.parent]);
-    const Transform X_PF(rotation(b.R_PF), vec3(b.p_PF));
-    const SimTK::Body::Rigid body = rigid_body(b);
-    // A pin rotates about z, a slider moves along x of the joint's frames; both frames are rotated to align with the
-    // axis.
-    const auto along = [&](SimTK::CoordinateAxis axis) {
-      return Transform(SimTK::Rotation(SimTK::UnitVec3(vec3(b.axis)), axis));
-    };
-    switch (b.joint) {
-      case SimbodyJoint::free:
-        parts_->bodies.push_back(MobilizedBody::Free(parent, Transform(), body, Transform()));
-        break;
-      case SimbodyJoint::ball:
-        parts_->bodies.push_back(MobilizedBody::Ball(parent, X_PF, body, Transform()));
-        break;
-      case SimbodyJoint::weld:
-        parts_->bodies.push_back(MobilizedBody::Weld(parent, X_PF, body, Transform()));
-        break;
-      case SimbodyJoint::pin: {
-        const Transform A = along(SimTK::ZAxis);
-        parts_->bodies.push_back(MobilizedBody::Pin(parent, X_PF * A, body, A));
-        break;
-      }
-      case SimbodyJoint::slider: {
-        const Transform A = along(SimTK::XAxis);
-        parts_->bodies.push_back(MobilizedBody::Slider(parent, X_PF * A, body, A));
-        break;
-      }
-    }
-  }
+  parts_->bodies = add_bodies(parts_->given, parts_->matter);
   for (const SimbodyClosure& c : closures) {
     MobilizedBody& a = parts_->matter.updMobilizedBody(parts_->bodies[c.a]);
     MobilizedBody& b = parts_->matter.updMobilizedBody(parts_->bodies[c.b]);
@@ -100,32 +50,7 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<S
 SimbodyBridge::~SimbodyBridge() = default;
 
 void SimbodyBridge::place(const std::vector<double>& q, const std::vector<double>& v) {
-  SimTK::State& state = parts_->state;
-  const SimTK::SimbodyMatterSubsystem& matter = parts_->matter;
-  for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
-    const SimbodyBody& b = parts_->given[i];
-    const SimTK::MobilizedBody& body = matter.getMobilizedBody(parts_->bodies[i]);
-    if (b.joint == SimbodyJoint::weld) continue;
-    if (b.joint == SimbodyJoint::free) {
-      // Simbody: quaternion, position; [angular; linear] in W.
-      const SimTK::Rotation R = rotation_at(q, b.q + 3);
-      SimTK::Vector coordinates(7);
-      for (int k = 0; k < 4; ++k) coordinates[k] = q[b.q + 3 + k];
-      for (int k = 0; k < 3; ++k) coordinates[4 + k] = q[b.q + k];
-      body.setQFromVector(state, coordinates);
-      for (int half = 0; half < 2; ++half) {
-        const Vec3 rate = R * vec3(v, b.v + 3 * half);
-        for (int k = 0; k < 3; ++k) body.setOneU(state, 3 * half + k, rate[k]);
-      }
-    } else if (b.joint == SimbodyJoint::ball) {
-      // Simbody: the angular velocity in the parent's joint frame.
-      const Vec3 rate = rotation_at(q, b.q) * vec3(v, b.v);
-      for (int k = 0; k < 4; ++k) body.setOneQ(state, k, q[b.q + k]);
-      for (int k = 0; k < 3; ++k) body.setOneU(state, k, rate[k]);
-    } else {
-      body.setOneQ(state, 0, q[b.q]), body.setOneU(state, 0, v[b.v]);
-    }
-  }
+  place_bodies(parts_->given, parts_->bodies, parts_->matter, q, v, parts_->state);
 }
 
 std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, const std::vector<double>& v,

@@ -3,16 +3,6 @@
 namespace grapnel::testing {
 namespace {
 
-std::array<double, 3> plain(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-
-std::array<double, 9> plain(const Rotationd& R) {
-  std::array<double, 9> result{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) result[3 * i + j] = R(i, j);
-  }
-  return result;
-}
-
 SimbodyJoint joint(JointType type) {
   switch (type) {
     case JointType::free:
@@ -26,6 +16,18 @@ SimbodyJoint joint(JointType type) {
     default:
       return SimbodyJoint::pin;
   }
+}
+
+}  // namespace
+
+std::array<double, 3> plain(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+std::array<double, 9> plain(const Rotationd& R) {
+  std::array<double, 9> result{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result[3 * i + j] = R(i, j);
+  }
+  return result;
 }
 
 std::vector<SimbodyBody> plain_bodies(const Model& model) {
@@ -47,6 +49,8 @@ std::vector<SimbodyBody> plain_bodies(const Model& model) {
   }
   return bodies;
 }
+
+namespace {
 
 std::vector<SimbodyClosure> plain_closures(std::span<const LoopClosure> closures) {
   std::vector<SimbodyClosure> result;

@@ -9,6 +9,10 @@
 
 namespace grapnel::testing {
 
+std::array<double, 3> plain(const Vector3d& v);
+std::array<double, 9> plain(const Rotationd& R);  // row by row
+std::vector<SimbodyBody> plain_bodies(const Model& model);
+
 class SimbodyEngine {
  public:
   explicit SimbodyEngine(const Model& model, std::span<const LoopClosure> closures = {});
