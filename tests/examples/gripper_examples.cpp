@@ -194,6 +194,21 @@ void expect_a_stopped_spin(const CaptureResult& r) {
   EXPECT_LT(std::abs(r.post_impact_end->targets[0].angular_velocity[2]), 0.05);  // measured 0.0016
 }
 
+// Four grippers in two planes touch the tumbling cube several times and stop most of its tumbling.
+void expect_a_stopped_tumble(const CaptureProblem& p, const CaptureResult& r) {
+  ASSERT_EQ(r.contacts.size(), 4u);
+  double friction_loss = 0;
+  for (const ContactPairReport& hand : r.contacts) {
+    EXPECT_GE(hand.touches, 3) << hand.body_a;  // measured 6, 6, 7 and 6
+    EXPECT_FALSE(hand.beyond_model);
+    friction_loss += hand.friction_loss;
+  }
+  EXPECT_GT(friction_loss, 0.01);
+  const double before = norm(p.targets[0].V_WT.angular);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_GT(std::abs(p.targets[0].V_WT.angular[axis]), 0.3 * before);
+  EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 0.1 * before);  // measured 0.042
+}
+
 // The gripper loses the satellite at its limits and closes again at the boundary of its envelope.
 void expect_a_lost_grasp(const CaptureResult& r) {
   ASSERT_EQ(r.losses.size(), 1u);
@@ -227,6 +242,7 @@ ExampleChecks gripper_checks() {
       {"hard-paddles", expect_bounces},
       {"tendon-gripper", of_result(expect_a_tendon_grip)},
       {"planar-caging", of_result(expect_a_stopped_spin)},
+      {"spatial-caging", expect_a_stopped_tumble},
   };
 }
 
