@@ -9,7 +9,7 @@ const kNames: [keyof Shown, string, string][] = [
   ["trails", "Trails", "Ways of end-effectors and of the targets' centres of mass"],
   ["points", "Grasps", "Grasp points and contact points"],
   ["impulses", "Impulses", "Impulses on the robot at the impact [N s]"],
-  ["forces", "Grasp forces", "Forces of the grasps on the robot [N]"],
+  ["forces", "Forces", "Forces of the grasps on the robot, and of contacts on the second body of each pair [N]"],
   ["momentum", "Momentum", "Linear momentum of robot, targets and all together [N s]"],
   ["mass", "Centre of mass", "Centre of mass of the whole system"],
   ["axes", "Axes", "Axes of base, targets and end-effectors: x red, y green, z blue"],
