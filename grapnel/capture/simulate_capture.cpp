@@ -149,7 +149,8 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
       run.contacts.close(i, run.bodies.system, run.bodies.state, 0);
   }
   if (const std::string overlaps = run.contacts.overlaps(run.bodies.system, run.bodies.state); !overlaps.empty())
-    throw RunFailure("contacts: at the start " + overlaps + "; bodies that may touch must begin apart");
+    throw RunFailure("contacts: at the start " + overlaps +
+                     "; bodies that may touch must begin apart: move them, or leave the pair out of 'contacts'");
   if (!run.problem.approach) return;
   if (chosen && !chosen->failure.empty()) {
     run.result.plan = chosen->closest;

@@ -32,6 +32,7 @@ struct Described<MaterialSetup> {
           "stiffness", "N/m",
           "Linear stiffness of a contact, in place of `youngs_modulus`. With `contacts.materials` that of one surface.")
           .above(0)
+          .at_most(1e12)
           .optional(),
       found<[](T& t) -> double& { return t.surface.modulus; }>(
           "youngs_modulus", "Pa", "Young's modulus: elasticity by Hertz and by pressure fields. Needs `poisson_ratio`.")

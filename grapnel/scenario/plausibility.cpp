@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "grapnel/problem/contact_pairs.hpp"
 #include "grapnel/problem/problem_clearance.hpp"
 #include "grapnel/problem/target_motion.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -403,13 +404,14 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
 }
 
 void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList& faults) {
+  const CaptureSystem system = make_capture_system(problem);
+  State state = initial_servicer_state(problem, system);
   CaptureProblem watched = problem;
   watched.clearance.enabled = true;
-  const CaptureSystem system = make_capture_system(watched);
-  State state = initial_servicer_state(watched, system);
+  watched.contacts.clear();  // pairs that may touch are watched too
   const ClearanceModel clearance = make_clearance_model(watched, system);
   if (clearance.pairs().empty() || !start_is_cheap(problem)) return;
-  const TargetPlan targets = plan_targets(watched);
+  const TargetPlan targets = plan_targets(problem);
   for (std::size_t t = 0; t < watched.targets.size(); ++t) {
     set_root_pose(system.model, system.model.frames()[system.target_frames[t]].body, targets.start[t].X_WT, state);
   }
@@ -426,12 +428,60 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
     if (!(distance < -kTouching)) continue;
     overlaps.add({clearance.pairs()[p].body_a, clearance.pairs()[p].body_b, -distance});
   }
+  const std::vector<ContactPair> touching = contact_pairs(problem, system);
+  const auto may_touch = [&](const StartOverlaps::Overlap& overlap) {
+    return std::any_of(touching.begin(), touching.end(), [&](const ContactPair& pair) {
+      const int a = body_named(system, pair.a), b = body_named(system, pair.b);
+      return std::minmax(a, b) == std::minmax(overlap.body_a, overlap.body_b);
+    });
+  };
   for (const StartOverlaps::Overlap& overlap : overlaps.all()) {
     // A target follows the robot in the model: it is the more likely cause.
     faults.warn(place_of_body(scenario, system, overlap.body_b),
-                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes",
-                            shown_body(system, overlap.body_a), shown_body(system, overlap.body_b), overlap.depth));
+                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes{}",
+                            shown_body(system, overlap.body_a), shown_body(system, overlap.body_b), overlap.depth,
+                            may_touch(overlap) ? "; 'contacts' lets them touch, so that the run will fail: move one of "
+                                                 "them, or leave the pair out of 'contacts'"
+                                               : ""));
   }
+}
+
+namespace {
+
+// The angular frequency of two bodies on the spring of their contact; obstacles and held bases are immovable.
+double contact_frequency(const CaptureSystem& system, const ContactPair& pair) {
+  const auto inverse_mass = [&](const BodyName& name) {
+    const int body = body_named(system, name);  // -1: an obstacle
+    const double mass = body < 0 ? 0 : system.model.bodies()[static_cast<std::size_t>(body)].description.mass;
+    return mass > 0 ? 1 / mass : 0;
+  };
+  return pair.law.hertz ? 0 : std::sqrt(pair.law.elastic * (inverse_mass(pair.a) + inverse_mass(pair.b)));
+}
+
+}  // namespace
+
+void doubt_contact_stiffness(const CaptureProblem& problem, const Node& scenario, FaultList& faults) {
+  if (problem.contacts.empty() || problem.integration.method != IntegrationSetup::Method::adaptive_8) return;
+  constexpr double kStable = 6.1;          // largest step times angular frequency of adaptive_8, about
+  constexpr double kStepsPerSecond = 1e4;  // of a run with contacts, about
+  const CaptureSystem system = make_capture_system(problem);
+  const double duration = problem.post_impact.total_duration() + (problem.approach ? problem.approach->duration : 0);
+  const ContactPair* fastest = nullptr;
+  double frequency = 0;
+  const std::vector<ContactPair> pairs = contact_pairs(problem, system);
+  for (const ContactPair& pair : pairs) {
+    const double of_pair = contact_frequency(system, pair);
+    if (of_pair > frequency) frequency = of_pair, fastest = &pair;
+  }
+  const double steps = frequency * duration / kStable, most = static_cast<double>(problem.integration.max_steps);
+  if (!(steps > most)) return;
+  faults.warn(part(scenario, "contacts").mark,
+              fmt::format("contact of '{}' and '{}' with {:.3g} N/m vibrates with {:.3g} Hz; where it lasts for all of "
+                          "the {:.3g} s, the integrator needs about {:.2g} steps and {:.2g} h, and "
+                          "integration.max_steps is {:.2g}; use a stiffness of at most {:.2g} N/m",
+                          contact_name(problem, fastest->a), contact_name(problem, fastest->b), fastest->law.elastic,
+                          frequency / (2 * kPi), duration, steps, steps / kStepsPerSecond / 3600, most,
+                          fastest->law.elastic * most * most / (steps * steps)));
 }
 
 }  // namespace grapnel

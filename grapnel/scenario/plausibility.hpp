@@ -60,4 +60,8 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
 /// std::invalid_argument if no system can be built from it.
 void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList& faults);
 
+/// Contacts between shapes so stiff that an explicit method would need more than integration.max_steps while they last,
+/// with an estimate of the steps and of the time. Conditions as for doubt_start().
+void doubt_contact_stiffness(const CaptureProblem& problem, const Node& scenario, FaultList& faults);
+
 }  // namespace grapnel

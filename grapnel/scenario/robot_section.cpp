@@ -247,8 +247,10 @@ struct Described<CouplingTerm> {
   using T = CouplingTerm;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::joint>("joint", "", "Name of the joint that it follows.").required(),
-      field<&T::ratio>("ratio", "1, or m/rad, rad/m between a sliding and a turning joint",
-                       "Change of the joint per change of that joint; not zero."),
+      field<&T::ratio>(
+          "ratio", "1",
+          "Change of the joint per change of that joint, not zero; in m/rad or rad/m between a sliding and "
+          "a turning joint, as a number without unit."),
       field<&T::offset>("offset", "rad or m", "Value of the joint where that joint is zero."),
   });
   static constexpr Type type = structure<T>(

@@ -179,6 +179,7 @@ class Loader {
       for (const Fault& warning : robot_faults_.warnings()) faults_.warn(warning);
       try {
         doubt_start(problem, *scenario, faults_);
+        doubt_contact_stiffness(problem, *scenario, faults_);
       } catch (const std::invalid_argument& error) {
         faults_.add(scenario->mark, error.what());
       }

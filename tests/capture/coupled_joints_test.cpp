@@ -351,6 +351,10 @@ TEST(CoupledJointFaults, HaveTheirPlaces) {
               ElementsAre(AllOf(HasSubstr("initial.joints"), HasSubstr("makes it 0.005 (violated by -0.005)")),
                           HasSubstr("move.joints: joint 'right' is 0.06, but")));
   EXPECT_THAT(gripper_faults(", mimic: {joint: left, offset: 5 deg}"), ElementsAre(HasSubstr("expected a length")));
+  EXPECT_THAT(gripper_faults(", mimic: {joint: left, ratio: 2 mm}"),
+              ElementsAre(HasSubstr("mimic.ratio must be a number without unit, not '2 mm'")));
+  EXPECT_THAT(gripper_faults(", mimic: {ratio: 2}"),
+              ElementsAre(HasSubstr("missing key 'joint' in robot.links[1].joint.mimic")));
   EXPECT_THAT(gripper_faults(", mimic: [{joint: left, ratio: 2}, {joint: left, ratio: -1}]"),
               ElementsAre(HasSubstr("names joint 'left' twice")));
   EXPECT_THAT(gripper_faults(", mimic: {joint: left}, motor: {no_load_rate: 1}"), ElementsAre(HasSubstr("motor")));

@@ -212,7 +212,8 @@ const std::vector<Case> kCases{
      {"scenario.yaml:38:55: error: materials[1].poisson_ratio is 0.6, must be greater than -1 and at most 0.5"}},
     {"negative_stiffness",
      touching(kRule, "{name: rim, stiffness: -1}"),
-     {"scenario.yaml:38:28: error: materials[1].stiffness is -1, must be greater than 0 [N/m]"}},
+     {"scenario.yaml:38:28: error: materials[1].stiffness is -1, must be greater than 0 and at most 1000000000000 "
+      "[N/m]"}},
     {"restitution_and_dissipation",
      touching(kRule, "{name: rim, stiffness: 1, restitution: 0.5, dissipation: 1}"),
      {"scenario.yaml:38:49: error: materials[1] has both 'restitution' and 'dissipation', only one is allowed"}},

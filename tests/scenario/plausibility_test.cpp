@@ -326,6 +326,34 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
               IsEmpty());
 }
 
+// Clearance does not watch pairs that may touch, but they must be apart at the start.
+TEST(Warnings, BodiesThatMayTouchAndOverlapAtTheStart) {
+  const std::vector<Edit> there{{"base: {mass: 100, inertia: [10, 10, 10]}",
+                                 "base: {mass: 100, inertia: [10, 10, 10], geometry: {shape: box, size: [1, 1, 1]}}"},
+                                with_shape("{shape: sphere, radius: 0.5}"),
+                                {"position: [2, 0, 0]", "position: [0.9, 0, 0]"},
+                                with_top("materials: [{name: pad, stiffness: 1e4}]\n"
+                                         "contacts: {pairs: [[base, ball]], material: pad}")};
+  EXPECT_THAT(warnings_with(there),
+              ElementsAre(HasSubstr("'base' and target 'ball' overlap by 0.1 m at t = 0, by their shapes; 'contacts' "
+                                    "lets them touch, so that the run will fail: move one of them")));
+}
+
+TEST(Warnings, ContactsThatNeedTooManySteps) {
+  const auto with = [](const std::string& stiffness, const std::string& integration) {
+    return warnings_with({{"base: {mass: 100, inertia: [10, 10, 10]}",
+                           "base: {mass: 100, inertia: [10, 10, 10], geometry: {shape: box, size: [1, 1, 1]}}"},
+                          with_shape("{shape: sphere, radius: 0.5}"),
+                          with_top("integration: {" + integration + "}\nmaterials: [{name: pad, stiffness: " +
+                                   stiffness + "}]\ncontacts: {pairs: [[base, ball]], material: pad}")});
+  };
+  EXPECT_THAT(with("1e11", "method: adaptive_8, max_steps: 100000"),
+              ElementsAre(AllOf(HasSubstr("contact of 'base' and 'ball' with 1e+11 N/m vibrates with"),
+                                HasSubstr("integration.max_steps is 1e+05; use a stiffness of at most"))));
+  EXPECT_THAT(with("1e4", "method: adaptive_8, max_steps: 100000"), IsEmpty());
+  EXPECT_THAT(with("1e11", "method: rk4"), IsEmpty());
+}
+
 TEST(Warnings, OfOverridesNameThem) {
   EXPECT_THAT(warnings_of(kSmallScenario, {{"initial.joints.elbow", "90"}}),
               ElementsAre(HasSubstr("--set initial.joints.elbow=90: warning: initial.joints.elbow is 90 rad")));
