@@ -1,4 +1,4 @@
-/// Motions with contact against closed forms: a spinning top, and two balls with friction.
+/// Motions and forces of contacts against closed forms: a spinning top, two balls with friction, a clamp with a wedge.
 
 #include <gtest/gtest.h>
 
@@ -11,10 +11,11 @@ namespace grapnel::testing {
 namespace contact_closed_forms_test {
 
 constexpr double kGravity = 10;
+const Symmetric3d kUnit = Symmetric3d::diagonal(1, 1, 1);
 
-ContactLaw linear_law(double stiffness, double friction = 0, double stiction_displacement = 1e-4) {
+ContactLaw linear_law(double stiffness, double friction = 0, double stiction_displacement = 1e-4, double damping = 0) {
   ContactMaterial m;
-  m.stiffness = 2 * stiffness;
+  m.stiffness = 2 * stiffness, m.damping = 2 * damping;
   m.static_friction = m.kinetic_friction = friction, m.stiction_displacement = stiction_displacement;
   return combine(m, m);
 }
@@ -66,6 +67,83 @@ TEST(ContactClosedForms, BallsThatStrikeEachOtherObliquelyExchangeCoulombsImpuls
   const double turn = friction * part * 2.5 / radius;
   EXPECT_NEAR(std::abs(a.angular[2]), turn, 2e-3 * turn);
   EXPECT_NEAR(a.angular[2], b.angular[2], 1e-6);
+}
+
+// ---- A jaw with a wedge surface closes on a flange ----
+
+constexpr double kStiffness = 2e4, kRadius = 0.05, kClosing = 50;
+
+// The jaw slides along x and is pulled towards -x; its surface is inclined by `angle` to this direction, and presses
+// the round edge of a flange, which slides along z, on its seat, the floor.
+struct Clamp {
+  Clamp(double angle, double friction)
+      : s({ground(), slide("jaw", {1, 0, 0}, angle), slide("flange", {0, 0, 1}, angle)}) {
+    Geometry wedge = hard_shape(Geometry::Shape::box, {0.4, 0.4, 0.1});
+    const Vector3d normal{-std::sin(angle), 0, -std::cos(angle)};  // of the surface, towards the flange
+    wedge.X_BG = {rotation_about({0, 1, 0}, std::numbers::pi + angle),
+                  Vector3d{0, 0, kRadius} - (kRadius + 0.05) * normal};
+    Geometry edge = sphere_of(kRadius);
+    edge.X_BG.p = {0, 0, kRadius};
+    s.shape(1, wedge), s.shape(2, edge);
+    s.pair(2, 1, linear_law(kStiffness, friction, 3e-6, 50)), s.pair(2, -1, linear_law(kStiffness, 0, 1e-4, 50));
+  }
+  static BodyDescription ground() { return hard_body("ground", 1, kUnit, JointType::fixed); }
+  // Dampers of the joints bring both to rest without overshoot, which would reverse friction; springs are negligible.
+  static BodyDescription slide(const std::string& name, const Vector3d& axis, double angle) {
+    BodyDescription d = hard_body(name, 1, kUnit, JointType::prismatic, "ground");
+    d.joint.axis = axis, d.joint.spring = JointSpring{1e-6, 4 * std::sqrt(kStiffness) * std::tan(angle), 0, 0};
+    return d;
+  }
+
+  // Force on the seat at rest, after the closing force has acted for 10 s, and then for `open` seconds without it.
+  double seat_force(double open = 0) {
+    ExternalLoad pull;
+    pull.body = 1, pull.amplitude.linear = {-kClosing, 0, 0}, pull.profile.end = 10;
+    s.setup.loads = {pull};
+    const PhaseOutcome end = s.run(10 + open);
+    EXPECT_TRUE(end.finished) << end.failure;
+    speed = norm(s.twist(end.end_state, 1).linear);
+    return -kStiffness * s.position(end.end_state, 2)[2];
+  }
+
+  HardScene s;
+  double speed = 0;  // of the jaw at the end [m/s]
+};
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+TEST(ContactClosedForms, AWedgeWithoutFrictionMultipliesTheClosingForce) {
+  for (const double degrees : {10.0, 20.0, 30.0, 45.0, 60.0}) {
+    Clamp clamp(degrees * kDegree, 0);
+    const double expected = kClosing / std::tan(degrees * kDegree);
+    EXPECT_NEAR(clamp.seat_force(), expected, 1e-8 * expected) << degrees;
+    EXPECT_LT(clamp.speed, 1e-9) << degrees;
+  }
+}
+
+// F / tan(angle + friction angle).
+TEST(ContactClosedForms, FrictionReducesTheForceOfAWedge) {
+  for (const double degrees : {10.0, 20.0, 30.0, 45.0}) {
+    for (const double friction : {0.1, 0.4}) {
+      Clamp clamp(degrees * kDegree, friction);
+      const double expected = kClosing / std::tan(degrees * kDegree + std::atan(friction));
+      EXPECT_NEAR(clamp.seat_force(), expected, 1e-3 * expected) << degrees << " " << friction;
+    }
+  }
+}
+
+// Without closing force a wedge of less than the friction angle remains closed. Contact sticks, so the force on the
+// seat follows from its elasticity and that of the wedge; a wider wedge is expelled.
+TEST(ContactClosedForms, AWedgeLocksItselfBelowTheFrictionAngle) {
+  const double friction = 0.4, angle = 10 * kDegree, c = std::cos(angle), s = std::sin(angle);
+  const double normal = kClosing / (s + friction * c), closed = normal * (c - friction * s);
+  const double retreat = (normal / c - closed) / (kStiffness * (c / s + 1 / (s * c)));
+  Clamp locked(angle, friction);
+  EXPECT_NEAR(locked.seat_force(10), closed + kStiffness * retreat * c / s, 1e-2 * closed);
+  EXPECT_LT(locked.speed, 1e-9);
+
+  Clamp opened(30 * kDegree, friction);
+  EXPECT_LT(std::abs(opened.seat_force(10)), 1e-3 * kClosing);
 }
 
 }  // namespace contact_closed_forms_test
