@@ -236,8 +236,8 @@ struct LoopSolver::Implementation {
         for (int i = 0; i < count; ++i) sum += x[i] * x[i];
         return std::sqrt(sum);
       };
-      largest.raise({size(e + path.angular_count, 3), size(e, path.angular_count), size(slip + path.angular_count, 3),
-                     size(slip, path.angular_count)});
+      largest.raise({size(e + path.angular_count, path.linear_count()), size(e, path.angular_count),
+                     size(slip + path.angular_count, path.linear_count()), size(slip, path.angular_count)});
     }
     for (const CouplingPath& coupling : couplings) {
       const double position = std::abs(coupling_position(coupling, q)), rate = std::abs(coupling_motion(coupling, v));
@@ -354,7 +354,8 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
       Wrenchd F = Wrenchd::zero();
       for (int r = 0; r < path.angular_count; ++r)
         F.angular += basis(path.first_row + r, column) * path.angular_rows[r];
-      for (int r = 0; r < 3; ++r) F.linear[r] = basis(path.first_row + path.angular_count + r, column);
+      for (int r = 0; r < path.linear_count(); ++r)
+        F.linear[r] = basis(path.first_row + path.angular_count + r, column);
       climb(path.from_a, shift(path.X_aC.R * F, -path.X_aC.p));
       climb(path.from_b, shift(s.places[k].X_bC.R * (-1.0 * F), -s.places[k].X_bC.p));
     }

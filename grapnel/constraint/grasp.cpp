@@ -7,13 +7,13 @@
 
 namespace grapnel {
 
-// Grasp => rows of a twist [angular; linear] in W that it prevents: the three translations, and for `rigid` all
-// rotations, for `hinge` two normal to its axis.
+// Grasp => rows of a twist [angular; linear] in W that it prevents: the three translations, except for `orientation`,
+// and for `rigid` and `orientation` all rotations, for `hinge` two normal to its axis.
 Eigen::MatrixXd constrained_directions(const Grasp& grasp) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(row_count(grasp.model), 6);
-  const int linear_row = row_count(grasp.model) - 3;
-  for (int k = 0; k < 3; ++k) A(linear_row + k, 3 + k) = 1;
-  if (grasp.model == GraspModel::rigid) {
+  const int linear = linear_row_count(grasp.model), first = row_count(grasp.model) - linear;
+  for (int k = 0; k < linear; ++k) A(first + k, 3 + k) = 1;
+  if (grasp.model == GraspModel::rigid || grasp.model == GraspModel::orientation) {
     for (int k = 0; k < 3; ++k) A(k, k) = 1;
   } else if (grasp.model == GraspModel::hinge) {
     // Two directions normal to the axis.

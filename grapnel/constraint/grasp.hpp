@@ -15,6 +15,8 @@ namespace grapnel {
 constexpr int row_count(GraspModel model) {
   return model == GraspModel::rigid ? 6 : model == GraspModel::hinge ? 5 : 3;
 }
+/// Those of them that constrain translations; they follow the angular ones.
+constexpr int linear_row_count(GraspModel model) { return model == GraspModel::orientation ? 0 : 3; }
 
 /// A grasp between two bodies at one common point.
 struct Grasp {

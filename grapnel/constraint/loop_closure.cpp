@@ -14,9 +14,11 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
   const Twistd V_D = shift(kinematics.V_WB[closure.body_b], X_WC.p - kinematics.X_WB[closure.body_b].p);
   const Vector3d w = V_D.angular - V_C.angular;
   ClosureDefect defect;
-  defect.position = norm(X_WD.p - X_WC.p);
-  defect.velocity = norm(V_D.linear - V_C.linear);
-  if (closure.model == GraspModel::rigid) {
+  if (closure.model != GraspModel::orientation) {
+    defect.position = norm(X_WD.p - X_WC.p);
+    defect.velocity = norm(V_D.linear - V_C.linear);
+  }
+  if (closure.model == GraspModel::rigid || closure.model == GraspModel::orientation) {
     defect.angle = rotation_angle(transpose(X_WC.R) * X_WD.R);
     defect.angular_velocity = norm(w);
   } else if (closure.model == GraspModel::hinge) {
@@ -52,7 +54,7 @@ int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]) {
   const bool hinge = closure.model == GraspModel::hinge;
   const Rotationd R = hinge ? rotation_between({0, 0, 1}, closure.hinge_C) : Rotationd::identity();
   for (int k = 0; k < 3; ++k) axes[k] = R.column(k);
-  return row_count(closure.model) - 3;
+  return row_count(closure.model) - linear_row_count(closure.model);
 }
 
 Wrenchd closure_wrench(const LoopClosure& closure, std::span<const double> rows) {
@@ -60,7 +62,7 @@ Wrenchd closure_wrench(const LoopClosure& closure, std::span<const double> rows)
   const int turns = forbidden_turns(closure, axes);
   Wrenchd F = Wrenchd::zero();
   for (int r = 0; r < turns; ++r) F.angular += rows[r] * axes[r];
-  for (int r = 0; r < 3; ++r) F.linear[r] = rows[turns + r];
+  for (int r = 0; r < linear_row_count(closure.model); ++r) F.linear[r] = rows[turns + r];
   return F;
 }
 

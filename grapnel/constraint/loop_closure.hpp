@@ -40,7 +40,7 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
 /// Defect of a model's couplings (Model::couplings()) in a state: position or angle by the dependent joint.
 ClosureDefect coupling_defects(const Model& model, const State& state);
 
-/// Constrained rotation axes, in C: the angular rows. Returns their number: 3, 2 normals of a hinge, or 0.
+/// Constrained rotation axes, in C: the angular rows. Returns their number: 3, 2 normals of a hinge, or 0 for a point.
 int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]);
 
 /// The wrench on body a at C, in C's axes, due to multipliers or impulses of one closure's rows.

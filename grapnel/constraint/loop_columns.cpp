@@ -198,7 +198,7 @@ void LoopColumns::add_closure(const LoopPath& path, int& slot) {
   for (int r = 0; r < path.angular_count; ++r) {
     for (int k = 0; k < 3; ++k) sequence.unit[k].r[r] = path.angular_rows[r][k];
   }
-  for (int k = 0; k < 3; ++k) sequence.unit[3 + k].r[path.angular_count + k] = 1;
+  for (int k = 0; k < path.linear_count(); ++k) sequence.unit[3 + k].r[path.angular_count + k] = 1;
   for (int link : path.from_a) add(link);
   sequence.end_a = static_cast<int>(steps_.size());
   for (int link : path.from_b) add(link);

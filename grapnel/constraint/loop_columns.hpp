@@ -30,7 +30,7 @@ namespace grapnel {
 // outputs only.
 
 /// See the file comment. Row r of a closure is the direction angular_rows[r] for the first `angular_count` rows and the
-/// axis r - angular_count of C for the three linear ones that follow.
+/// axis r - angular_count of C for the linear ones that follow: three, or none.
 struct LoopPath {
   int link_a = 0, link_b = 0;
   Posed X_aC = Posed::identity();   // in link a's frame
@@ -47,6 +47,7 @@ struct LoopPath {
   double angular_scale = 1, linear_scale = 1;
 
   bool one_tree() const { return root_a == root_b; }
+  int linear_count() const { return rows - angular_count; }
   double scale(int row) const { return row < angular_count ? angular_scale : linear_scale; }
 };
 
@@ -112,7 +113,7 @@ SpatialVector<kKind> relative_motion(const LoopPath& path, const LoopPlace& plac
 template <SpatialKind kKind>
 void take_rows(const LoopPath& path, const SpatialVector<kKind>& relative, std::span<double> rows) {
   for (int r = 0; r < path.angular_count; ++r) rows[r] = dot(path.angular_rows[r], relative.angular);
-  for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = relative.linear[r];
+  for (int r = 0; r < path.linear_count(); ++r) rows[path.angular_count + r] = relative.linear[r];
 }
 
 /// Position defect as rows of C minus D. Its rate equals the rows of the relative twist in the limit of zero defect.

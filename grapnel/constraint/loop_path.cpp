@@ -187,7 +187,7 @@ Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(pla
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
   const Posed X_CD = pose_CD(path, place);
   Vector3d turn;  // of D relative to C; the full angle, since the sine vanishes at half a turn as well
-  if (path.model == GraspModel::rigid) {
+  if (path.model == GraspModel::rigid || path.model == GraspModel::orientation) {
     turn = rotation_vector(X_CD.R);
   } else if (path.model == GraspModel::hinge) {
     const Vector3d axis = X_CD.R * path.hinge_C;
@@ -202,7 +202,7 @@ void position_rows(const LoopPath& path, const LoopPlace& place, std::span<doubl
     turn = Vector3d::zero();
   }
   for (int r = 0; r < path.angular_count; ++r) rows[r] = -dot(path.angular_rows[r], turn);
-  for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = -X_CD.p[r];
+  for (int r = 0; r < path.linear_count(); ++r) rows[path.angular_count + r] = -X_CD.p[r];
 }
 
 }  // namespace grapnel
