@@ -15,6 +15,7 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   setup.loads = loads_on(system, problem.loads);
   if (problem.orbit) setup.orbit = reference_orbit(*problem.orbit);
   if (problem.integration.loops != IntegrationSetup::Loops::open) setup.closures = system.closures;
+  for (const SlippingGrasp& slipping : system.slips) setup.slips.push_back(slipping.slip);
   setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
   if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
     setup.loop_feedback = 1 / problem.integration.baumgarte_time;
@@ -211,7 +212,8 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   PhaseSetup setup = common_setup(problem, system, base, start);
   if (setup.attitude && control.attitude) setup.attitude->R_WD = *control.attitude;
   // A base held during the approach is released at the first grasp.
-  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grasps.empty();
+  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grasps.empty() &&
+                    system.slips.empty();
   setup.held_root = held ? system.base : -1;
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
                                                   : post && post->joints == PostImpactSetup::Joints::controller;

@@ -417,12 +417,12 @@ class Builder {
     hold_columns(e);
   }
 
-  // Load and losses of a grasp with limits.
+  // Load, slips and losses of a grasp with limits.
   void hold_columns(const std::string& e) {
     const auto grasp = std::ranges::find(problem_.grasps, e, &GraspSetup::end_effector);
     if (grasp == problem_.grasps.end() || !grasp->holds) return;
     const std::string name = "grasps/" + e + "/";
-    add(name + "load_used", "1", "largest load over the limits of `holds`; at 1 the grasp opens",
+    add(name + "load_used", "1", "largest load over the limits of `holds`; at 1 the grasp opens or slips",
         [e](const StudyCase&, const CaptureResult& r) {
           for (const GraspOutcome& one : r.grasps) {
             if (one.end_effector == e && one.largest_load) return *one.largest_load;
@@ -437,6 +437,30 @@ class Builder {
     add(name + "losses", "1", "number of losses under load", [e](const StudyCase&, const CaptureResult& r) {
       return static_cast<double>(std::ranges::count(r.losses, e, &LossReport::end_effector));
     });
+    if (grasp->holds->slips()) slip_columns(e);
+  }
+
+  // Sums over the slips of a grasp.
+  void slip_columns(const std::string& e) {
+    const auto sum = [e](double SlipReport::*part) {
+      return [e, part](const StudyCase&, const CaptureResult& r) {
+        double total = 0;
+        for (const SlipReport& slip : r.slips) total += slip.end_effector == e ? slip.*part : 0;
+        return total;
+      };
+    };
+    const std::string name = "grasps/" + e + "/slip";
+    add(name + "s", "1", "number of slips", [e](const StudyCase&, const CaptureResult& r) {
+      return static_cast<double>(std::ranges::count(r.slips, e, &SlipReport::end_effector));
+    });
+    add(name + "_time", "s", "onset of the first slip; NaN: it did not slip",
+        [e](const StudyCase&, const CaptureResult& r) {
+          const auto slip = std::ranges::find(r.slips, e, &SlipReport::end_effector);
+          return slip == r.slips.end() ? NAN : slip->time;
+        });
+    add(name + "_distance", "m", "path of the gripper relative to the target in all slips", sum(&SlipReport::distance));
+    add(name + "_angle", "rad", "the same for its rotation", sum(&SlipReport::angle));
+    add(name + "_energy", "J", "energy dissipated in all slips", sum(&SlipReport::energy));
   }
 
   // Used share of each tolerance of the envelope.

@@ -177,6 +177,22 @@ std::vector<HeldRate> RunJoints::driven_rates(const RunBodies& bodies) const {
   return held;
 }
 
+std::vector<HeldRate> RunJoints::prescribed_rates(const RunBodies& bodies) const {
+  std::vector<HeldRate> rates = coupling_rates(bodies.free.model);
+  for (std::size_t j = 0; j < size(); ++j) {
+    const Body& body = joint_body(bodies.free, j);
+    const bool settled = !approaching() || is_settled(j);
+    const JointControl control = !settled               ? problem_.approach->tracking.mode
+                                 : problem_.post_impact ? control_of(problem_.post_impact->joints)
+                                                        : JointControl::free;
+    const bool pulled =
+        problem_.post_impact && is_pulled(problem_.robot, *problem_.post_impact, body.description.joint.name);
+    if (follows_others(body) || pulled || output_of(control) != ControlOutput::motion) continue;
+    rates.push_back({body.v, bodies.state.v[body.v]});
+  }
+  return rates;
+}
+
 // Bodies => held rates of an impact in the free system (docs/theory, section 7): couplings and fast modes first, then
 // joints that follow their reference exactly, springs that count as rigid, and other joints by impact.joints (current
 // rate, or zero if braked); dependent joints have no drive. None under impedance.
@@ -263,15 +279,17 @@ std::string CaptureRun::next_name(const std::string& phase) {
 }
 
 void CaptureRun::to_free() {
-  if (bodies.system.grasps.empty()) return;
+  if (bodies.system.grasps.empty() && bodies.system.slips.empty()) return;
   bodies.state = take_apart(bodies.free, bodies.system, bodies.state);
   bodies.system = bodies.free;
   monitor.set_system(bodies.system);
 }
 
 void CaptureRun::to_joined() {
-  if (bodies.held.empty()) return;
-  CapturedSystem joined = join_targets(bodies.free, bodies.state, bodies.held);
+  if (bodies.held.empty() && bodies.slips.empty()) return;
+  std::vector<SlippingGrasp> slips;
+  for (const RunSlip& slip : bodies.slips) slips.push_back(slip.grasp);
+  CapturedSystem joined = join_targets(bodies.free, bodies.state, bodies.held, slips);
   bodies.system = std::move(joined.system);
   bodies.state = std::move(joined.state);
   monitor.set_system(bodies.system);

@@ -63,6 +63,14 @@ class GraspSchedule {
   /// Revokes the decision: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
+  /// The grasp begins to slip at `time`. @throws RunFailure if it has slipped too often.
+  void slip(std::size_t grasp, double time);
+  /// A grasp that slips: its displacement since it closed.
+  void note_slip(std::size_t grasp, double distance, double angle);
+  /// It no longer slips.
+  void stick(std::size_t grasp) { outcomes_[grasp]->slips = false; }
+  /// The grasp slipped too far, and opened.
+  void lose_by_slip(std::size_t grasp, double time);
   /// The grasp opened at load.time under this load. @throws RunFailure if it has closed and opened too often.
   void lose(const HoldLoad& load, bool in_impact);
   /// Raises the largest load of the grasp.
@@ -91,9 +99,17 @@ class GraspSchedule {
 
   const CaptureProblem& problem_;
   std::vector<std::optional<GraspOutcome>> outcomes_;  // per grasp, once decided: of its last closing
+  std::vector<long> slips_;                            // per grasp, how often it slipped
   std::vector<double> open_since_;                     // per grasp that is open and decided on [s]
   std::vector<bool> departed_;                         // per such grasp, whether it has been outside its envelope since
   std::optional<double> first_time_;                   // of a decision
+};
+
+/// A grasp that slips.
+struct RunSlip {
+  SlippingGrasp grasp;     // in the free system's bodies
+  bool moved = false;      // HoldWatch::moved()
+  std::size_t report = 0;  // in CaptureResult::slips
 };
 
 /// Servicer and targets: their state, and the grasps that hold.
@@ -103,6 +119,7 @@ struct RunBodies {
   const CaptureSystem free;     // all targets free
   CaptureSystem system;         // current system: held targets hang on the arms that hold them
   std::vector<HeldGrasp> held;  // grasps that currently hold, in the free system's bodies
+  std::vector<RunSlip> slips;   // grasps that currently slip, likewise
   State state;                  // of `system`
   double time = 0;              // [s]
 };
@@ -155,6 +172,8 @@ class RunJoints {
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
   std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
+  /// The rates of all joints that move as prescribed now, and those of couplings. In the free system.
+  std::vector<HeldRate> prescribed_rates(const RunBodies& bodies) const;
   /// The same, and the held rates from impact.joints and impact.modes.
   std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
 
@@ -177,6 +196,15 @@ class RunJoints {
 
 /// The body that a joint of the robot carries.
 const Body& joint_body(const CaptureSystem& system, std::size_t joint);
+
+/// Events of grasps at the end of a motion segment.
+struct GraspOverloads {
+  std::vector<HoldLoad> reached;         // loads at the limits of grasps that hold
+  std::vector<std::size_t> at_rest;      // in RunBodies::slips: they stick again
+  std::vector<std::size_t> slipped_out;  // likewise: they have slipped too far
+
+  bool any() const { return !reached.empty() || !at_rest.empty() || !slipped_out.empty(); }
+};
 
 struct CaptureRun {
   /// `the_problem` is given in the frame of the computation. @throws CaptureProblemError, ModelError.
@@ -218,7 +246,7 @@ struct CaptureRun {
   const std::shared_ptr<SensorRun> sensors;  // null: no sensors
   RunMonitor monitor;
   bool rebounded = false;                   // something has rebounded
-  std::vector<HoldLoad> overloads;          // of grasps that reached their limits at the current instant
+  GraspOverloads overloads;                 // at the current instant
   bool condition_met = false;               // the end condition of the current phase holds
   std::vector<std::string> unstable_gains;  // of the approach, as text
 

@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <utility>
 
 #include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/capture/grasp_slips.hpp"
 #include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
@@ -70,6 +72,8 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const CaptureSystem& free = run.bodies.free;
   std::vector<bool> held(problem.targets.size(), false);
   for (const HeldGrasp& each : run.bodies.held) held[target_index(problem, problem.grasps[each.grasp].target)] = true;
+  for (const RunSlip& each : run.bodies.slips)
+    held[target_index(problem, problem.grasps[each.grasp.grasp].target)] = true;
   const Contact fresh = make_contact(run.with_grasps(closing), free, run.bodies.state, held);
   if (!fresh.refused.empty()) {
     run.schedule.refuse(closing, "contact refused: " + fresh.refused);
@@ -453,11 +457,19 @@ bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
   return true;
 }
 
-// Loads at the limits => their grasps open; law and joints settle if the law's grasps are lost.
+// Loads at the limits, ends of slips => their grasps open, slip or hold again; law and joints settle if the law's
+// grasps no longer hold.
 void open_overloaded_grasps(CaptureRun& run) {
-  if (run.overloads.empty()) return;
+  if (!run.overloads.any()) return;
+  const GraspOverloads overloads = std::exchange(run.overloads, {});
+  const auto slips = [&](const HoldLoad& load) { return run.problem.grasps[load.grasp].holds->slips(); };
+  std::vector<HoldLoad> slipping, lost;
+  std::ranges::copy_if(overloads.reached, std::back_inserter(slipping), slips);
+  std::ranges::copy_if(overloads.reached, std::back_inserter(lost), std::not_fn(slips));
   run.to_free();
-  lose_grasps(run, std::exchange(run.overloads, {}), false);
+  end_slips(run, overloads);
+  begin_slips(run, slipping);
+  lose_grasps(run, lost, false);
   run.to_joined();
   if (run.law.ends_by_release(run.bodies.system, run.bodies.time) && !run.joints.approaching())
     run.joints.settle_all(run.bodies);
@@ -485,6 +497,7 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
       run.schedule.release(each.grasp, now);
       return true;
     });
+    release_slips(run, release, report);
     run.to_joined();
     if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
     if (run.law.ends_by_release(run.bodies.system, now)) run.joints.settle_all(run.bodies);

@@ -17,7 +17,8 @@ bool close_due_grasps(CaptureRun& run, const MotionPhase& phase);
 /// precede contacts. Returns whether any closed.
 bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps);
 
-/// Opens the grasps that reached their limits at the end of the last segment (CaptureRun::overloads), if there are any.
+/// Grasps that reached their limits at the end of the last segment (CaptureRun::overloads) open, or begin to slip;
+/// slips that came to rest hold again, and those that reached the limits of the slip open.
 void open_overloaded_grasps(CaptureRun& run);
 
 /// Opens grasps whose release time in the phase has been reached.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "grapnel/capture/internal_loads.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 
 // Shares of limits that differ by less are equal: several grasps reach their limits simultaneously.
 constexpr double kEqual = 1e-9;
+// A slip that has moved ends when its speed falls to the resolution; one that has not, when its wrench lies by this
+// fraction inside the limit surface.
+constexpr double kInside = 0.01;
+constexpr double kMoved = 2;
 
 }  // namespace
 
@@ -19,8 +24,13 @@ double share_of_limits(const GraspLimits& limits, double force, double moment) {
   return limits.combined == GraspLimits::Combined::ellipsoid ? std::hypot(f, m) : std::max(f, m);
 }
 
-HoldWatch::HoldWatch(const CaptureProblem& problem, const CaptureSystem& system)
-    : problem_(problem), system_(system), kinematics_(system.model) {
+SlipDisplacement displacement_of(const GraspSlip& slip, const Kinematics& k) {
+  const Posed X_WC = k.X_WB[slip.body_a] * slip.X_AC, X_WD = k.X_WB[slip.body_b] * slip.X_BD;
+  return {norm(X_WC.p - X_WD.p), rotation_angle(transpose(X_WC.R) * X_WD.R)};
+}
+
+HoldWatch::HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<bool> moved)
+    : problem_(problem), system_(system), moved_(std::move(moved)), kinematics_(system.model) {
   for (std::size_t g = 0; g < system.grasps.size(); ++g) {
     if (problem.grasps[system.grasps[g].grasp].holds) watched_.push_back(g);
   }
@@ -35,13 +45,28 @@ void HoldWatch::evaluate(const PhaseSample& sample) {
   for (const std::size_t g : watched_) {
     const std::size_t grasp = system_.grasps[g].grasp;
     const double force = norm(wrenches[g].F_WC.linear), moment = norm(wrenches[g].F_WC.angular);
-    loads_.push_back(
-        {grasp, force, moment, share_of_limits(*problem_.grasps[grasp].holds, force, moment), sample.time});
+    const Rotationd R_WC = (kinematics_.X_WB[system_.grasps[g].frames.body_a] * system_.grasps[g].frames.X_AC).R;
+    loads_.push_back({grasp, force, moment, share_of_limits(*problem_.grasps[grasp].holds, force, moment), sample.time,
+                      transposed_times(R_WC, wrenches[g].F_WC)});
+  }
+}
+
+// Kinematics => margins of slips: zero when they come to rest, or reach the limits of the slip.
+void HoldWatch::evaluate_slips() {
+  rest_.clear(), out_.clear();
+  for (std::size_t i = 0; i < system_.slips.size(); ++i) {
+    const SlippingGrasp& slip = system_.slips[i];
+    const GraspLimits& limits = *problem_.grasps[slip.grasp].holds;
+    const SlipState now = slip_state(slip.slip, kinematics_);
+    const SlipDisplacement by = displacement_of(slip.slip, kinematics_);
+    rest_.push_back(moved_[i] ? now.speed - 1 : now.driven_speed - (1 - kInside));
+    out_.push_back(1 - std::max(by.distance / limits.lost_distance, by.angle / limits.lost_angle));
   }
 }
 
 double HoldWatch::margin(const PhaseSample& sample) {
   evaluate(sample);
+  evaluate_slips();
   stop_ = loads_;
   return last_margin();
 }
@@ -49,7 +74,18 @@ double HoldWatch::margin(const PhaseSample& sample) {
 double HoldWatch::last_margin() const {
   double least = 1;
   for (const HoldLoad& load : stop_) least = std::min(least, 1 - load.share);
+  for (const double margin : rest_) least = std::min(least, margin);
+  for (const double margin : out_) least = std::min(least, margin);
   return least;
+}
+
+std::vector<std::size_t> HoldWatch::at_margin(const std::vector<double>& margins) const {
+  const double least = std::max(last_margin(), 0.0) + kEqual;
+  std::vector<std::size_t> reached;
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    if (margins[i] <= least) reached.push_back(i);
+  }
+  return reached;
 }
 
 std::vector<HoldLoad> HoldWatch::at_limit() const {
@@ -62,6 +98,12 @@ std::vector<HoldLoad> HoldWatch::at_limit() const {
 }
 
 void HoldWatch::step(const PhaseStep& step) {
+  if (std::ranges::find(moved_, false) != moved_.end()) {
+    forward_kinematics(system_.model, step.state_at(step.end), kinematics_);
+    for (std::size_t i = 0; i < moved_.size(); ++i)
+      moved_[i] = moved_[i] || slip_state(system_.slips[i].slip, kinematics_).speed > kMoved;
+  }
+  if (watched_.empty()) return;
   search_.step(step.begin, step.end, step.fresh, [&](double t, std::span<double> shares) {
     evaluate(step.at(t));
     for (std::size_t i = 0; i < loads_.size(); ++i) shares[i] = loads_[i].share;

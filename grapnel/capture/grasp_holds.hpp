@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Loads of grasps relative to the limits of what they hold (GraspLimits), during a motion and in impacts; docs/theory,
-/// section 8, Grasps with limits.
+/// Loads of grasps relative to the limits of what they hold (GraspLimits), during a motion and in impacts, and the ends
+/// of their slips; docs/theory, sections 8.6 and 8.7.
 
 #include <span>
 #include <vector>
@@ -21,28 +21,35 @@ double share_of_limits(const GraspLimits& limits, double force, double moment);
 
 /// The load of a grasp with limits.
 struct HoldLoad {
-  std::size_t grasp = 0;  // of the problem
-  double force = 0;       // [N]
-  double moment = 0;      // about the grasp point [N m]
-  double share = 0;       // of its limits
-  double time = 0;        // [s]
+  std::size_t grasp = 0;          // of the problem
+  double force = 0;               // [N]
+  double moment = 0;              // about the grasp point [N m]
+  double share = 0;               // of its limits
+  double time = 0;                // [s]
+  Wrenchd F_C = Wrenchd::zero();  // on the robot, in the grasp's axes; during a motion
 };
 
-/// Watches the loads of the grasps of a system that have limits, in one motion segment.
+/// Watches the loads of the grasps of a system that have limits, and its slipping grasps, in one motion segment.
 class HoldWatch {
  public:
-  /// `problem` and `system` outlive it.
-  HoldWatch(const CaptureProblem& problem, const CaptureSystem& system);
+  /// `problem` and `system` outlive it. `moved`: per entry of system.slips, whether it has moved; see moved().
+  HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<bool> moved);
 
-  /// Whether any grasp that holds has limits.
-  bool any() const { return !watched_.empty(); }
-  /// One less the largest share at a sample (LoadCondition).
+  /// Whether any grasp that holds has limits, or slips.
+  bool any() const { return !watched_.empty() || !system_.slips.empty(); }
+  /// The smallest margin at a sample (LoadCondition): one less the share of a grasp that holds; of a slip the distance
+  /// of its speed from that at which it ends, and one less its share of the limits of the slip.
   double margin(const PhaseSample& sample);
   /// The result of the last margin(); one if there was none.
   double last_margin() const;
   /// The loads at the last margin() of the grasps that have reached their limits: the largest, and all within rounding
   /// of it.
   std::vector<HoldLoad> at_limit() const;
+  /// Entries of system.slips that came to rest, or reached the limits of the slip, at the last margin(), likewise.
+  std::vector<std::size_t> at_rest() const { return at_margin(rest_); }
+  std::vector<std::size_t> slipped_out() const { return at_margin(out_); }
+  /// Per entry of system.slips, whether its speed has exceeded twice the slip resolution.
+  const std::vector<bool>& moved() const { return moved_; }
   /// Adds a step to the search for the largest shares.
   void step(const PhaseStep& step);
   /// Per grasp with limits the largest share in all steps, and its time; force and moment are not filled.
@@ -50,12 +57,16 @@ class HoldWatch {
 
  private:
   void evaluate(const PhaseSample& sample);
+  void evaluate_slips();
+  std::vector<std::size_t> at_margin(const std::vector<double>& margins) const;
 
   const CaptureProblem& problem_;
   const CaptureSystem& system_;
   std::vector<std::size_t> watched_;  // entries of system.grasps with limits
   std::vector<HoldLoad> loads_;       // of these, at the last evaluation
   std::vector<HoldLoad> stop_;        // at the last margin()
+  std::vector<double> rest_, out_;    // margins of slips, at the last margin()
+  std::vector<bool> moved_;           // per slip
   Kinematics kinematics_;
   PeakSearch search_;
 };
@@ -63,6 +74,12 @@ class HoldWatch {
 /// The loads of grasps with limits in an impact, per grasp of its report: the means over its duration, or the peaks of
 /// a compliant impact, whose force and moment need not be simultaneous. `time` is not filled.
 std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const ImpactReport& report);
+
+/// Displacement [m] and rotation [rad] of the gripper relative to the target since a slipping grasp closed.
+struct SlipDisplacement {
+  double distance = 0, angle = 0;
+};
+SlipDisplacement displacement_of(const GraspSlip& slip, const Kinematics& kinematics);
 
 /// Sample of a compliant impact => the largest loads so far of the grasps with limits that already hold.
 void raise_held_loads(const CaptureProblem& problem, const CaptureSystem& system, const CompliantSample& sample,

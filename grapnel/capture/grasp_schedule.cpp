@@ -17,6 +17,8 @@ constexpr double kExcessTolerance = 1e-9;
 constexpr double kOutside = 1e-6;
 // A grasp that closes and opens more often is rejected: its events may accumulate.
 constexpr int kMaxClosings = 1000;
+// The same for slips.
+constexpr long kMaxSlips = 10'000;
 
 double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
   double most = -1;
@@ -29,6 +31,7 @@ double largest(const std::vector<double>& values, const std::vector<std::size_t>
 GraspSchedule::GraspSchedule(const CaptureProblem& problem)
     : problem_(problem),
       outcomes_(problem.grasps.size()),
+      slips_(outcomes_.size(), 0),
       open_since_(outcomes_.size(), 0),
       departed_(outcomes_.size(), false) {}
 
@@ -210,7 +213,29 @@ void GraspSchedule::refuse(const std::vector<std::size_t>& grasps, const std::st
 }
 
 void GraspSchedule::release(std::size_t grasp, double time) {
-  outcomes_[grasp]->released = time;
+  outcomes_[grasp]->released = time, outcomes_[grasp]->slips = false;
+  open(grasp, time);
+}
+
+void GraspSchedule::slip(std::size_t grasp, double time) {
+  GraspOutcome& outcome = *outcomes_[grasp];
+  outcome.slips = true;
+  if (!outcome.slipped) outcome.slipped = time;
+  if (++slips_[grasp] > kMaxSlips) {
+    throw RunFailure(fmt::format("grasp of {}: it slips and sticks more than {} times up to t = {:.9g} s",
+                                 outcome.end_effector, kMaxSlips, time));
+  }
+}
+
+void GraspSchedule::note_slip(std::size_t grasp, double distance, double angle) {
+  outcomes_[grasp]->slip_distance = distance, outcomes_[grasp]->slip_angle = angle;
+}
+
+void GraspSchedule::lose_by_slip(std::size_t grasp, double time) {
+  GraspOutcome& outcome = *outcomes_[grasp];
+  outcome.captured = false, outcome.slips = false, outcome.lost = time;
+  outcome.reason = fmt::format("lost at t = {:.6g} s: it slipped by {:.4g} m and {:.4g} rad", time,
+                               outcome.slip_distance, outcome.slip_angle);
   open(grasp, time);
 }
 

@@ -29,6 +29,36 @@ Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB,
 
 }  // namespace
 
+namespace {
+
+// First row of every closure in the solver.
+std::vector<int> first_rows(const CaptureSystem& system) {
+  std::vector<int> first{0};
+  for (const LoopClosure& c : system.closures) first.push_back(first.back() + row_count(c.model));
+  return first;
+}
+
+// The wrench on the robot of the part of a slipping grasp that a closure holds, in W; zero without a closure.
+Wrenchd wrench_of_closure(const CaptureSystem& system, const Kinematics& k, const PhaseDynamics& dynamics,
+                          const SlippingGrasp& slip) {
+  if (slip.closure < 0 || dynamics.setup().closures.empty()) return Wrenchd::zero();
+  const Rotationd R_WC = (k.X_WB[slip.frames.body_a] * slip.frames.X_AC).R;
+  const auto row = static_cast<std::size_t>(first_rows(system)[static_cast<std::size_t>(slip.closure)]);
+  const auto count = static_cast<std::size_t>(row_count(slip.frames.model));
+  return R_WC * closure_wrench(slip.frames, dynamics.loops()->multipliers().subspan(row, count));
+}
+
+}  // namespace
+
+std::vector<Wrenchd> wrenches_of_slips(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample) {
+  std::vector<Wrenchd> result;
+  for (std::size_t i = 0; i < system.slips.size(); ++i) {
+    const Wrenchd F_WC = sample.dynamics ? sample.dynamics->slips()[i].F_WC : Wrenchd::zero();
+    result.push_back(sample.dynamics ? F_WC + wrench_of_closure(system, k, *sample.dynamics, system.slips[i]) : F_WC);
+  }
+  return result;
+}
+
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external) {
   std::vector<Wrenchd> through;
@@ -70,6 +100,13 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
     const Grasp grasp = grasp_of(system.grasps[g], k);
     external.push_back({grasp.robot_body, grasp.p_WC, grasps[g]});
     external.push_back({grasp.target_body, grasp.p_WC, -grasps[g]});
+  }
+  for (const SlippingGrasp& slip : system.slips) {  // their friction is among the external wrenches
+    if (slip.closure < 0) continue;
+    const Vector3d p_WC = (k.X_WB[slip.frames.body_a] * slip.frames.X_AC).p;
+    const Wrenchd F_WC = wrench_of_closure(system, k, dynamics, slip);
+    external.push_back({slip.frames.body_a, p_WC, F_WC});
+    external.push_back({slip.frames.body_b, p_WC, -F_WC});
   }
   return joint_wrenches(system.model, k, dynamics.acceleration(), external);
 }
@@ -180,13 +217,6 @@ struct TargetGrasps {
   }
 };
 
-// First row of every closure in the solver.
-std::vector<int> first_rows(const CaptureSystem& system) {
-  std::vector<int> first{0};
-  for (const LoopClosure& c : system.closures) first.push_back(first.back() + row_count(c.model));
-  return first;
-}
-
 // Self-stresses with an effect on closures, which have the first `rows` rows: stuck joints may be stressed against each
 // other by their coupling alone.
 Eigen::MatrixXd of_closures(const Eigen::MatrixXd& stresses, int rows) {
@@ -227,6 +257,19 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
     for (int i = body; i < static_cast<int>(model.bodies().size()); ++i) {
       if (is_carried_by(model, i, body)) carried -= needed_wrench(model, k, A[i], i, *sample.dynamics, p_1);
     }
+    // Parts of slipping grasps that closures hold; their friction is an external wrench.
+    for (const SlippingGrasp& slip : system.slips) {
+      if (slip.frames.body_b != body || slip.closure < 0) continue;
+      const Vector3d p_WC = (k.X_WB[slip.frames.body_a] * slip.frames.X_AC).p;
+      carried -= shift(wrench_of_closure(system, k, *sample.dynamics, slip), p_1 - p_WC);
+      // Its self-stress with the carrying grasp: the solver's solution is reported, but it is not the only one.
+      const Rotationd R_WC = (k.X_WB[slip.frames.body_a] * slip.frames.X_AC).R;
+      const int row = first[slip.closure], count = row_count(slip.frames.model);
+      for (Eigen::Index s = 0; s < open.cols(); ++s) {
+        const std::span<const double> column(open.col(s).data() + row, static_cast<std::size_t>(count));
+        result.open[s][t.held[0]] -= shift(R_WC * closure_wrench(slip.frames, column), p_1 - p_WC);
+      }
+    }
     for (std::size_t i = 1; i < t.held.size(); ++i) {
       const HeldGrasp& grasp = system.grasps[t.held[i]];
       // The load carried by another grasp reduces that of the first.
@@ -255,6 +298,11 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
     }
     result.targets.push_back(std::move(t));
   }
+  // Those of slipping grasps alone.
+  const auto is_zero = [](const std::vector<Wrenchd>& stress) {
+    return std::ranges::all_of(stress, [](const Wrenchd& F) { return as_eigen(F).isZero(0); });
+  };
+  std::erase_if(result.stress, is_zero), std::erase_if(result.open, is_zero);
   return result;
 }
 

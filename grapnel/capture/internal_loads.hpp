@@ -21,8 +21,9 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinema
 void joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                     std::span<const ExternalWrench> external, std::vector<Wrenchd>& through);
 
-/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and the wrenches of grasps that
-/// close loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of system.grasps.
+/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, slipping grasps, and the wrenches
+/// of grasps that close loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of
+/// system.grasps.
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
                                     const PhaseSample& sample, std::span<const Wrenchd> grasps);
 
@@ -54,6 +55,11 @@ struct GraspWrench {
 /// that member.
 std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& kinematics,
                                             const PhaseSample& sample, bool with_determined = false);
+
+/// Per entry of system.slips: the wrench on the robot at the grasp, in W: friction, and the closure of the part that
+/// does not slip.
+std::vector<Wrenchd> wrenches_of_slips(const CaptureSystem& system, const Kinematics& kinematics,
+                                       const PhaseSample& sample);
 
 /// Efforts of held joints that match these wrenches: for prescribed joints in a loop, their efforts include its
 /// self-stress, and those in the sample match the solver's wrenches. Adds to `motor`, per Model::joints().

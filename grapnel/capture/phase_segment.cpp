@@ -85,6 +85,10 @@ IntegrationSetup tolerances_for(const IntegrationSetup& requested, const PhaseDy
   if (dynamics.is_disturbed()) {
     integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
     integration.absolute_tolerance *= 0.1;
+    if (!dynamics.setup().slips.empty()) {  // the wrench turns within the slip resolution
+      integration.relative_tolerance = std::min(integration.relative_tolerance, 1e-12);
+      integration.absolute_tolerance = std::min(integration.absolute_tolerance, 1e-12);
+    }
   } else if (!controlled) {
     // Its energy is conserved, without correction. The steps are long and few: the ledger's bound of 1e-10 costs
     // little, independent of the tolerance that suffices for driven motion. Arms that swing in a closed loop cost more.
@@ -129,7 +133,8 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
   if (std::ranges::any_of(run.bodies.held,
-                          [&](const HeldGrasp& held) { return run.problem.grasps[held.grasp].holds.has_value(); }))
+                          [&](const HeldGrasp& held) { return run.problem.grasps[held.grasp].holds.has_value(); }) ||
+      !run.bodies.slips.empty())
     return "grasps with limits";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";
@@ -141,6 +146,27 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
       return "efforts of joints that move as prescribed in closed loops are watched";
   }
   return {};
+}
+
+std::vector<bool> moved_slips(const RunBodies& bodies) {
+  std::vector<bool> moved;
+  for (const RunSlip& slip : bodies.slips) moved.push_back(slip.moved);
+  return moved;
+}
+
+// Outcome of a segment => reports of the slips in it.
+void note_slips(CaptureRun& run, const HoldWatch& holds, const PhaseOutcome& outcome) {
+  for (std::size_t i = 0; i < run.bodies.slips.size(); ++i) {
+    RunSlip& slip = run.bodies.slips[i];
+    const SlipIntegrals& more = outcome.integrals.slips.at(i);
+    SlipReport& report = run.result.slips[slip.report];
+    report.until = outcome.end_time;
+    report.energy += more.friction, report.distance += more.distance, report.angle += more.angle;
+    slip.moved = holds.moved()[i];
+    const Kinematics k = forward_kinematics(run.bodies.system.model, outcome.end_state);
+    const SlipDisplacement by = displacement_of(run.bodies.system.slips[i].slip, k);
+    run.schedule.note_slip(slip.grasp.grasp, by.distance, by.angle);
+  }
 }
 
 // Adds the cost of the first part to that of the whole.
@@ -202,7 +228,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
       dynamics_(run.bodies.system.model, setup_of_segment(run)),
-      holds_(run.problem, run.bodies.system),
+      holds_(run.problem, run.bodies.system, moved_slips(run.bodies)),
       arrival_(closing_condition(run)),
       condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
@@ -239,7 +265,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run)
     : run_(run),
       observed_(false),
       dynamics_(run.bodies.system.model, run.joints.exact_approach(run.bodies)),
-      holds_(run.problem, run.bodies.system) {
+      holds_(run.problem, run.bodies.system, moved_slips(run.bodies)) {
   describe("approach", run.problem.approach->duration, true);
 }
 
@@ -303,8 +329,9 @@ void PhaseSegment::note_events(const PhaseOutcome& outcome) {
   run_.condition_met = stopped && condition_ && !law_is_over && condition <= least;
   if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   for (const HoldLoad& peak : holds_.largest()) run_.schedule.note_load(peak);
+  note_slips(run_, holds_, outcome);
   if (stopped && holds_.any() && !law_is_over && !run_.condition_met && load <= least)
-    run_.overloads = holds_.at_limit();
+    run_.overloads = {holds_.at_limit(), holds_.at_rest(), holds_.slipped_out()};
 }
 
 PhaseOutcome PhaseSegment::integrate() {

@@ -128,7 +128,7 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   CaptureRun& run_;
   const bool observed_;
   PhaseDynamics dynamics_;
-  HoldWatch holds_;          // of grasps with limits
+  HoldWatch holds_;          // of grasps with limits, and slips
   StopCondition arrival_;    // of an end-effector
   StopCondition condition_;  // end condition of the phase
   StopCondition stop_;       // the earliest of these and the end of the law that moves the joints

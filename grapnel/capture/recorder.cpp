@@ -107,7 +107,7 @@ void Recorder::add_grasps() {
   for (const GraspSetup& g : problem_.grasps) {
     add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
         {"distance"});
-    add("grasps/" + g.end_effector + "/holds", "1", "1 while the grasp holds, else 0", {"holds"});
+    add("grasps/" + g.end_effector + "/holds", "1", "1 while the grasp holds or slips, else 0", {"holds"});
     add("grasps/" + g.end_effector + "/force", "N",
         "force of the grasp on the robot, in W; where closed loops leave it undetermined, with minimum self-stress",
         kXyz);

@@ -36,7 +36,8 @@ ApproachPlan plan_on_estimates(CaptureRun& run, const TargetPlan& truth) {
 
 double next_replanning(const CaptureRun& run, double now) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
-  if (!run.problem.approach || !run.problem.approach->replan || !run.joints.approaching() || !run.bodies.held.empty())
+  if (!run.problem.approach || !run.problem.approach->replan || !run.joints.approaching() || !run.bodies.held.empty() ||
+      !run.bodies.slips.empty())
     return kNever;
   const double every = run.problem.approach->replan->every, last = last_replanning(*run.problem.approach);
   double next = every * std::max(1.0, std::round(now / every));
@@ -49,7 +50,7 @@ double next_replanning(const CaptureRun& run, double now) {
 // other times or with a held target.
 void replan_if_due(CaptureRun& run) {
   const double now = run.bodies.time;
-  if (!run.problem.approach->replan || !run.bodies.held.empty()) return;
+  if (!run.problem.approach->replan || !run.bodies.held.empty() || !run.bodies.slips.empty()) return;
   const double every = run.problem.approach->replan->every, nearest = every * std::round(now / every);
   if (nearest <= 0 || !GraspSchedule::is_now(nearest, now) || !(now < last_replanning(*run.problem.approach))) return;
 

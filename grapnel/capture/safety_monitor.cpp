@@ -209,6 +209,10 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
     const GraspSetup& g = problem.grasps[grasp.grasp];
     if (grasp.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target);
   }
+  for (const SlippingGrasp& slip : system.slips) {
+    const GraspSetup& g = problem.grasps[slip.grasp];
+    if (slip.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target + " (slips)");
+  }
   for (const JointCoupling& coupling : system.model.couplings())
     report.closures.push_back(system.model.bodies()[dependent_body(coupling)].description.joint.name);
   reports_.push_back(std::move(report));
@@ -220,6 +224,13 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
                                              std::span<double> motor) {
   std::vector<GraspSample> result(problem_->grasps.size());
   phase_largest_.raise(coupling_defects(system_->model, sample.state));
+  const std::vector<Wrenchd> slips = wrenches_of_slips(*system_, kinematics, sample);
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    const SlippingGrasp& slip = system_->slips[i];
+    result[slip.grasp].holds = true, result[slip.grasp].F_WC = slips[i];
+    // Between two trees their places matter.
+    if (slip.closure >= 0) phase_largest_.raise(closure_defect(slip.frames, kinematics));
+  }
   if (system_->grasps.empty()) return result;
   const std::vector<GraspWrench> wrenches = wrenches_of_grasps(*system_, kinematics, sample);
   Kinematics near;

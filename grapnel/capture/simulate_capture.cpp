@@ -183,8 +183,8 @@ MotionPhase begin_approach(CaptureRun& run) {
 // captured.
 bool has_post_impact_motion(const CaptureRun& run) {
   if (!run.problem.post_impact) return false;
-  return !run.problem.impact || !run.bodies.held.empty() || run.rebounded || !run.result.losses.empty() ||
-         run.schedule.any_left();
+  return !run.problem.impact || !run.bodies.held.empty() || !run.bodies.slips.empty() || run.rebounded ||
+         !run.result.losses.empty() || run.schedule.any_left();
 }
 
 // --- Checks and report ---

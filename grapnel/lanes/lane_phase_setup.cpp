@@ -248,7 +248,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   // A structured binding: a new member of these structures fails to compile here until lanes handle it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
                effectors, clock, channels, sensors, law_model, recover_roots, driven_in_impacts, braked_in_impacts,
-               contacts, tendons, closures, project_loops, loop_feedback] = setup;
+               contacts, tendons, closures, project_loops, loop_feedback, slips] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
@@ -256,6 +256,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (integration.method != Method::automatic && integration.method != Method::adaptive_8)
     return "the method is neither automatic nor adaptive_8";
   if (contacts) return "contacts between shapes";
+  if (!slips.empty()) return "grasps slip";
   if (!tendons.empty()) return "tendons pull joints";
   // Under a clock each case computes its laws and actuators itself.
   const bool is_sampled = clock != nullptr;

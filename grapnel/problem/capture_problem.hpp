@@ -173,8 +173,8 @@ struct TargetSetup {
   std::vector<GraspPoint> grasp_points;
 };
 
-/// The largest load that a grasp holds: force and moment between gripper and target at the grasp, about its point.
-/// Infinite if not given.
+/// The largest load that a grasp holds: force and moment between gripper and target at the grasp, about its point; and
+/// what happens beyond it. Infinite if not given.
 struct GraspLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double force = kNone;   // [N]
@@ -182,6 +182,16 @@ struct GraspLimits {
   /// ellipsoid: (|f|/force)^2 + (|m|/moment)^2 <= 1. components: |f| <= force and |m| <= moment.
   enum class Combined { ellipsoid, components };
   Combined combined = Combined::ellipsoid;
+  /// opens: the gripper loses the target. slips: force and moment stay at their limits, times kinetic_ratio, while
+  /// gripper and target move relative to each other; a part without a limit does not slip.
+  enum class Beyond { opens, slips };
+  Beyond beyond = Beyond::opens;
+  double kinetic_ratio = 1;  // of the limits while it slips to those at rest
+  /// Displacement and rotation of the gripper relative to the target since the grasp closed, from which on it is lost.
+  double lost_distance = kNone;  // [m]
+  double lost_angle = kNone;     // [rad]
+
+  bool slips() const { return beyond == Beyond::slips; }
 };
 
 /// An end-effector that arrives at a grasp point and holds it.
@@ -204,7 +214,7 @@ struct GraspSetup {
   enum class Closes { together, at_time, on_arrival, when_settled };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run
-  /// The load beyond which the grasp opens (lost); absent: it holds any load.
+  /// The load beyond which the grasp opens (lost) or slips; absent: it holds any load.
   std::optional<GraspLimits> holds = {};
   /// Later attempts of a grasp that missed, was lost or was released: at these times [s], in increasing order, from the
   /// start of the run; and as soon as the end-effector is within its envelope again, after it has been outside.

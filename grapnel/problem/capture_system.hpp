@@ -12,6 +12,7 @@
 #include "grapnel/problem/body_address.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/simulate/controller_source.hpp"
+#include "grapnel/simulate/grasp_slip.hpp"
 
 namespace grapnel {
 
@@ -34,10 +35,23 @@ ControlledRobot controlled_parts(const CaptureProblem& problem);
 struct HeldGrasp {
   std::size_t grasp = 0;  // in CaptureProblem::grasps
   LoopClosure frames;
+  Posed X_BD_closing = Posed::identity();  // frames.X_BD when the grasp closed, in the target's own frame
   static constexpr int kInTree = -1, kRedundant = -2;
   /// Index in CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: its bodies
   /// are already one rigid body with the target, by another grasp.
   int closure = kInTree;
+};
+
+/// A grasp in a model that slips: friction between its frames, and a closure of the part without a limit.
+struct SlippingGrasp {
+  std::size_t grasp = 0;  // in CaptureProblem::grasps
+  GraspSlip slip;
+  LoopClosure frames;  // of the closure: point if only the moment slips, orientation if only the force does
+  /// Index in CaptureSystem::closures; kNone: force and moment slip.
+  static constexpr int kNone = -1;
+  int closure = kNone;
+
+  bool has_closure() const { return !(slip.force > 0 && slip.moment > 0); }
 };
 
 /// Model and indices before the capture, and, rebuilt by join_targets(), after it.
@@ -49,7 +63,8 @@ struct CaptureSystem {
   std::vector<int> robot_joints;           // positions in Model::joints() of the robot's driven ones
   std::vector<int> wheels = {};            // of its wheels, in the robot's order
   std::vector<HeldGrasp> grasps = {};      // closed grasps; none before the capture
-  std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target
+  std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target, then of slipping grasps
+  std::vector<SlippingGrasp> slips = {};   // grasps that slip
   /// Positions in Model::joints() of a control moment gyro.
   struct Gyro {
     int gimbal = -1, rotor = -1;

@@ -88,6 +88,25 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   return to;
 }
 
+// Adds a slipping grasp of bodies in `from`; `carried_by`: the grasp that carries its target, at whose place the
+// target's frame is, or null.
+void add_slip(const Model& from, const SlippingGrasp& grasp, const HeldGrasp* carried_by, CaptureSystem& system) {
+  const auto renumbered = [&](int body) { return system.model.body_index(from.bodies()[body].description.name); };
+  SlippingGrasp slip = grasp;
+  slip.slip.body_a = slip.frames.body_a = renumbered(grasp.frames.body_a);
+  slip.slip.body_b = slip.frames.body_b = renumbered(grasp.frames.body_b);
+  if (carried_by) {
+    slip.slip.X_BD.p = slip.slip.X_BD.p - carried_by->frames.X_BD.p;
+    slip.frames.X_BD.p = slip.frames.X_BD.p - carried_by->frames.X_BD.p;
+  }
+  const auto link_of = [&](int body) { return system.model.bodies()[body].placement.link; };
+  if (slip.has_closure() && link_of(slip.frames.body_a) != link_of(slip.frames.body_b)) {
+    slip.closure = static_cast<int>(system.closures.size());
+    system.closures.push_back(slip.frames);
+  }
+  system.slips.push_back(std::move(slip));
+}
+
 }  // namespace
 
 HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, const Kinematics& kinematics,
@@ -104,6 +123,7 @@ HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, c
       inverse(kinematics.X_WB[held.frames.body_b]) * (kinematics.X_WB[end_effector.body] * end_effector.X_BE);
   held.frames.model = setup.model;
   held.frames.hinge_C = setup.hinge_axis;
+  held.X_BD_closing = held.frames.X_BD;
   return held;
 }
 
@@ -112,7 +132,8 @@ Grasp grasp_of(const HeldGrasp& grasp, const Kinematics& kinematics) {
   return {grasp.frames.body_a, grasp.frames.body_b, grasp.frames.model, X_WC.p, X_WC.R * grasp.frames.hinge_C};
 }
 
-CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grasps) {
+CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grasps,
+                            std::span<const SlippingGrasp> slips) {
   const Kinematics k = forward_kinematics(free.model, state);
   const auto name_of = [&](int body) -> const std::string& { return free.model.bodies()[body].description.name; };
   ModelBuilder builder;
@@ -153,6 +174,7 @@ CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::
     }
     system.grasps.push_back(std::move(held));
   }
+  for (const SlippingGrasp& slip : slips) add_slip(free.model, slip, carrier(grasps, slip.frames.body_b), system);
   captured.state = carry_over(free.model, state, k, grasps, system.model);
   return captured;
 }

@@ -30,8 +30,9 @@ struct CapturedSystem {
 /// Makes each grasped target a child of the body that grasps it first, in the relative pose at closing: on a fixed
 /// joint (rigid), a hinge about the grasp's axis, or a ball joint, at the grasp. Further grasps become closures.
 /// `state` belongs to the free system, and `grasps` refer to its bodies. Its velocities satisfy the grasps; new joints
-/// get the relative velocities.
-CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grasps);
+/// get the relative velocities. `slips` refer to the same bodies, and are added to the system.
+CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grasps,
+                            std::span<const SlippingGrasp> slips = {});
 
 /// The state of the free system with the poses and velocities of the joined bodies.
 State take_apart(const CaptureSystem& free, const CaptureSystem& joined, const State& state);

@@ -26,6 +26,8 @@ template <>
 struct Described<GraspLimits::Combined>
     : Enumeration<GraspLimits::Combined, "CombinedLoad", "ellipsoid", "components"> {};
 template <>
+struct Described<GraspLimits::Beyond> : Enumeration<GraspLimits::Beyond, "BeyondLimits", "opens", "slips"> {};
+template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
 struct Described<ThrusterModulation::Kind>

@@ -47,11 +47,42 @@ class GraspConflicts : ConflictFinder {
         if (grasp.contact) add(path + "holds", "{}holds is for grasps: a contact does not hold; leave it out", path);
         if (!std::isfinite(grasp.holds->force) && !std::isfinite(grasp.holds->moment))
           add(path + "holds", "{}holds states no limit; add force or moment", path).relies_on = path + "holds";
+        check_slip(grasp, path + "holds.");
       }
       if (!grasp.closes_again_at.empty()) check_again(grasp, "closes_again_at", path);
       if (grasp.closes_again_on_arrival) check_again(grasp, "closes_again_on_arrival", path);
       check_later_times(grasp, path + "closes_again_at");
     }
+  }
+
+  // Slip needs a rigid grasp, and states nothing where it does not occur.
+  void check_slip(const GraspSetup& grasp, const std::string& path) {
+    const GraspLimits& limits = *grasp.holds;
+    const bool force = std::isfinite(limits.force), moment = std::isfinite(limits.moment);
+    if (!limits.slips()) {
+      const char* unused = limits.kinetic_ratio != 1             ? "kinetic_ratio"
+                           : std::isfinite(limits.lost_distance) ? "lost_distance"
+                           : std::isfinite(limits.lost_angle)    ? "lost_angle"
+                                                                 : nullptr;
+      if (unused) add(path + unused, "{0}{1} is for grasps that slip; add {0}beyond: slips", path, unused);
+      return;
+    }
+    if (!grasp.contact && grasp.model != GraspModel::rigid)
+      add(path + "beyond", "{}beyond is slips, but only rigid grasps slip; use model: rigid or beyond: opens", path);
+    if (force && moment && limits.combined == GraspLimits::Combined::components)
+      add(path + "beyond",
+          "{0}beyond is slips, but force and moment have separate limits ({0}combined is components); use "
+          "combined: ellipsoid or leave one limit out",
+          path);
+    if (std::isfinite(limits.lost_distance) && !force)
+      add(path + "lost_distance", "{0}lost_distance needs {0}force: without a limit the force does not slip", path);
+    if (std::isfinite(limits.lost_angle) && !moment)
+      add(path + "lost_angle", "{0}lost_angle needs {0}moment: without a limit the moment does not slip", path);
+    if (problem_.integration.method == IntegrationSetup::Method::rk4)
+      add(path + "beyond", "{}beyond: slips needs integration.method: adaptive_8, which resolves the ends of a slip",
+          path);
+    if (problem_.integration.loops != IntegrationSetup::Loops::projection && !(force && moment))
+      add(path + "beyond", "{}beyond: slips with one limit needs integration.loops: projection", path);
   }
 
   void check_again(const GraspSetup& grasp, const char* key, const std::string& path) {

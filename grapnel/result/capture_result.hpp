@@ -47,6 +47,10 @@ struct GraspOutcome {
   double time = 0;
   std::optional<double> released = {};
   std::optional<double> lost = {};
+  std::optional<double> slipped = {};  // first onset of slip since it closed
+  bool slips = false;                  // at the end
+  double slip_distance = 0;            // displacement by slip since it closed
+  double slip_angle = 0;
   int closings = 0;
   std::optional<double> largest_load = {};
   std::optional<double> largest_load_time = {};
@@ -217,6 +221,24 @@ struct LossReport {
   double moment = 0;
   double load = 0;
   bool in_impact = false;
+  bool by_slip = false;
+};
+
+/// The end of a slip.
+enum class SlipEnd { slips, sticks, lost, released };
+
+/// A grasp that slipped.
+struct SlipReport {
+  double time = 0;
+  std::string end_effector;
+  std::string target;
+  double force = 0;
+  double moment = 0;
+  SlipEnd ended = SlipEnd::slips;
+  double until = 0;
+  double distance = 0;
+  double angle = 0;
+  double energy = 0;
 };
 
 /// The reference orbit of a run.
@@ -414,6 +436,7 @@ struct CaptureResult {
   std::vector<ImpactReport> later_impacts() const { return {impacts.begin() + !impacts.empty(), impacts.end()}; }
   std::vector<ReleaseReport> releases;
   std::vector<LossReport> losses;                      // in the order of time
+  std::vector<SlipReport> slips;                       // likewise
   std::vector<LoopReport> loops;                       // per phase with closed loops
   std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
   std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase

@@ -120,9 +120,40 @@ const Type& type_of<LossReport>() {
       field<&L::in_impact>("in_impact",
                            "whether an impact exceeded the limits: force and moment are then means over "
                            "`impact.duration`, or the peaks of a compliant impact"),
+      field<&L::by_slip>("by_slip", "whether the grasp slipped farther than its limits permit"),
   };
-  static constexpr Type type =
-      structure<L>("LossReport", "a grasp that opened because its load exceeded its limits.", fields);
+  static constexpr Type type = structure<L>(
+      "LossReport", "a grasp that opened because its load exceeded its limits, or that slipped too far.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<SlipEnd>() {
+  using E = SlipEnd;
+  static constexpr Choice choices[] = {choice(E::slips, "slips"), choice(E::sticks, "sticks"), choice(E::lost, "lost"),
+                                       choice(E::released, "released")};
+  static constexpr Type type = enumeration<E>("SlipEnd", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<SlipReport>() {
+  using S = SlipReport;
+  static constexpr Field fields[] = {
+      field<&S::time>("time", "s", "onset of the slip"),
+      field<&S::end_effector>("end_effector", "end-effector of the grasp"),
+      field<&S::target>("target", "target that it holds"),
+      field<&S::force>("force", "N", "force between gripper and target at the onset"),
+      field<&S::moment>("moment", "N m", "moment between them at the onset, about the grasp point"),
+      field<&S::ended>("ended",
+                       "`sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded "
+                       "`lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended"),
+      field<&S::until>("until", "s", "end of the slip, or of the run"),
+      field<&S::distance>("distance", "m", "path of the gripper relative to the target"),
+      field<&S::angle>("angle", "rad", "the same for its rotation"),
+      field<&S::energy>("energy", "J", "energy dissipated by friction"),
+  };
+  static constexpr Type type = structure<S>("SlipReport", "slip of a grasp whose load exceeded its limits.", fields);
   return type;
 }
 

@@ -327,10 +327,16 @@ const Type& type_of<GraspOutcome>() {
           "target_moved", "m",
           "displacement of the target by `contact.gap: translate_target`, which lets the grasp close"),
       field<&G::released>("released", "s", "time of release; absent if the grasp was not released"),
-      field<&G::lost>(
-          "lost", "s",
-          "time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, "
-          "or closed again"),
+      field<&G::lost>("lost", "s",
+                      "time at which the grasp opened, since the load exceeded the limits in `holds` or the slip those "
+                      "of the slip; "
+                      "absent if it did not, or closed again"),
+      field<&G::slipped>("slipped", "s", "first onset of slip since the grasp closed; absent: it did not slip"),
+      field<&G::slips>("slips", "whether it slips at the end").when<[](const G& g) { return g.slipped.has_value(); }>(),
+      field<&G::slip_distance>("slip_distance", "m", "displacement of the gripper relative to the target since closing")
+          .when<[](const G& g) { return g.slipped.has_value(); }>(),
+      field<&G::slip_angle>("slip_angle", "rad", "rotation likewise")
+          .when<[](const G& g) { return g.slipped.has_value(); }>(),
       field<&G::closings>("closings", "1", "number of times the grasp closed"),
       field<&G::largest_load>("largest_load", "1",
                               "largest load relative to the limits in `holds`, which is 1 at the limit; absent without "

@@ -70,6 +70,10 @@ const Type& type_of<GraspOutcome>();
 template <>
 const Type& type_of<LossReport>();
 template <>
+const Type& type_of<SlipEnd>();
+template <>
+const Type& type_of<SlipReport>();
+template <>
 const Type& type_of<PlanTerm>();
 template <>
 const Type& type_of<WheelShare>();

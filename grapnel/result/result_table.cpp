@@ -489,11 +489,27 @@ std::string impact_tables(const CaptureResult& result) {
 std::string loss_lines(const CaptureResult& result) {
   std::string out;
   for (const LossReport& loss : result.losses) {
-    out +=
-        "\n" + paragraph(fmt::format("loss at t = {} s: {} loses {}, under {} N and {} N m ({:.4g} of its limits{})",
-                                     short_number(loss.time), loss.end_effector, loss.target, short_number(loss.force),
-                                     short_number(loss.moment), loss.load, loss.in_impact ? ", in an impact" : ""),
-                         "");
+    out += "\n" +
+           paragraph(fmt::format("loss at t = {} s: {} loses {}, under {} N and {} N m ({})", short_number(loss.time),
+                                 loss.end_effector, loss.target, short_number(loss.force), short_number(loss.moment),
+                                 loss.by_slip ? "it slipped too far"
+                                              : fmt::format("{:.4g} of its limits{}", loss.load,
+                                                            loss.in_impact ? ", in an impact" : "")),
+                     "");
+  }
+  return out;
+}
+
+// "slip at t = 2.5 s: left on debris until 3.1 s, by 12 mm and 0.1 rad, dissipates 1.2 J"
+std::string slip_lines(const CaptureResult& result) {
+  std::string out;
+  for (const SlipReport& slip : result.slips) {
+    out += "\n" +
+           paragraph(fmt::format("slip at t = {} s: {} on {} until t = {} s ({}), by {} and {} rad, dissipates {} J",
+                                 short_number(slip.time), slip.end_effector, slip.target, short_number(slip.until),
+                                 name_of(slip.ended), length_text(slip.distance), short_number(slip.angle),
+                                 short_number(slip.energy)),
+                     "");
   }
   return out;
 }
@@ -685,11 +701,11 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
-         impact_tables(result) + loss_lines(result) + release_lines(result) + phases_table(result) +
-         post_impact_table(result) + law_tables(result) + elastic_table(result) + wheel_table(result) +
-         gyro_table(result) + thruster_table(result) + saturation_table(result) + joint_mode_table(result) +
-         loop_tables(result) + load_table(result) + stage_table(result) + contact_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         impact_tables(result) + slip_lines(result) + loss_lines(result) + release_lines(result) +
+         phases_table(result) + post_impact_table(result) + law_tables(result) + elastic_table(result) +
+         wheel_table(result) + gyro_table(result) + thruster_table(result) + saturation_table(result) +
+         joint_mode_table(result) + loop_tables(result) + load_table(result) + stage_table(result) +
+         contact_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

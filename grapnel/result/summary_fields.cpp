@@ -540,8 +540,10 @@ const Type& type_of<Summary>() {
           "releases", "", "releases of grasps, in the order of time; absent if there are none"),
       list_part<&S::result, &CaptureResult::losses>("losses", "",
                                                     "grasps that opened because their load exceeded their limits "
-                                                    "(`holds`), in the order of time; absent if there "
-                                                    "are none"),
+                                                    "(`holds`) or that slipped too far, in the order of time; absent "
+                                                    "if there are none"),
+      list_part<&S::result, &CaptureResult::slips>(
+          "slips", "", "slips of grasps beyond their limits, in the order of time; absent if there are none"),
       derived<[](const S& s) { return PostImpact{s.result}; }>("post_impact", "",
                                                                "motion after the impact; absent without such motion")
           .when<[](const S& s) { return has_phases(*s.result) && !s.result->without_impact; }>(),

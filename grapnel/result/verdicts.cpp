@@ -142,6 +142,22 @@ std::string loss_words(const CaptureResult& result) {
   return text;
 }
 
+// "; left slipped at t = 2.5 s by 12 mm and 0.1 rad, holds since t = 3.1 s", for each end-effector that slipped.
+std::string slip_words(const CaptureResult& result) {
+  std::string text;
+  for (const GraspOutcome& g : result.grasps) {
+    const auto first = std::ranges::find(result.slips, g.end_effector, &SlipReport::end_effector);
+    if (first == result.slips.end()) continue;
+    const auto last =
+        std::ranges::find(result.slips.rbegin(), result.slips.rend(), g.end_effector, &SlipReport::end_effector);
+    text += fmt::format("; {} slipped at t = {} s", g.end_effector, short_number(first->time));
+    if (g.slipped) text += fmt::format(", by {} and {} rad", length_text(g.slip_distance), short_number(g.slip_angle));
+    if (!g.captured || !g.slipped) continue;
+    text += g.slips ? ", and slips at the end" : fmt::format(", holds since t = {} s", short_number(last->until));
+  }
+  return text;
+}
+
 // Parts of the verdict on the capture.
 struct CaptureWords {
   std::string moved;   // ", by moving debris 106 mm"
@@ -166,7 +182,7 @@ CaptureWords capture_words(const CaptureResult& result) {
       fmt::format("{} of {} grasps, t = {} s, {} {}", closed, result.grasps.size(), short_number(result.capture_time),
                   result.grasps.size() == 1 ? "gap" : "largest gap", length_text(gap));
   if (!unjudged.empty()) words.doubts = fmt::format(": no capture envelope is given for {}", listed(unjudged));
-  words.doubts += loss_words(result);
+  words.doubts += slip_words(result) + loss_words(result);
   if (is_beyond_validity(result))
     words.doubts +=
         fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));

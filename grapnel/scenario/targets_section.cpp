@@ -135,12 +135,26 @@ struct Described<GraspLimits> {
       field<&T::combined>("combined", "",
                           "ellipsoid: the squares of force and moment, each relative to its limit, sum to at most 1. "
                           "components: each is at most its limit."),
+      field<&T::beyond>(
+          "beyond", "",
+          "opens: beyond its limits the grasp opens and the gripper loses the target. slips: force and "
+          "moment stay at the limits, times `kinetic_ratio`, and gripper and target move relative to each "
+          "other until they are at rest; a part without a limit does not slip. Only rigid grasps slip."),
+      field<&T::kinetic_ratio>("kinetic_ratio", "1", "Limits while the grasp slips, relative to those at rest.")
+          .above(0)
+          .at_most(1),
+      field<&T::lost_distance>(
+          "lost_distance", "m",
+          "Displacement of the gripper relative to the target since closing, beyond which a grasp that slips is lost. "
+          "Absent: any.")
+          .above(0)
+          .optional(),
+      field<&T::lost_angle>("lost_angle", "rad", "The same for its rotation. Absent: any.").above(0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_empty()});
   static constexpr Type type = structure<T>(
       "holds",
-      "Largest load that the grasp holds; beyond it the grasp opens and the gripper loses the target. Not for model "
-      "contact. Absent: any load.",
+      "Largest load that the grasp holds; beyond it the grasp opens or slips. Not for model contact. Absent: any load.",
       fields, rules);
 };
 

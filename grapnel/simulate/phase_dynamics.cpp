@@ -77,7 +77,9 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   if (!setup_.closures.empty() || !model.couplings().empty()) solver_.emplace(model_, setup_.closures);
   base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.gyros, setup_.actuators,
                         setup_.clock, setup_.effectors);
-  wrenches_.resize(wrenches_.size() + base_.wrench_count());
+  first_slip_ = wrenches_.size();
+  slips_.resize(setup_.slips.size());
+  wrenches_.resize(first_slip_ + 2 * slips_.size() + base_.wrench_count());
   steady_wrenches_ = wrenches_.size();
   if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + 2 * setup_.contacts->size());
   if (setup_.law_model) {
@@ -148,7 +150,8 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || setup_.contacts || base_.acts_from_outside() || base_.wrench_count() > 0;
+                  setup_.orbit.has_value() || setup_.contacts || !setup_.slips.empty() || base_.acts_from_outside() ||
+                  base_.wrench_count() > 0;
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -256,12 +259,18 @@ void PhaseDynamics::act_on_orbit(const OrbitPoint& at) {
   }
 }
 
-// Kinematics, and the wrenches of loads, the orbit's field, attitude control and contacts.
+// Kinematics, and the wrenches of loads, the orbit's field, slipping grasps, attitude control and contacts.
 void PhaseDynamics::act_from_outside(double t) {
   forward_kinematics(model_, now_, workspace_.kinematics);
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
+  for (std::size_t i = 0; i < slips_.size(); ++i) {
+    const GraspSlip& slip = setup_.slips[i];
+    slips_[i] = slip_state(slip, workspace_.kinematics);
+    wrenches_[first_slip_ + 2 * i] = {slip.body_a, slips_[i].p_WC, slips_[i].F_WC};
+    wrenches_[first_slip_ + 2 * i + 1] = {slip.body_b, slips_[i].p_WC, -slips_[i].F_WC};
+  }
   if (const std::size_t count = base_.wrench_count(); count > 0)
     base_.push(t, workspace_.kinematics.X_WB[base_.root()],
                std::span(wrenches_).subspan(steady_wrenches_ - count, count));
@@ -533,6 +542,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   if (has_external_) add_external(integrals);
   add_joint_integrals(integrals);
   add_contact_integrals(integrals);
+  add_slip_integrals(integrals);
 }
 
 const State& PhaseDynamics::unprojected_state(double t, std::span<const double> y) {
@@ -563,10 +573,17 @@ ProjectionResult PhaseDynamics::project(double t, std::span<double> y, double ne
 
 ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
   load(t, y);
-  move_roots_to_origin(model_, now_);
-  forward_kinematics(model_, now_, workspace_.kinematics);
   ClosureDefect largest;
-  for (const LoopClosure& closure : setup_.closures) largest.raise(closure_defect(closure, workspace_.kinematics));
+  const auto raise_by = [&](bool one_tree) {
+    forward_kinematics(model_, now_, workspace_.kinematics);
+    for (const LoopClosure& closure : setup_.closures) {
+      if ((tree_of_[closure.body_a] == tree_of_[closure.body_b]) == one_tree)
+        largest.raise(closure_defect(closure, workspace_.kinematics));
+    }
+  };
+  raise_by(false);
+  move_roots_to_origin(model_, now_);  // less rounding; the place of a tree does not matter
+  raise_by(true);
   largest.raise(coupling_defects(model_, now_));
   return largest;
 }

@@ -28,6 +28,7 @@
 #include "grapnel/simulate/base_actuation.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
+#include "grapnel/simulate/grasp_slip.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_modes.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
@@ -102,6 +103,7 @@ struct PhaseSetup {
   std::vector<LoopClosure> closures;  // closed loops
   bool project_loops = true;          // project states onto the closures
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
+  std::vector<GraspSlip> slips = {};  // grasps that slip
 };
 
 /// The integrals from the integrated numbers (phase_integral): in total, and of each tree if there are several.
@@ -130,8 +132,8 @@ class PhaseDynamics {
 
   const Model& model() const { return model_; }
   const PhaseSetup& setup() const { return setup_; }
-  /// Whether there are external effects: gravity, an orbit's field, loads, contacts, attitude control, the ground under
-  /// a fixed or held root.
+  /// Whether there are external effects: gravity, an orbit's field, loads, contacts, slipping grasps, attitude control,
+  /// the ground under a fixed or held root.
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
@@ -234,6 +236,8 @@ class PhaseDynamics {
   std::span<const double> acceleration() const { return vdot_; }
   std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
   const Vector3d& gravity() const { return setup_.gravity; }
+  /// The friction of the slipping grasps in the last evaluation.
+  std::span<const SlipState> slips() const { return slips_; }
   /// The forces last passed to a controller as acting besides its own (ControlInput::force).
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m]. With
@@ -247,9 +251,10 @@ class PhaseDynamics {
  private:
   int integral_count() const {
     using namespace phase_integral;
-    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count() +
-           damper_integral_count() + contact_integral_count() + exchange_count();
+    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + slip_integral_count() +
+           joint_integral_count() + damper_integral_count() + contact_integral_count() + exchange_count();
   }
+  int slip_integral_count() const { return phase_integral::kSlipCount * static_cast<int>(setup_.slips.size()); }
   int contact_integral_count() const {
     if (!setup_.contacts) return 0;
     return phase_integral::kContactCount * static_cast<int>(setup_.contacts->groups()) + stick_count();
@@ -298,6 +303,7 @@ class PhaseDynamics {
   void add_ground(Add&& add) const;
   void add_joint_integrals(std::span<double> integrals);
   void add_contact_integrals(std::span<double> integrals);
+  void add_slip_integrals(std::span<double> integrals) const;
   Vector3d arms_ahead();
   std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
@@ -336,9 +342,12 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  /// Of the loads; then of an orbit's field, one per body; then of the base's effectors; then of contacts.
+  /// Of the loads; then of an orbit's field, one per body; of slipping grasps, two each; of the base's effectors; then
+  /// of contacts.
   std::vector<ExternalWrench> wrenches_;
+  std::size_t first_slip_ = 0;       // number before those of slipping grasps
   std::size_t steady_wrenches_ = 0;  // number without those of contacts
+  std::vector<SlipState> slips_;     // of setup_.slips
   std::vector<double> tensions_;     // per tendon
   BaseActuation base_;
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()
@@ -372,7 +381,7 @@ class PhaseDynamics {
   std::vector<double> loaded_;  // scratch of project(): q and v before
   bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed
-  bool has_external_ = false;   // gravity, an orbit, loads, contacts, attitude control, a held root or a fixed one
+  bool has_external_ = false;   // gravity, an orbit, loads, contacts, slips, attitude control, a held or fixed root
 };
 
 }  // namespace grapnel

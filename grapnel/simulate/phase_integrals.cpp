@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "grapnel/simulate/joint_motor.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
@@ -40,6 +41,7 @@ void PhaseDynamics::add_ground(Add&& add) const {
 // std::invalid_argument if the numbers of trees or measured joints differ.
 std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
   if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size() ||
+      integrals.slips.size() != setup_.slips.size() ||
       integrals.contacts.size() != (setup_.contacts ? setup_.contacts->groups() : 0))
     throw std::invalid_argument("PhaseDynamics: the integrals belong to another phase");
   std::vector<double> y = initial(state, t);
@@ -54,6 +56,10 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
     at[kTreeWork] = tree.work;
     put(tree.impulse.angular, at + kTreeMoment), put(tree.impulse.linear, at + kTreeForce);
     at += kTreeCount;
+  }
+  for (const SlipIntegrals& slip : integrals.slips) {
+    at[kSlipFriction] = slip.friction, at[kSlipDistance] = slip.distance, at[kSlipAngle] = slip.angle;
+    at += kSlipCount;
   }
   for (const JointIntegrals& joint : integrals.joints) {
     at[kJointMotor] = joint.motor_work, at[kJointFriction] = joint.friction_work, at[kJointCopper] = joint.copper_loss;
@@ -119,8 +125,9 @@ void PhaseDynamics::measure_trees() {
   }
 }
 
-// Power and impulse rates of gravity, loads, the orbit's field, contacts and attitude control, of the ground under a
-// fixed root, and of the wrench that holds a root; in total and of each tree.
+// Power and impulse rates of gravity, loads, the orbit's field, contacts, slipping grasps and attitude control, of
+// closures between trees, of the ground under a fixed root, and of the wrench that holds a root; in total and of each
+// tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
   const Kinematics& k = workspace_.kinematics;
@@ -138,11 +145,32 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
     add(body, force, p_W, moment, 0.0);
   });
-  for (const ExternalWrench& e : wrenches_)
-    add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
+  const auto add_at = [&](int body, const Vector3d& p_W, const Wrenchd& F_W) {
+    add(body, F_W.linear, p_W, F_W.angular, dot(F_W, shift(k.V_WB[body], p_W - k.X_WB[body].p)));
+  };
+  for (const ExternalWrench& e : wrenches_) add_at(e.body, e.p_WP, e.F_W);
+  int row = 0;
+  for (const LoopClosure& closure : setup_.closures) {
+    const int rows = row_count(closure.model), first = std::exchange(row, row + rows);
+    if (tree_of_[closure.body_a] == tree_of_[closure.body_b]) continue;
+    const Posed X_WC = k.X_WB[closure.body_a] * closure.X_AC;
+    const Wrenchd F_WC = X_WC.R * closure_wrench(closure, solver_->multipliers().subspan(first, rows));
+    add_at(closure.body_a, X_WC.p, F_WC);
+    add_at(closure.body_b, X_WC.p, -F_WC);
+  }
   if (const int root = base_.root(); base_.acts_from_outside()) {
     const Vector3d torque = k.X_WB[root].R * base_.given();
     add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
+  }
+}
+
+// Last evaluation => rates of the integrals of slipping grasps.
+void PhaseDynamics::add_slip_integrals(std::span<double> integrals) const {
+  double* at = integrals.data() + kWholeCount + kTreeCount * trees_.size();
+  for (const SlipState& slip : slips_) {
+    at[kSlipFriction] = slip.friction_power;
+    at[kSlipDistance] = norm(slip.V_C.linear), at[kSlipAngle] = norm(slip.V_C.angular);
+    at += kSlipCount;
   }
 }
 
@@ -199,7 +227,10 @@ PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
   const std::size_t common =
       numbers.size() - exchange_count() - contact_integral_count() - joint_integral_count() - damper_integral_count();
-  PhaseIntegrals integrals = phase_integrals(numbers.first(common));
+  const std::size_t whole = common - slip_integral_count();
+  PhaseIntegrals integrals = phase_integrals(numbers.first(whole));
+  for (std::size_t at = whole; at < common; at += kSlipCount)
+    integrals.slips.push_back({numbers[at + kSlipFriction], numbers[at + kSlipDistance], numbers[at + kSlipAngle]});
   const std::span<const double> exchanged = numbers.last(exchange_count());
   const double* contact = exchanged.data() - contact_integral_count();
   integrals.damper_work.assign(contact - damper_integral_count(), contact);

@@ -48,14 +48,22 @@ struct ContactIntegrals {
   double slip = 0;      // path of the largest slip velocity [m]
 };
 
+/// Integrals of a slipping grasp.
+struct SlipIntegrals {
+  double friction = 0;  // dissipated [J]
+  double distance = 0;  // path of the gripper's frame relative to the target [m]
+  double angle = 0;     // likewise, of its rotation [rad]
+};
+
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
   double motor_work = 0;     // [J]; of drives, prescribed joints included
   double friction_work = 0;  // [J]; negative; of friction, and of impacts at stops
-  double external_work = 0;  // [J]; of gravity, loads, contacts, attitude control and a holding wrench
+  double external_work = 0;  // [J]; of gravity, loads, contacts, slipping grasps, attitude control, a holding wrench
   /// Of these and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
   std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty without external effects
+  std::vector<SlipIntegrals> slips = {};  // of PhaseSetup::slips
   /// Of dampers at joints with springs, part of friction_work, per tree; empty if there are none [J].
   std::vector<double> damper_work = {};
   std::vector<JointIntegrals> joints = {};      // with static friction, stops or a motor (JointDescription)
@@ -72,6 +80,9 @@ inline constexpr int kWholeCount = 9;
 // [N m s], force [N s].
 inline constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
 inline constexpr int kTreeCount = 7;
+// Then, of slipping grasps (SlipIntegrals).
+inline constexpr int kSlipFriction = 0, kSlipDistance = 1, kSlipAngle = 2;
+inline constexpr int kSlipCount = 3;
 // Then, of joints with static friction, stops or a motor: work of motor and friction, copper loss [J].
 inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
 inline constexpr int kJointCount = 3;

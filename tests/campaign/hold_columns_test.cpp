@@ -49,6 +49,25 @@ TEST(HoldColumns, LoadAndLosses) {
   EXPECT_EQ(value(point, r, grasp + "losses"), 2);
 }
 
+TEST(HoldColumns, SumsOfSlips) {
+  StudyCase point = with_limits();
+  const std::string effector = point.problem.grasps[0].end_effector, grasp = "grasps/" + effector + "/";
+  EXPECT_THAT(names(point), testing::Not(testing::Contains(grasp + "slips")));
+  point.problem.grasps[0].holds->beyond = GraspLimits::Beyond::slips;
+  CaptureResult r;
+  r.status = CaptureStatus::completed;
+  EXPECT_EQ(value(point, r, grasp + "slips"), 0);
+  EXPECT_TRUE(std::isnan(value(point, r, grasp + "slip_time")));
+  r.slips = {{3, effector, "box", 90, 10, SlipEnd::sticks, 4, 0.25, 1, 8},
+             {5, "other", "box", 90, 10, SlipEnd::sticks, 6, 32, 32, 32},
+             {7, effector, "box", 90, 10, SlipEnd::slips, 8, 0.5, 2, 16}};
+  EXPECT_EQ(value(point, r, grasp + "slips"), 2);
+  EXPECT_EQ(value(point, r, grasp + "slip_time"), 3);
+  EXPECT_EQ(value(point, r, grasp + "slip_distance"), 0.75);
+  EXPECT_EQ(value(point, r, grasp + "slip_angle"), 3);
+  EXPECT_EQ(value(point, r, grasp + "slip_energy"), 24);
+}
+
 TEST(HoldColumns, OnlyGraspsWithLimitsHaveThem) {
   StudyCase point = with_limits();
   const std::string other = "grasps/" + point.problem.grasps[1].end_effector + "/load_used";

@@ -1,11 +1,13 @@
 /// Grasps with limits: closed forms of the time of a loss, losses in impacts and in closed loops, later closings.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 
+#include "capture/held_box.hpp"
 #include "capture/loop_case.hpp"
 #include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/result/verdicts.hpp"
@@ -17,49 +19,7 @@ namespace grasp_holds_test {
 
 using ::testing::HasSubstr;
 
-// Masses [kg] and moments of inertia about the x axis [kg m^2] of base, arm and box, whose centres are on that axis.
-constexpr double kBase = 100, kArm = 5, kBox = 20, kAll = kBase + kArm + kBox;
-constexpr double kTurn = 10 + 0.1 + 1;
-
-// A base with a braked arm along x that holds a box by its near face from t = 0 on. `grasp`: further keys of the grasp;
-// `rest`: further keys of the scenario.
-std::string scene(const std::string& grasp, const std::string& rest, double duration = 4,
-                  const std::string& target = "{at: start, position: [1, 0, 0]}") {
-  return "schema: grapnel-scenario/1\n"
-         "name: held box\n"
-         "robot:\n"
-         "  name: r\n"
-         "  base: {name: base, mass: 100, inertia: [10, 10, 10], geometry: {shape: sphere, radius: 0.3}}\n"
-         "  links:\n"
-         "    - name: arm\n"
-         "      parent: base\n"
-         "      joint: {name: slide, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, 0, 0]}}\n"
-         "      mass: 5\n"
-         "      inertia: [0.1, 0.1, 0.1]\n"
-         "      geometry: {shape: sphere, radius: 0.05, position: [0.24, 0, 0]}\n"
-         "  end_effectors: [{name: tip, link: arm, position: [0.3, 0, 0], envelope: {position: 0.02}}]\n"
-         "initial: {joints: [0]}\n"
-         "targets:\n"
-         "  - {name: box, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: " +
-         target +
-         ", grasp_points: [{name: face, position: [-0.2, 0, 0]}]}\n"
-         "grasps: [{end_effector: tip, target: box, point: face" +
-         (grasp.empty() ? "" : ", " + grasp) +
-         "}]\n"
-         "impact: {duration: 1e-2, joints: braked}\n"
-         "post_impact: {duration: " +
-         std::to_string(duration) + ", joints: braked}\n" + rest;
-}
-
-// A load on the base: rows [t, Fx, Fy, Fz, Mx, My, Mz].
-std::string pushed(const std::string& rows) {
-  return "external_wrenches: [{body: base, time: {shape: table, values: [" + rows + "]}}]\n";
-}
-
-CaptureResult run(const std::string& text) {
-  const test::TemporaryFolder folder;
-  return simulate_capture(load_scenario(folder.write("scenario.yaml", text)));
-}
+using namespace held_box;
 
 void expect_loss(const CaptureResult& r, double time, double tolerance) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -331,29 +291,8 @@ TEST(GraspHolds, OneArmOfALoopOpensThenTheOther) {
 // moments about the grasp points follow from the solution of minimum norm, in which both wrenches about the centre are
 // equal.
 TEST(GraspHolds, ARedundantPairOpensTogetherOrInTurn) {
-  const auto pair = [](const std::string& first, const std::string& second) {
-    const std::string arms =
-        "    - {name: left, parent: base, joint: {name: a, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, "
-        "0.2, "
-        "0]}}, mass: 5, inertia: [0.1, 0.1, 0.1]}\n"
-        "    - {name: right, parent: base, joint: {name: b, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, "
-        "-0.2, "
-        "0]}}, mass: 5, inertia: [0.1, 0.1, 0.1]}\n";
-    return "schema: grapnel-scenario/1\nname: pair\nrobot:\n  name: r\n"
-           "  base: {name: base, mass: 95, inertia: [10, 10, 10]}\n  links:\n" +
-           arms +
-           "  end_effectors: [{name: tip, link: left, position: [0.3, 0, 0]}, {name: other, link: right, position: "
-           "[0.3, 0, "
-           "0]}]\n"
-           "initial: {joints: [0, 0]}\n"
-           "targets: [{name: box, mass: 20, inertia: [1, 1, 1], state: {at: start, position: [0.8, 0, 0]}, "
-           "grasp_points: "
-           "[{name: l, position: [0, 0.2, 0]}, {name: r, position: [0, -0.2, 0]}]}]\n"
-           "grasps: [{end_effector: tip, target: box, point: l, holds: {force: " +
-           first + "}}, {end_effector: other, target: box, point: r, holds: {force: " + second +
-           "}}]\n"
-           "impact: {duration: 1e-2, joints: braked}\npost_impact: {duration: 4, joints: braked}\n" +
-           pushed("[0, 0, 0, 0, 0, 0, 0], [10, 100, 0, 0, 0, 0, 0]");
+  const auto pair = [](const char* first, const char* second) {
+    return held_by_two(fmt::format("force: {}", first), fmt::format("force: {}", second));
   };
   const double ramp = 10 * kBox / kAll;
   const CaptureResult equal = run(pair("2", "2"));

@@ -227,6 +227,19 @@ void expect_a_lost_grasp(const CaptureResult& r) {
   EXPECT_NEAR(gentle.grasps[0].largest_load.value(), 0.81, 0.01);  // measured 0.807
 }
 
+// Beyond its limits the gripper slips, and holds the satellite again.
+void expect_a_slip(const CaptureResult& r) {
+  ASSERT_EQ(r.slips.size(), 1u);
+  EXPECT_NEAR(r.slips[0].time, 2.58, 0.01);
+  EXPECT_NEAR(r.slips[0].until, 5.99, 0.01);
+  EXPECT_EQ(r.slips[0].ended, SlipEnd::sticks);
+  EXPECT_NEAR(r.slips[0].distance, 0.207, 0.001);
+  EXPECT_NEAR(r.slips[0].energy, 19.94, 0.05);
+  EXPECT_TRUE(r.losses.empty());
+  EXPECT_TRUE(r.captured());
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
+}
+
 }  // namespace
 
 ExampleChecks gripper_checks() {
@@ -238,6 +251,7 @@ ExampleChecks gripper_checks() {
       {"four-arm-cage", expect_a_cage},
       {"parallel-gripper", of_result(expect_a_grip)},
       {"lost-grasp", of_result(expect_a_lost_grasp)},
+      {"slipping-grasp", of_result(expect_a_slip)},
       {"cubesat-two-finger", of_result(expect_a_latched_cubesat)},
       {"hard-paddles", expect_bounces},
       {"tendon-gripper", of_result(expect_a_tendon_grip)},

@@ -191,6 +191,7 @@ CaptureResult sample_result() {
   result.impacts[1].time = 27;
   result.impacts[1].rank = 12;
   result.impacts[1].null_space.clear();
+  result.slips = {{43, "third", "debris", 10, 2, SlipEnd::lost, 44, 0.05, 0.25, 0.75}};
   result.losses = {{44, "third", "debris", 12.5, 2.5, 1.25, false}};
   result.releases = {{45, {"left", "right"}, {"debris", "debris"}}};
   result.loops = {

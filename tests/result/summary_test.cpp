@@ -32,10 +32,9 @@ const std::vector<std::string> kBody{"name", "position", "quaternion_wxyz", "ang
 
 TEST(Summary, HasEveryKeyOfTheContract) {
   const json summary = parsed(test::sample_result_with_laws());
-  expect_keys(summary,
-              {"schema", "version", "scenario", "status", "failure", "warnings", "verdicts", "approach", "impact",
-               "post_impact", "later_impacts", "losses", "releases", "capture", "clearance", "limits", "ledger",
-               "feasibility", "cost"},
+  expect_keys(summary, {"schema",   "version",   "scenario",    "status",        "failure",     "warnings", "verdicts",
+                        "approach", "impact",    "post_impact", "later_impacts", "slips",       "losses",   "releases",
+                        "capture",  "clearance", "limits",      "ledger",        "feasibility", "cost"},
               "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   ASSERT_EQ(summary["verdicts"].size(), 4u);
@@ -168,8 +167,12 @@ TEST(Summary, HasLoopsLaterImpactsAndReleases) {
   EXPECT_EQ(summary["later_impacts"][0]["time"], 27);
   EXPECT_TRUE(summary["later_impacts"][0]["null_space"].empty());
   EXPECT_TRUE(summary["later_impacts"][0]["null_space"].is_array());
-  expect_keys(summary["losses"][0], {"time", "end_effector", "target", "force", "moment", "load", "in_impact"},
-              "losses[]");
+  expect_keys(summary["losses"][0],
+              {"time", "end_effector", "target", "force", "moment", "load", "in_impact", "by_slip"}, "losses[]");
+  expect_keys(summary["slips"][0],
+              {"time", "end_effector", "target", "force", "moment", "ended", "until", "distance", "angle", "energy"},
+              "slips[]");
+  EXPECT_EQ(summary["slips"][0]["ended"], "lost");
   expect_keys(summary["releases"][0], {"time", "end_effectors", "targets"}, "releases[]");
   expect_keys(summary["post_impact"]["loops"][0],
               {"phase", "closures", "rows", "rank", "unprojected_position", "unprojected_angle", "unprojected_velocity",

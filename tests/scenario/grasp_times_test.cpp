@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "scenario/scenario_files.hpp"
@@ -80,6 +81,14 @@ TEST(LoadGrasps, LimitsAndLaterClosings) {
   EXPECT_EQ(one.grasps[0].holds->combined, GraspLimits::Combined::components);
   EXPECT_EQ(one.grasps[0].holds->moment, GraspLimits::kNone);
   EXPECT_FALSE(load({}).grasps[0].holds);
+  EXPECT_FALSE(one.grasps[0].holds->slips());
+  const CaptureProblem slips = load({with_grasp(
+      "holds: {force: 5, moment: 2, beyond: slips, kinetic_ratio: 0.5, lost_distance: 40 mm, lost_angle: 30 "
+      "deg}")});
+  EXPECT_TRUE(slips.grasps[0].holds->slips());
+  EXPECT_EQ(slips.grasps[0].holds->kinetic_ratio, 0.5);
+  EXPECT_DOUBLE_EQ(slips.grasps[0].holds->lost_distance, 0.04);
+  EXPECT_DOUBLE_EQ(slips.grasps[0].holds->lost_angle, M_PI / 6);
 }
 
 TEST(LoadGrasps, EnvelopesOnlyOfGraspsThatWaitForEachOther) {
@@ -153,6 +162,25 @@ const std::vector<FaultCase> kCases{
     {"holds_zero",
      {with_grasp("holds: {force: 0}")},
      {"scenario.yaml:29:67: error: grasps[0].holds.force is 0, must be greater than 0 [N]"}},
+    {"slips_with_a_ratio_above_one",
+     {with_grasp("holds: {force: 5, beyond: slips, kinetic_ratio: 1.5}")},
+     {"scenario.yaml:29:100: error: grasps[0].holds.kinetic_ratio is 1.5, must be greater than 0 and at most 1 [1]"}},
+    {"slips_without_beyond",
+     {with_grasp("holds: {force: 5, kinetic_ratio: 0.5}")},
+     {"scenario.yaml:29:85: error: grasps[0].holds.kinetic_ratio is for grasps that slip; add "
+      "grasps[0].holds.beyond: slips"}},
+    {"slips_with_separate_limits",
+     {with_grasp("holds: {force: 5, moment: 2, combined: components, beyond: slips}")},
+     {"scenario.yaml:29:111: error: grasps[0].holds.beyond is slips, but force and moment have separate limits "
+      "(grasps[0].holds.combined is components); use combined: ellipsoid or leave one limit out"}},
+    {"slips_out_without_a_limit",
+     {with_grasp("holds: {force: 5, beyond: slips, lost_angle: 1}")},
+     {"scenario.yaml:29:97: error: grasps[0].holds.lost_angle needs grasps[0].holds.moment: without a limit the moment "
+      "does not slip"}},
+    {"slips_as_a_hinge",
+     {with_grasp("model: hinge, axis: [0, 0, 1], holds: {force: 5, beyond: slips}")},
+     {"scenario.yaml:29:109: error: grasps[0].holds.beyond is slips, but only rigid grasps slip; use model: rigid or "
+      "beyond: opens"}},
     {"closes_again_before_the_end_of_the_approach",
      {with_grasp("closes_again_at: [15, 25, 25]")},
      {"scenario.yaml:29:70: error: grasps[0].closes_again_at[0] is 15 [s], must be greater than 20, the approach's end",

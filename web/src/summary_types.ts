@@ -36,8 +36,10 @@ export interface Summary {
   later_impacts?: ImpactReport[];
   /** releases of grasps, in the order of time; absent if there are none */
   releases?: ReleaseReport[];
-  /** grasps that opened because their load exceeded their limits (`holds`), in the order of time; absent if there are none */
+  /** grasps that opened because their load exceeded their limits (`holds`) or that slipped too far, in the order of time; absent if there are none */
   losses?: LossReport[];
+  /** slips of grasps beyond their limits, in the order of time; absent if there are none */
+  slips?: SlipReport[];
   /** motion after the impact; absent without such motion */
   post_impact?: PostImpact;
   /** motion of a scenario without a capture; else absent */
@@ -98,7 +100,8 @@ export const kSummary: FieldNote[] = [
   ["impact","","first impact; absent without an impact"],
   ["later_impacts","","impacts of grasps that closed later, in the order of time; absent if there are none"],
   ["releases","","releases of grasps, in the order of time; absent if there are none"],
-  ["losses","","grasps that opened because their load exceeded their limits (`holds`), in the order of time; absent if there are none"],
+  ["losses","","grasps that opened because their load exceeded their limits (`holds`) or that slipped too far, in the order of time; absent if there are none"],
+  ["slips","","slips of grasps beyond their limits, in the order of time; absent if there are none"],
   ["post_impact","","motion after the impact; absent without such motion"],
   ["motion","","motion of a scenario without a capture; else absent"],
   ["loads","","largest loads of every phase; absent without loads"],
@@ -771,8 +774,16 @@ export interface GraspOutcome {
   target_moved: number;
   /** time of release; absent if the grasp was not released [s] */
   released?: number;
-  /** time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, or closed again [s] */
+  /** time at which the grasp opened, since the load exceeded the limits in `holds` or the slip those of the slip; absent if it did not, or closed again [s] */
   lost?: number;
+  /** first onset of slip since the grasp closed; absent: it did not slip [s] */
+  slipped?: number;
+  /** whether it slips at the end */
+  slips?: boolean;
+  /** displacement of the gripper relative to the target since closing [m] */
+  slip_distance?: number;
+  /** rotation likewise [rad] */
+  slip_angle?: number;
   /** number of times the grasp closed [1] */
   closings: number;
   /** largest load relative to the limits in `holds`, which is 1 at the limit; absent without limits [1] */
@@ -795,7 +806,11 @@ export const kGraspOutcome: FieldNote[] = [
   ["time","s","instant at which this grasp closed, or was to close. The deviations above apply to this instant; for a grasp that the run did not reach they apply to the run's end, and are null after a failure"],
   ["target_moved","m","displacement of the target by `contact.gap: translate_target`, which lets the grasp close"],
   ["released","s","time of release; absent if the grasp was not released"],
-  ["lost","s","time at which the load exceeded the limits in `holds` and the grasp opened; absent if it did not, or closed again"],
+  ["lost","s","time at which the grasp opened, since the load exceeded the limits in `holds` or the slip those of the slip; absent if it did not, or closed again"],
+  ["slipped","s","first onset of slip since the grasp closed; absent: it did not slip"],
+  ["slips","","whether it slips at the end"],
+  ["slip_distance","m","displacement of the gripper relative to the target since closing"],
+  ["slip_angle","rad","rotation likewise"],
   ["closings","1","number of times the grasp closed"],
   ["largest_load","1","largest load relative to the limits in `holds`, which is 1 at the limit; absent without limits"],
   ["largest_load_time","s","time of the largest load"],
@@ -1515,7 +1530,7 @@ export const kReleaseReport: FieldNote[] = [
   ["targets","","targets that these end-effectors held, in their order"],
 ];
 
-// a grasp that opened because its load exceeded its limits.
+// a grasp that opened because its load exceeded its limits, or that slipped too far.
 export interface LossReport {
   /** time at which the grasp opened [s] */
   time: number;
@@ -1531,6 +1546,8 @@ export interface LossReport {
   load: number;
   /** whether an impact exceeded the limits: force and moment are then means over `impact.duration`, or the peaks of a compliant impact */
   in_impact: boolean;
+  /** whether the grasp slipped farther than its limits permit */
+  by_slip: boolean;
 }
 export const kLossReport: FieldNote[] = [
   ["time","s","time at which the grasp opened"],
@@ -1540,7 +1557,46 @@ export const kLossReport: FieldNote[] = [
   ["moment","N m","moment between them, about the grasp point"],
   ["load","1","load relative to the limits in `holds`, which is 1 at the limit"],
   ["in_impact","","whether an impact exceeded the limits: force and moment are then means over `impact.duration`, or the peaks of a compliant impact"],
+  ["by_slip","","whether the grasp slipped farther than its limits permit"],
 ];
+
+// slip of a grasp whose load exceeded its limits.
+export interface SlipReport {
+  /** onset of the slip [s] */
+  time: number;
+  /** end-effector of the grasp */
+  end_effector: string;
+  /** target that it holds */
+  target: string;
+  /** force between gripper and target at the onset [N] */
+  force: number;
+  /** moment between them at the onset, about the grasp point [N m] */
+  moment: number;
+  /** `sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended */
+  ended: SlipEnd;
+  /** end of the slip, or of the run [s] */
+  until: number;
+  /** path of the gripper relative to the target [m] */
+  distance: number;
+  /** the same for its rotation [rad] */
+  angle: number;
+  /** energy dissipated by friction [J] */
+  energy: number;
+}
+export const kSlipReport: FieldNote[] = [
+  ["time","s","onset of the slip"],
+  ["end_effector","","end-effector of the grasp"],
+  ["target","","target that it holds"],
+  ["force","N","force between gripper and target at the onset"],
+  ["moment","N m","moment between them at the onset, about the grasp point"],
+  ["ended","","`sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended"],
+  ["until","s","end of the slip, or of the run"],
+  ["distance","m","path of the gripper relative to the target"],
+  ["angle","rad","the same for its rotation"],
+  ["energy","J","energy dissipated by friction"],
+];
+
+export type SlipEnd = "slips" | "sticks" | "lost" | "released";
 
 // the motion after the impact, or the motion of a run without impact.
 export interface PostImpact {

@@ -1,6 +1,6 @@
 // The impact: impulses on grasps, impulses that the arms transmit, changes of motion.
 import { element } from "../dom";
-import { kCompliantReport, kImpactReport, kLoopGap, kLossReport, kReleaseReport, kRetainedModes, type ImpactReport } from "../summary_types";
+import { kCompliantReport, kImpactReport, kLoopGap, kLossReport, kReleaseReport, kRetainedModes, kSlipReport, type ImpactReport } from "../summary_types";
 import { describedPairs, describedTable, without } from "./described";
 import { graspTables, impulseSets } from "./grasp_tables";
 import { marginsPart } from "./margins";
@@ -23,6 +23,7 @@ export function impactSection(s: PartlySummary): HTMLElement[] {
   return [
     ...oneImpact(s.impact),
     ...later,
+    ...describedTable("Grasps that slipped", kSlipReport, list(s.slips)),
     ...describedTable("Grasps lost under load", kLossReport, list(s.losses)),
     ...describedTable("Releases", kReleaseReport, list(s.releases)),
   ];
