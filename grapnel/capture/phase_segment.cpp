@@ -86,8 +86,8 @@ IntegrationSetup tolerances_for(const IntegrationSetup& requested, const PhaseDy
     integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
     integration.absolute_tolerance *= 0.1;
     if (!dynamics.setup().slips.empty()) {  // the wrench turns within the slip resolution
-      integration.relative_tolerance = std::min(integration.relative_tolerance, 1e-12);
-      integration.absolute_tolerance = std::min(integration.absolute_tolerance, 1e-12);
+      integration.relative_tolerance = std::min(integration.relative_tolerance, 1e-13);
+      integration.absolute_tolerance = std::min(integration.absolute_tolerance, 1e-14);
     }
   } else if (!controlled) {
     // Its energy is conserved, without correction. The steps are long and few: the ledger's bound of 1e-10 costs

@@ -95,9 +95,9 @@ struct Described<IntegrationSetup> {
   using T = IntegrationSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::method>("method", "",
-                        "automatic: adaptive_8, and radau_9 where the motion is stiff. adaptive_8: explicit, "
-                        "Dormand-Prince of order 8. radau_9: implicit, Radau IIA of order 9. rk4: explicit, with fixed "
-                        "steps. All but rk4 control the error."),
+                        "automatic: adaptive_8, and radau_9 where a motion with contacts is stiff. adaptive_8: "
+                        "explicit, Dormand-Prince of order 8. radau_9: implicit, Radau IIA of order 9. rk4: explicit, "
+                        "with fixed steps. All but rk4 control the error."),
       field<&T::root_velocity>("root_velocity", "",
                                "recovered: without external loads, velocity and position of base and targets follow "
                                "from the momentum and the centre of mass at the phase's start, so that momentum cannot "

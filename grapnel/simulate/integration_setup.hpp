@@ -6,7 +6,7 @@
 namespace grapnel {
 
 struct IntegrationSetup {
-  /// automatic: adaptive_8 where the motion is not stiff, radau_9 where it is (AutomaticStepper). adaptive_8: explicit,
+  /// automatic: adaptive_8, and radau_9 where a motion with contacts is stiff (AutomaticStepper). adaptive_8: explicit,
   /// of order 8. radau_9: implicit, of order 9. rk4: explicit, with fixed steps. All but rk4 control the error.
   enum class Method { automatic, adaptive_8, radau_9, rk4 };
   Method method = Method::automatic;

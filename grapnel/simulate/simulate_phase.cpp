@@ -454,7 +454,9 @@ PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interv
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   control.predictive = integration.predictive;
-  if (integration.method == Method::adaptive_8) {
+  // Without contacts motion is rarely stiff, and steps are those of SIMD lanes.
+  const bool may_be_stiff = dynamics.setup().contacts != nullptr;
+  if (integration.method == Method::adaptive_8 || (integration.method == Method::automatic && !may_be_stiff)) {
     DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
     return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
   }
