@@ -186,15 +186,15 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d slip = tangential(stick.slip);
   const double size = std::hypot(norm(slip), stick.spin);
   const double outward = size > 0 ? std::max(0.0, (dot(slip, u) + stick.spin * spin_speed) / size) : 0.0;
-  const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0);  // alpha
-  const double relief = size > 0 ? slipping * outward / size : 0.0;
+  const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0) * outward;
+  const double relief = size > 0 ? slipping / size : 0.0;
   const Vector3d slip_rate = per_length * (u - relief * slip);
   const double spin_rate = per_length * (spin_speed - relief * stick.spin);
 
-  // Force and couple, with damping while it sticks, within the ellipsoid.
-  const double delay = law.stiction_displacement / law.stiction_speed, damping = (1 - slipping) * delay;
-  const Vector3d toward = slip + damping * slip_rate;
-  const double spin_toward = stick.spin + damping * spin_rate, length = std::hypot(norm(toward), spin_toward);
+  // Force and couple, with damping, within the ellipsoid.
+  const double delay = law.stiction_displacement / law.stiction_speed;
+  const Vector3d toward = slip + delay * slip_rate;
+  const double spin_toward = stick.spin + delay * spin_rate, length = std::hypot(norm(toward), spin_toward);
   const double coefficient = contact_law::friction_coefficient(law.static_friction, law.kinetic_friction,
                                                                law.stiction_speed, std::hypot(norm(u), spin_speed));
   force_.friction_use = std::min(1.0, length);

@@ -67,20 +67,6 @@ TEST(ContactGeometry, SphereOnAHalfSpaceHasHertzsForce) {
   EXPECT_NEAR(f.depth, 1e-4, 1e-15);
 }
 
-// Where bodies slide and spin, the deformation turns with them and lags the slip by a small angle; its rate must not
-// enlarge that angle.
-TEST(ContactGeometry, SlidingFrictionIsOppositeToTheDeformation) {
-  ContactLaw law = elastic_law();
-  law.static_friction = law.kinetic_friction = 0.3;
-  PairContact pair(ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), ground(), law);
-  const Vector3d slip{-std::cos(0.01), -std::sin(0.01), 0};  // of the ground relative to the ball
-  const Twistd sliding{Vector3d::zero(), {0.1, 0, 0}};
-  const ContactForce& f = pair.evaluate({at(0, 0, 0.1 - 1e-4), sliding}, {Posed::identity(), kRest}, {slip, 0});
-  const Vector3d friction{f.on_b.linear[0], f.on_b.linear[1], 0};
-  EXPECT_NEAR(norm(friction), 0.3 * f.normal_force, 1e-12 * f.normal_force);
-  EXPECT_LT(norm(cross(friction, slip)), 1e-12 * norm(friction));  // damped while it slides: 0.09
-}
-
 TEST(ContactGeometry, LyingCapsuleHasTheForceOfACylinderPerLength) {
   PairContact pair(ContactShape(primitive(Shape::capsule, {0.1, 0.4, 0})), ground(), elastic_law());
   const double depth = 1e-8, line = M_PI / 4 * elastic_law().elastic * 0.4 * depth;
