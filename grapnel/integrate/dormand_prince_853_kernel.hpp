@@ -217,8 +217,8 @@ void evaluate_stages(F&& f, const StepStages<S>& step, S* end, S* error5, S* err
 }
 
 /// Combined error estimate of order h^8: err = h e5^2 / sqrt(e5^2 + 0.01 e3^2), in the root-mean-square norm (HNW
-/// II.10), from sums of squares over `dimension` numbers. At most 1: acceptable. NaN if a sum overflows, as after a step
-/// that diverges.
+/// II.10), from sums of squares over `dimension` numbers. At most 1: acceptable. NaN if a sum overflows, as after a
+/// step that diverges.
 template <class S>
 GRAPNEL_INLINE S combined_error(const S& h, const S& sum5, const S& sum3, int dimension) {
   using std::sqrt;

@@ -5,8 +5,8 @@
 /// motion_fields.cpp, impact_fields.cpp and summary_fields.cpp describe each field with its unit. Filled by
 /// simulate_capture(), read by the writers and reports. Public, kept stable.
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>

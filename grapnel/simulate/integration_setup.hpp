@@ -26,8 +26,8 @@ struct IntegrationSetup {
   double step = 1e-3;   // for rk4 [s]
   double max_step = 0;  // with error control; 0: none [s]
   long max_steps = 10'000'000;
-  /// Of explicit steps with error control: step sizes follow the change of the error between steps (StepControl::predictive). Set internally
-  /// where it saves steps.
+  /// Of explicit steps with error control: step sizes follow the change of the error between steps
+  /// (StepControl::predictive). Set internally where it saves steps.
   bool predictive = false;
   bool operator==(const IntegrationSetup&) const = default;
 };

@@ -79,7 +79,7 @@ struct PhaseOutcome {
   long rejected = 0;
   long implicit_steps = 0;                            // of `steps`
   std::vector<std::array<double, 2>> implicit_spans;  // begins and ends of intervals of implicit steps [s]
-  MomentumDefect momentum_corrected;  // at the end
+  MomentumDefect momentum_corrected;                  // at the end
   LoopOutcome loops;
   double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
 };
