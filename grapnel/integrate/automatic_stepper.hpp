@@ -41,7 +41,7 @@ class StiffnessMonitor {
   bool prefers_explicit(double end, const Cost& cost, std::size_t coupled, double radius);
   /// No implicit step was possible.
   void implicit_failed() { postpone(); }
-  /// The motion changed, as at an event: limited steps are counted anew.
+  /// The motion changed, as at an event: the count of limited steps restarts.
   void forget() { limited_ = unlimited_ = 0; }
 
  private:

@@ -50,7 +50,7 @@ class RadauStepper : public Stepper<double> {
     return advance(derivative);
   }
 
-  /// Sets the first size to try in the next step, and takes the derivatives of rhs anew. Throws std::invalid_argument
+  /// Sets the first size to try in the next step, and takes the derivatives of rhs again. Throws std::invalid_argument
   /// unless it is positive and finite.
   void propose_step(double size);
 

@@ -71,7 +71,7 @@ struct StagesReport {
   std::optional<double> least_friction_margin;  // after settling: 1 less the largest ContactForce::friction_use
 };
 
-/// The time [s] at which a stage was reached; absent: it was not. The approach has no time of its own.
+/// The time [s] at which a stage was reached; absent: it was not. The approach has no time.
 std::optional<double> stage_time(const StagesReport& report, StagesReport::Stage stage);
 
 }  // namespace grapnel
