@@ -57,7 +57,7 @@ class FaultFinder {
     if (!std::isfinite(term.ratio) || term.ratio == 0)
       add("ratio", fmt::format("mimic: ratio is {}, must be a finite number other than zero", term.ratio));
     if (!std::isfinite(term.offset)) add("offset", fmt::format("mimic: offset is {}, must be finite", term.offset));
-    if (term.joint.empty()) return;  // its absence is another error
+    if (term.joint.empty()) return add("joint", "mimic names no joint");
     const auto other = names_.find(term.joint);
     if (other == names_.end()) return add("joint", fmt::format("mimic names the unknown joint '{}'", term.joint), true);
     if (other->second == body) return add("joint", "mimic: a joint cannot follow itself");

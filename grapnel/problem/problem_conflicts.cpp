@@ -568,6 +568,7 @@ void add_coupling_faults(const RobotSetup& robot, const std::string& before, std
   }
   for (const CouplingFault& fault : coupling_faults(robot.bodies)) {
     const std::vector<CouplingTerm>& terms = robot.bodies[fault.body].joint.mimic;
+    if (fault.term >= 0 && terms[fault.term].joint.empty()) continue;  // the reader has reported the missing key
     const std::string joint =
         fault.body == 0 ? std::string("base.joint") : fmt::format("links[{}].joint", fault.body - 1);
     std::string path = joint + ".mimic";
