@@ -26,7 +26,7 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
                       const std::function<void(const std::filesystem::path&)>& check);
 
 /// Calls RC_FAIL for non-finite values in a series or the summary, except where NaN marks absent values (a joint
-/// without a reference, an open grasp, a grasp without a loop).
+/// without a reference, an open grasp, a grasp without a loop, a coupling of prescribed joints, bodies that are apart).
 void require_finite(const CaptureResult& result);
 /// Calls RC_FAIL if two results differ in a bit of their series or a character of their summaries.
 void require_same(const CaptureResult& a, const CaptureResult& b);
