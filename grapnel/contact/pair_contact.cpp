@@ -186,17 +186,24 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d slip = tangential(stick.slip);
   const double size = std::hypot(norm(slip), stick.spin);
   const double outward = size > 0 ? std::max(0.0, (dot(slip, u) + stick.spin * spin_speed) / size) : 0.0;
-  const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0) * outward;
-  const double relief = size > 0 ? slipping / size : 0.0;
+  const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0);  // alpha
+  const double relief = size > 0 ? slipping * outward / size : 0.0;
   const Vector3d slip_rate = per_length * (u - relief * slip);
   const double spin_rate = per_length * (spin_speed - relief * stick.spin);
 
-  // Force and couple, with damping, within the ellipsoid.
-  const double delay = law.stiction_displacement / law.stiction_speed;
-  const Vector3d toward = slip + delay * slip_rate;
-  const double spin_toward = stick.spin + delay * spin_rate, length = std::hypot(norm(toward), spin_toward);
-  const double coefficient = contact_law::friction_coefficient(law.static_friction, law.kinetic_friction,
-                                                               law.stiction_speed, std::hypot(norm(u), spin_speed));
+  // Force and couple, with damping, within the ellipsoid. Where it slips, the delay of chi's turning is the time in
+  // which chi follows the direction of slip, so that friction is opposite to the slip also where this direction
+  // changes.
+  const double delay = law.stiction_displacement / law.stiction_speed, speed = std::hypot(norm(u), spin_speed);
+  const double lead = law.stiction_displacement / std::hypot(speed, law.stiction_speed);
+  const double turning = delay + slipping * (lead - delay);
+  const double growth = dot(slip, slip_rate) + stick.spin * spin_rate;  // of |chi|^2 / 2
+  const double along = size > 0 ? (delay - turning) * growth / (size * size) : 0.0;
+  const Vector3d toward = slip + turning * slip_rate + along * slip;
+  const double spin_toward = stick.spin + turning * spin_rate + along * stick.spin;
+  const double length = std::hypot(norm(toward), spin_toward);
+  const double coefficient =
+      contact_law::friction_coefficient(law.static_friction, law.kinetic_friction, law.stiction_speed, speed);
   force_.friction_use = std::min(1.0, length);
   const double scale = coefficient * force_.normal_force / std::max(1.0, length);
   const Vector3d force = -scale * toward, couple = (-scale * spin_lever * spin_toward) * n;

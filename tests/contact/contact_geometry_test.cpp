@@ -67,6 +67,24 @@ TEST(ContactGeometry, SphereOnAHalfSpaceHasHertzsForce) {
   EXPECT_NEAR(f.depth, 1e-4, 1e-15);
 }
 
+// A ball slides along x and spins about the normal. The deformation turns with the mean rate of both bodies and lags
+// the slip by 12.5 rad/s * 0.1 mm / (0.1 m/s) = 0.0125 rad; friction must not.
+TEST(ContactGeometry, FrictionOfASpinningBodyIsOppositeToItsSlip) {
+  ContactLaw law = elastic_law();
+  law.static_friction = law.kinetic_friction = 0.3;
+  PairContact pair(ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), ground(), law);
+  const Twistd sliding{{0, 0, 25}, {0.1, 0, 0}};
+  StickState chi;
+  for (int i = 0; i < 2000; ++i) {  // 20 ms with steps of 1/20 of the relaxation time
+    const ContactForce& f = pair.evaluate({at(0, 0, 0.1 - 1e-4), sliding}, {Posed::identity(), kRest}, chi);
+    chi.slip += 1e-5 * f.stick_rate.slip, chi.spin += 1e-5 * f.stick_rate.spin;
+  }
+  const ContactForce& f = pair.evaluate({at(0, 0, 0.1 - 1e-4), sliding}, {Posed::identity(), kRest}, chi);
+  EXPECT_NEAR(std::abs(std::atan2(chi.slip[1], -chi.slip[0])), 0.0125, 5e-4);
+  EXPECT_NEAR(f.on_a.linear[0], -0.3 * f.normal_force, 1e-4 * f.normal_force);
+  EXPECT_LT(std::abs(f.on_a.linear[1]), 1e-4 * f.normal_force);  // 0.03 with the delay of sticking bodies
+}
+
 TEST(ContactGeometry, LyingCapsuleHasTheForceOfACylinderPerLength) {
   PairContact pair(ContactShape(primitive(Shape::capsule, {0.1, 0.4, 0})), ground(), elastic_law());
   const double depth = 1e-8, line = M_PI / 4 * elastic_law().elastic * 0.4 * depth;

@@ -132,8 +132,8 @@ ContactScene sliding_balls(double stiction_displacement) {
     set_root_pose(s.model, body, {Rotationd::identity(), p}, s.state);
     set_root_twist(s.model, body, V, s.state);
   };
-  place(0, {0, 0, 0.06}, {{3, 60, 0}, {0.8, 0.3, -0.5}});
-  place(1, {2, 0, 1}, {{0, 0, 40}, {1, 0, 0}});
+  place(0, {0, 0, 0.06}, {{3, 60, 25}, {0.8, 0.3, -0.5}});
+  place(1, {2, 0, 1}, {{30, 0, 40}, {1, 0, 0}});
   place(2, {2.2, 0, 1}, {{0, 10, 60}, {-0.5, 0, 0}});
   const Geometry ball = shape(Shape::sphere, {0.05, 0, 0});
   s.surfaces = {{0, ball}, {1, ball}, {2, ball}, {-1, shape(Shape::none, {}), true}};

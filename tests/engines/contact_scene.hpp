@@ -28,7 +28,7 @@ ContactScene two_arm_scene(bool linear);
 /// The same with a sphere as the first shape of each pair, and with a sphere, a half-space, a box or the hull as the
 /// second. All laws are those of Hertz, with dissipation.
 ContactScene sphere_scene();
-/// Free balls that spin and slide throughout their contacts, with friction, without spin about the normals: one
+/// Free balls that spin about all axes and slide throughout their contacts, with friction: one
 /// strikes a wall at an angle, two strike each other.
 ContactScene sliding_balls(double stiction_displacement);
 

@@ -59,7 +59,7 @@ void expect_a_clamped_ring(const CaptureResult& r) {
 
 // The probe is guided into the throat, and the hooks hold the nozzle from behind.
 void expect_a_probe_in_the_throat(const CaptureResult& r) {
-  expect_latched(r, 19.1);
+  expect_latched(r, 18.8);
   EXPECT_LT(r.impact()->grasps.at(0).gap, 0.02);  // 50 mm off the axis at the beginning
   EXPECT_GE(pair_of(r, "probe").touches, 1);
   for (const char* hook : {"hook-1", "hook-2", "hook-3"}) EXPECT_TRUE(pair_of(r, hook).touches_at_end) << hook;
