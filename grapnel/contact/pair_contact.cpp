@@ -172,9 +172,12 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d& center = force_.p_WC;
   const auto tangential = [&](const Vector3d& x) { return x - dot(x, n) * n; };
   const Vector3d u = tangential(V_AB.linear + cross(V_AB.angular, center));
-  // Rates begin at zero with the depth, so that the derivative of the state is continuous.
-  constexpr double kOnset = 1e-3;  // depth per stiction displacement up to which they rise
-  onset_ = contact_law::smooth_step(force_.depth / (kOnset * law.stiction_displacement));
+  // Rates begin at zero with the depth, so that the derivative of the state is continuous. Where bodies slip fast, they
+  // rise over ten times the depth, so that rounding errors of the depth change them less.
+  constexpr double kOnset = 1e-3;  // depth per stiction displacement up to which they rise, without slip
+  const double relative = dot(u, u) / (law.stiction_speed * law.stiction_speed);
+  const double onset_depth = kOnset * law.stiction_displacement * (1 + 9 * relative / (1 + relative));
+  onset_ = contact_law::smooth_step(force_.depth / onset_depth);
   force_.slip_speed = onset_ * norm(u);
   add_rolling(n, V_AB.angular, on_b);
   if (!(law.static_friction > 0)) return;

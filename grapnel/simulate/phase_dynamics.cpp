@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "grapnel/constraint/loop_limits.hpp"
+#include "grapnel/integrate/dormand_prince_853.hpp"
 #include "grapnel/simulate/arm_reaction.hpp"
 #include "grapnel/simulate/joint_motor.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -155,6 +156,15 @@ void PhaseDynamics::check_and_classify() {
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
+}
+
+Tolerances PhaseDynamics::tolerances(double relative, double absolute) const {
+  Tolerances found{relative, absolute, {}};
+  if (stick_count() == 0) return found;
+  found.atol_components.assign(size(), absolute);
+  const auto sticks = found.atol_components.end() - exchange_count() - stick_count();
+  std::fill_n(sticks, stick_count(), absolute + relative);
+  return found;
 }
 
 Manifold PhaseDynamics::manifold() const {

@@ -41,6 +41,8 @@
 
 namespace grapnel {
 
+struct Tolerances;
+
 /// The drive of one joint along its trajectory.
 struct JointDrive {
   JointControl control = JointControl::free;
@@ -137,6 +139,9 @@ class PhaseDynamics {
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
+  /// Tolerances of the numbers in y. Those of contact deformations are relative to 1, at which they slip (23.7a): a
+  /// smaller deformation has no smaller effect on the force's error.
+  Tolerances tolerances(double relative, double absolute) const;
   /// Appends the indices of the numbers in y on which dy/dt depends with the present modes; all others are integrals
   /// without an effect on the motion.
   void coupled(std::vector<int>& numbers) const;

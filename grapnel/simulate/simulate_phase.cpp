@@ -443,9 +443,7 @@ class PhaseRun {
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interval, const IntegrationSetup& integration,
                             const PhaseObservers& observers) {
   using Method = IntegrationSetup::Method;
-  Tolerances tolerances;
-  tolerances.rtol = integration.relative_tolerance;
-  tolerances.atol = integration.absolute_tolerance;
+  const Tolerances tolerances = dynamics.tolerances(integration.relative_tolerance, integration.absolute_tolerance);
   if (integration.method == Method::rk4) {
     RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
     return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
