@@ -285,21 +285,23 @@ void LaneOutside<S>::push(const LaneFreeBodies<S>& free, S* vdot) const {
   }
 }
 
-// Centres of mass of the trees, and their velocities.
+// Centres of mass of the trees, and their velocities: of the root, plus the mean difference from it, as
+// PhaseDynamics::measure_trees().
 template <class S>
 void LaneOutside<S>::measure_trees(const Tree<S>& tree) {
-  for (int t = 0; t < tables_.tree_count; ++t) trees_[t].com = trees_[t].velocity = Vector3<S>::zero();
   for (int i = 0; i < tables_.link_count; ++i) {
     const RigidBodyInertia<S>& I = tree.links[static_cast<std::size_t>(i)].inertia;
     const LinkMotion<S>& m = motion_[i];
     const Vector3<S> arm = m.X_WL.R * I.first_moment;  // times the mass
     TreeMotion& one = trees_[tables_.tree_of[i]];
+    if (tree.links[static_cast<std::size_t>(i)].parent < 0)
+      one.com = one.velocity = Vector3<S>::zero(), one.of_root = m.V_WL.linear;
     one.com += I.mass * m.X_WL.p + arm;
-    one.velocity += I.mass * m.V_WL.linear + cross(m.V_WL.angular, arm);
+    one.velocity += I.mass * (m.V_WL.linear - one.of_root) + cross(m.V_WL.angular, arm);
   }
   for (int t = 0; t < tables_.tree_count; ++t) {
     trees_[t].com *= inverse_mass_[t];
-    trees_[t].velocity *= inverse_mass_[t];
+    trees_[t].velocity = trees_[t].of_root + inverse_mass_[t] * trees_[t].velocity;
   }
 }
 

@@ -112,16 +112,18 @@ void PhaseDynamics::book_impulses(std::span<double> y, bool of_contacts) {
   });
 }
 
-// Centres of mass of the trees, and their velocities.
+// Centres of mass of the trees, and their velocities: of the root, plus the mean difference from it. The sum of all
+// velocities would have a rounding error in proportion to the speed, of constant sign, whose power forces integrate.
 void PhaseDynamics::measure_trees() {
   const Kinematics& k = workspace_.kinematics;
-  for (TreeMotion<double>& tree : trees_) tree.com = tree.velocity = Vector3d::zero();
   for (std::size_t i = 0; i < tree_of_.size(); ++i) {
-    const BodyDescription& d = model_.bodies()[i].description;
-    const Vector3d arm = k.X_WB[i].R * d.com;
+    const Body& body = model_.bodies()[i];
+    const BodyDescription& d = body.description;
+    const Vector3d arm = k.X_WB[i].R * d.com, velocity = shift(k.V_WB[i], arm).linear;
     TreeMotion<double>& tree = trees_[tree_of_[i]];
+    if (body.parent < 0) tree.com = Vector3d::zero(), tree.velocity = tree.of_root = velocity;
     tree.com += (d.mass / tree.mass) * (k.X_WB[i].p + arm);
-    tree.velocity += (d.mass / tree.mass) * shift(k.V_WB[i], arm).linear;
+    tree.velocity += (d.mass / tree.mass) * (velocity - tree.of_root);
   }
 }
 

@@ -98,7 +98,9 @@ template <class S>
 struct TreeMotion {
   S mass = S(0.0);                           // [kg]
   Vector3<S> com = Vector3<S>::zero();       // of mass, in W [m]
-  Vector3<S> velocity = Vector3<S>::zero();  // of the centre of mass, in W [m/s]
+  Vector3<S> of_root = Vector3<S>::zero();   // velocity of a point of the root, in W [m/s]
+  Vector3<S> velocity = Vector3<S>::zero();  // of the centre of mass, in W: a sum over differences from of_root, which
+                                             // is exact where all bodies have one velocity [m/s]
 };
 
 /// Adds the rates of a wrench on a body of tree number `t`: a force at the point p_W, a moment, and their power [W],
