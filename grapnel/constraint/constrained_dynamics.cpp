@@ -303,7 +303,7 @@ std::string LoopSolver::contradicting_row() const {
     static constexpr const char* kAxes[] = {"x", "y", "z"};
     const bool turning = row < path.angular_count;
     return s.closures[k].name + (turning ? ", rotation about " : ", along ") +
-           (turning && path.model == GraspModel::hinge
+           (turning && turns_about_axis(path.model)
                 ? "a normal of the hinge"
                 : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grasp");
   }

@@ -7,15 +7,15 @@
 
 namespace grapnel {
 
-// Grasp => rows of a twist [angular; linear] in W that it prevents: the three translations, except for `orientation`,
-// and for `rigid` and `orientation` all rotations, for `hinge` two normal to its axis.
+// Grasp => rows of a twist [angular; linear] in W that it prevents: the three translations, except for `orientation`
+// and `axis`; for `rigid` and `orientation` all rotations, for `hinge` and `axis` two normal to the axis.
 Eigen::MatrixXd constrained_directions(const Grasp& grasp) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(row_count(grasp.model), 6);
   const int linear = linear_row_count(grasp.model), first = row_count(grasp.model) - linear;
   for (int k = 0; k < linear; ++k) A(first + k, 3 + k) = 1;
   if (grasp.model == GraspModel::rigid || grasp.model == GraspModel::orientation) {
     for (int k = 0; k < 3; ++k) A(k, k) = 1;
-  } else if (grasp.model == GraspModel::hinge) {
+  } else if (turns_about_axis(grasp.model)) {
     // Two directions normal to the axis.
     const Rotationd R = rotation_between({0, 0, 1}, grasp.hinge_W);
     for (int k = 0; k < 3; ++k) A(0, k) = R.column(0)[k], A(1, k) = R.column(1)[k];

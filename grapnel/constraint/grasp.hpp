@@ -13,10 +13,23 @@ namespace grapnel {
 
 /// Rows a grasp adds to the constraints.
 constexpr int row_count(GraspModel model) {
-  return model == GraspModel::rigid ? 6 : model == GraspModel::hinge ? 5 : 3;
+  switch (model) {
+    case GraspModel::rigid:
+      return 6;
+    case GraspModel::hinge:
+      return 5;
+    case GraspModel::axis:
+      return 2;
+    case GraspModel::point:
+    case GraspModel::orientation:
+      break;
+  }
+  return 3;
 }
 /// Those of them that constrain translations; they follow the angular ones.
-constexpr int linear_row_count(GraspModel model) { return model == GraspModel::orientation ? 0 : 3; }
+constexpr int linear_row_count(GraspModel model) {
+  return model == GraspModel::orientation || model == GraspModel::axis ? 0 : 3;
+}
 
 /// A grasp between two bodies at one common point.
 struct Grasp {
@@ -24,7 +37,7 @@ struct Grasp {
   int target_body;
   GraspModel model;
   Vector3d p_WC;     // the common point in W: action and reaction are taken there
-  Vector3d hinge_W;  // unit axis in W; read for a hinge
+  Vector3d hinge_W;  // unit axis in W; read for a hinge or an axis
 };
 
 /// Selects the constrained components of a relative twist [angular; linear] in W: rows x 6, orthonormal rows.

@@ -14,14 +14,14 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
   const Twistd V_D = shift(kinematics.V_WB[closure.body_b], X_WC.p - kinematics.X_WB[closure.body_b].p);
   const Vector3d w = V_D.angular - V_C.angular;
   ClosureDefect defect;
-  if (closure.model != GraspModel::orientation) {
+  if (linear_row_count(closure.model) > 0) {
     defect.position = norm(X_WD.p - X_WC.p);
     defect.velocity = norm(V_D.linear - V_C.linear);
   }
   if (closure.model == GraspModel::rigid || closure.model == GraspModel::orientation) {
     defect.angle = rotation_angle(transpose(X_WC.R) * X_WD.R);
     defect.angular_velocity = norm(w);
-  } else if (closure.model == GraspModel::hinge) {
+  } else if (turns_about_axis(closure.model)) {
     const Vector3d h = X_WC.R * closure.hinge_C, h_D = X_WD.R * closure.hinge_C;
     defect.angle = std::atan2(norm(cross(h, h_D)), dot(h, h_D));
     defect.angular_velocity = norm(w - dot(w, h) * h);
@@ -51,7 +51,7 @@ void ClosureDefect::raise(const ClosureDefect& other) {
 }
 
 int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]) {
-  const bool hinge = closure.model == GraspModel::hinge;
+  const bool hinge = turns_about_axis(closure.model);
   const Rotationd R = hinge ? rotation_between({0, 0, 1}, closure.hinge_C) : Rotationd::identity();
   for (int k = 0; k < 3; ++k) axes[k] = R.column(k);
   return row_count(closure.model) - linear_row_count(closure.model);

@@ -66,7 +66,7 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
     throw std::invalid_argument("loop closure '" + closure.name + "': no such body");
   if (!is_placement(closure.X_AC) || !is_placement(closure.X_BD) ||
-      !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || closure.model != GraspModel::hinge))
+      !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || !turns_about_axis(closure.model)))
     throw std::invalid_argument("loop closure '" + closure.name +
                                 "': a frame is not a valid pose, or the hinge is not a unit vector");
   const Body& a = model.bodies()[closure.body_a];
@@ -189,7 +189,7 @@ void position_rows(const LoopPath& path, const LoopPlace& place, std::span<doubl
   Vector3d turn;  // of D relative to C; the full angle, since the sine vanishes at half a turn as well
   if (path.model == GraspModel::rigid || path.model == GraspModel::orientation) {
     turn = rotation_vector(X_CD.R);
-  } else if (path.model == GraspModel::hinge) {
+  } else if (turns_about_axis(path.model)) {
     const Vector3d axis = X_CD.R * path.hinge_C;
     turn = cross(path.hinge_C, axis);
     const double sine = norm(turn), cosine = dot(path.hinge_C, axis);

@@ -39,9 +39,9 @@ void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> r
 
 std::string row_name(const Grasp& grasp, std::size_t index, int row) {
   constexpr const char* kAxes[] = {"x", "y", "z"};
-  const int angular = row_count(grasp.model) - 3;
+  const int angular = row_count(grasp.model) - linear_row_count(grasp.model);
   if (row >= angular) return fmt::format("grasp {}, linear {}", index + 1, kAxes[row - angular]);
-  if (grasp.model == GraspModel::rigid) return fmt::format("grasp {}, angular {}", index + 1, kAxes[row]);
+  if (!turns_about_axis(grasp.model)) return fmt::format("grasp {}, angular {}", index + 1, kAxes[row]);
   return fmt::format("grasp {}, angular, direction {} normal to the hinge", index + 1, row + 1);
 }
 

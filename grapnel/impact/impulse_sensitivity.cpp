@@ -420,7 +420,7 @@ DualMatrix multiply(const DualMatrix& A, const DualMatrix& B) {
 DualMatrix vary_directions(const Grasp& grasp, const Vector3d& turn) {
   DualMatrix A{constrained_directions(grasp), {}};
   A.derivative = Eigen::MatrixXd::Zero(A.value.rows(), 6);
-  if (grasp.model != GraspModel::hinge) return A;  // the others constrain all angular directions or none
+  if (!turns_about_axis(grasp.model)) return A;  // the others constrain all angular directions or none
   for (int row = 0; row < 2; ++row) {
     const Vector3d change = cross(turn, Vector3d{A.value(row, 0), A.value(row, 1), A.value(row, 2)});
     for (int k = 0; k < 3; ++k) A.derivative(row, k) = change[k];
