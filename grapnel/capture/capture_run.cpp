@@ -278,6 +278,14 @@ std::string CaptureRun::next_name(const std::string& phase) {
   return count == 1 ? phase : fmt::format("{}_{}", phase, count);
 }
 
+std::vector<HeldGrasp> RunBodies::holding() const {
+  std::vector<HeldGrasp> all = held;
+  for (const RunSlip& slip : slips) {
+    if (slip.grasp.has_closure) all.push_back({slip.grasp.grasp, slip.grasp.frames});
+  }
+  return all;
+}
+
 void CaptureRun::to_free() {
   if (bodies.system.grasps.empty() && bodies.system.slips.empty()) return;
   bodies.state = take_apart(bodies.free, bodies.system, bodies.state);

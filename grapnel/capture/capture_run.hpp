@@ -108,7 +108,7 @@ class GraspSchedule {
 /// A grasp that slips.
 struct RunSlip {
   SlippingGrasp grasp;     // in the free system's bodies
-  bool moved = false;      // HoldWatch::moved()
+  SlipParts moved = {};    // HoldWatch::moved()
   std::size_t report = 0;  // in CaptureResult::slips
 };
 
@@ -122,6 +122,9 @@ struct RunBodies {
   std::vector<RunSlip> slips;   // grasps that currently slip, likewise
   State state;                  // of `system`
   double time = 0;              // [s]
+
+  /// All that closures hold, as in impacts: `held`, then the parts of `slips` that do not slip.
+  std::vector<HeldGrasp> holding() const;
 };
 
 /// The motion commanded to the robot's joints: their plan, and their behaviour once their arm holds a target.
@@ -199,8 +202,8 @@ const Body& joint_body(const CaptureSystem& system, std::size_t joint);
 
 /// Events of grasps at the end of a motion segment.
 struct GraspOverloads {
-  std::vector<HoldLoad> reached;         // loads at the limits of grasps that hold
-  std::vector<std::size_t> at_rest;      // in RunBodies::slips: they stick again
+  std::vector<HoldLoad> reached;         // loads at the limits of grasps, or held parts of slipping grasps
+  std::vector<RestingSlip> at_rest;      // in RunBodies::slips: these parts stick again
   std::vector<std::size_t> slipped_out;  // likewise: they have slipped too far
 
   bool any() const { return !reached.empty() || !at_rest.empty() || !slipped_out.empty(); }

@@ -54,12 +54,12 @@ void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, 
   fail_contact(run, all);
 }
 
-// Contact with its state => also the grasps that hold.
+// Contact with its state => also the grasps, and parts of slipping grasps, that hold.
 void add_held(const CaptureRun& run, Contact& contact) {
   const CaptureSystem& free = run.bodies.free;
   const Kinematics k = forward_kinematics(free.model, contact.state);
   const std::vector<GraspGap> gaps = grasp_gaps(run.problem, free, k);
-  for (const HeldGrasp& each : run.bodies.held) {
+  for (const HeldGrasp& each : run.bodies.holding()) {
     contact.gaps.push_back(gaps[each.grasp]);
     contact.displacement.push_back(Vector3d::zero());
     contact.grasps.push_back(grasp_of(each, k));
@@ -184,12 +184,13 @@ ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<co
                            std::span<const HeldRate> held, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
   std::vector<std::size_t> all;
-  for (const HeldGrasp& each : bodies.held) all.push_back(each.grasp);
+  for (const HeldGrasp& each : bodies.holding()) all.push_back(each.grasp);
+  const std::size_t already_closed = all.size();
   all.insert(all.end(), closing.begin(), closing.end());
   const CaptureProblem& taking_part = run.with_grasps(all);
   const CaptureDetail detail = closing.empty() ? CaptureDetail::columns : run.detail;
   try {
-    return run_impact({taking_part, bodies.free, contact, bodies.time, bodies.held.size(), held, law, detail});
+    return run_impact({taking_part, bodies.free, contact, bodies.time, already_closed, held, law, detail});
   } catch (const std::invalid_argument& error) {
     throw RunFailure(
         fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", bodies.time, error.what()));
@@ -200,6 +201,11 @@ ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<co
 void lose_grasps(CaptureRun& run, const std::vector<HoldLoad>& lost, bool in_impact) {
   for (const HoldLoad& load : lost) {
     std::erase_if(run.bodies.held, [&](const HeldGrasp& held) { return held.grasp == load.grasp; });
+    std::erase_if(run.bodies.slips, [&](const RunSlip& slip) {
+      if (slip.grasp.grasp != load.grasp) return false;
+      run.result.slips[slip.report].ended = SlipEnd::lost;
+      return true;
+    });
     run.schedule.lose(load, in_impact);
     const GraspSetup& grasp = run.problem.grasps[load.grasp];
     run.result.losses.push_back(
@@ -237,9 +243,9 @@ std::optional<BrakeReport> lock_settled_joints(CaptureRun& run, std::vector<Hold
 // largest ones. Requires the free system.
 void open_after_impact(CaptureRun& run, const std::vector<HoldLoad>& loads) {
   std::vector<HoldLoad> lost;
+  const std::vector<HeldGrasp> holding = run.bodies.holding();
   for (HoldLoad load : loads) {
-    const auto is_it = [&](const HeldGrasp& held) { return held.grasp == load.grasp; };
-    if (std::ranges::none_of(run.bodies.held, is_it)) continue;
+    if (std::ranges::find(holding, load.grasp, &HeldGrasp::grasp) == holding.end()) continue;
     load.time = run.bodies.time;
     run.schedule.note_load(load);
     if (load.share > 1 && std::ranges::find(lost, load.grasp, &HoldLoad::grasp) == lost.end()) lost.push_back(load);
@@ -328,7 +334,7 @@ void note_target_speeds(const Model& model, const State& before, const State& af
 ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
                         std::vector<HeldRate> held, std::vector<HoldLoad>& held_loads) {
   RunBodies& bodies = run.bodies;
-  const Contact contact = without_held(event.contact, bodies.held.size());
+  const Contact contact = without_held(event.contact, bodies.holding().size());
   for (HeldRate& h : held) h.velocity = velocity_in(run, bodies.system, h.velocity);
   const State start = bodies.state;
   std::optional<double> brake_residual;
@@ -389,7 +395,7 @@ void stiffen(CaptureRun& run, const ContactEvent& event, ImpactOutcome& yielded)
   hold_or_part(run, event, run.problem.impact->law, report, yielded.unfinished);
   std::vector<Grasp> holding;
   const Kinematics k = forward_kinematics(model, bodies.state);
-  for (const HeldGrasp& each : bodies.held) holding.push_back(grasp_of(each, k));
+  for (const HeldGrasp& each : bodies.holding()) holding.push_back(grasp_of(each, k));
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   const ImpactSolution rest = plastic_impact(model, bodies.state, holding, held);
   correct_held_joints(model, held, rest, report);
@@ -412,7 +418,9 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   run.to_joined();
   if (!bodies.system.closures.empty())
-    throw RunFailure("impact.law: compliant does not support targets that are already held in closed loops");
+    throw RunFailure(
+        "impact.law: compliant does not support targets that are already held in closed loops, or by a grasp of which "
+        "only the force or the moment slips");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
   std::vector<HoldLoad> held_loads;

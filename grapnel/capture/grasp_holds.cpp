@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 #include "grapnel/capture/internal_loads.hpp"
@@ -24,12 +26,26 @@ double share_of_limits(const GraspLimits& limits, double force, double moment) {
   return limits.combined == GraspLimits::Combined::ellipsoid ? std::hypot(f, m) : std::max(f, m);
 }
 
-SlipDisplacement displacement_of(const GraspSlip& slip, const Kinematics& k) {
-  const Posed X_WC = k.X_WB[slip.body_a] * slip.X_AC, X_WD = k.X_WB[slip.body_b] * slip.X_BD;
-  return {norm(X_WC.p - X_WD.p), rotation_angle(transpose(X_WC.R) * X_WD.R)};
+SlipParts parts_beyond(const GraspLimits& limits, const HoldLoad& load) {
+  SlipParts all{std::isfinite(limits.force), std::isfinite(limits.moment)};
+  if (limits.combined == GraspLimits::Combined::ellipsoid) return all;
+  const double least = load.share - kEqual;
+  return {all.force && load.force / limits.force >= least, all.moment && load.moment / limits.moment >= least};
 }
 
-HoldWatch::HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<bool> moved)
+SlipDisplacement displacement_of(const GraspSlip& slip, const Kinematics& k) {
+  const Posed X_WC = k.X_WB[slip.body_a] * slip.X_AC, X_WD = k.X_WB[slip.body_b] * slip.X_BD;
+  SlipDisplacement by{norm(X_WC.p - X_WD.p), 0};
+  if (slip.model == GraspModel::hinge) {
+    const Vector3d h_C = X_WC.R * slip.hinge_C, h_D = X_WD.R * slip.hinge_C;
+    by.angle = std::atan2(norm(cross(h_C, h_D)), dot(h_C, h_D));
+  } else if (slip.model == GraspModel::rigid) {
+    by.angle = rotation_angle(transpose(X_WC.R) * X_WD.R);
+  }
+  return by;
+}
+
+HoldWatch::HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<SlipParts> moved)
     : problem_(problem), system_(system), moved_(std::move(moved)), kinematics_(system.model) {
   for (std::size_t g = 0; g < system.grasps.size(); ++g) {
     if (problem.grasps[system.grasps[g].grasp].holds) watched_.push_back(g);
@@ -51,16 +67,37 @@ void HoldWatch::evaluate(const PhaseSample& sample) {
   }
 }
 
-// Kinematics => margins of slips: zero when they come to rest, or reach the limits of the slip.
+// Kinematics => margins of slips: zero when a part comes to rest, or the slip reaches its limits.
 void HoldWatch::evaluate_slips() {
-  rest_.clear(), out_.clear();
+  slips_.clear();
   for (std::size_t i = 0; i < system_.slips.size(); ++i) {
     const SlippingGrasp& slip = system_.slips[i];
     const GraspLimits& limits = *problem_.grasps[slip.grasp].holds;
     const SlipState now = slip_state(slip.slip, kinematics_);
     const SlipDisplacement by = displacement_of(slip.slip, kinematics_);
-    rest_.push_back(moved_[i] ? now.speed - 1 : now.driven_speed - (1 - kInside));
-    out_.push_back(1 - std::max(by.distance / limits.lost_distance, by.angle / limits.lost_angle));
+    const auto from_rest = [](bool slips, bool moved, const SlipSpeed& speed) {
+      if (!slips) return std::numeric_limits<double>::infinity();
+      return moved ? speed.relative - 1 : speed.driven - (1 - kInside);
+    };
+    const SlipParts parts = slip.slip.parts();
+    slips_.push_back({from_rest(parts.force, moved_[i].force, now.force),
+                      from_rest(parts.moment, moved_[i].moment, now.moment),
+                      1 - std::max(by.distance / limits.lost_distance, by.angle / limits.lost_angle)});
+  }
+}
+
+// Sample => loads of the parts of slipping grasps that closures hold and that have a limit, added to the others.
+void HoldWatch::add_held_parts(const PhaseSample& sample) {
+  if (system_.slips.empty()) return;
+  const std::vector<Wrenchd> wrenches = wrenches_of_slips(system_, kinematics_, sample);
+  for (std::size_t i = 0; i < system_.slips.size(); ++i) {
+    const SlippingGrasp& slip = system_.slips[i];
+    if (slip.closure < 0) continue;
+    const GraspLimits& limits = *problem_.grasps[slip.grasp].holds;
+    const double force = norm(wrenches[i].linear), moment = norm(wrenches[i].angular);
+    const double share = slip.slip.force > 0 ? moment / limits.moment : force / limits.force;
+    const Rotationd R_WC = (kinematics_.X_WB[slip.frames.body_a] * slip.frames.X_AC).R;
+    stop_.push_back({slip.grasp, force, moment, share, sample.time, transposed_times(R_WC, wrenches[i])});
   }
 }
 
@@ -68,40 +105,51 @@ double HoldWatch::margin(const PhaseSample& sample) {
   evaluate(sample);
   evaluate_slips();
   stop_ = loads_;
+  add_held_parts(sample);
   return last_margin();
 }
 
 double HoldWatch::last_margin() const {
   double least = 1;
   for (const HoldLoad& load : stop_) least = std::min(least, 1 - load.share);
-  for (const double margin : rest_) least = std::min(least, margin);
-  for (const double margin : out_) least = std::min(least, margin);
+  for (const SlipMargins& slip : slips_) least = std::min({least, slip.force, slip.moment, slip.out});
   return least;
 }
 
-std::vector<std::size_t> HoldWatch::at_margin(const std::vector<double>& margins) const {
-  const double least = std::max(last_margin(), 0.0) + kEqual;
-  std::vector<std::size_t> reached;
-  for (std::size_t i = 0; i < margins.size(); ++i) {
-    if (margins[i] <= least) reached.push_back(i);
+// Margins up to this one have fallen to zero, within rounding.
+double HoldWatch::reached() const { return std::max(last_margin(), 0.0) + kEqual; }
+
+std::vector<RestingSlip> HoldWatch::at_rest() const {
+  std::vector<RestingSlip> resting;
+  for (std::size_t i = 0; i < slips_.size(); ++i) {
+    const SlipParts parts{slips_[i].force <= reached(), slips_[i].moment <= reached()};
+    if (parts.any()) resting.push_back({i, parts});
   }
-  return reached;
+  return resting;
+}
+
+std::vector<std::size_t> HoldWatch::slipped_out() const {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < slips_.size(); ++i) {
+    if (slips_[i].out <= reached()) out.push_back(i);
+  }
+  return out;
 }
 
 std::vector<HoldLoad> HoldWatch::at_limit() const {
-  const double least = last_margin();
-  std::vector<HoldLoad> reached;
-  for (const HoldLoad& load : stop_) {
-    if (1 - load.share <= std::max(least, 0.0) + kEqual) reached.push_back(load);
-  }
-  return reached;
+  std::vector<HoldLoad> loads;
+  std::ranges::copy_if(stop_, std::back_inserter(loads),
+                       [&](const HoldLoad& load) { return 1 - load.share <= reached(); });
+  return loads;
 }
 
 void HoldWatch::step(const PhaseStep& step) {
-  if (std::ranges::find(moved_, false) != moved_.end()) {
+  if (!moved_.empty()) {
     forward_kinematics(system_.model, step.state_at(step.end), kinematics_);
-    for (std::size_t i = 0; i < moved_.size(); ++i)
-      moved_[i] = moved_[i] || slip_state(system_.slips[i].slip, kinematics_).speed > kMoved;
+    for (std::size_t i = 0; i < moved_.size(); ++i) {
+      const SlipState now = slip_state(system_.slips[i].slip, kinematics_);
+      moved_[i] |= {now.force.relative > kMoved, now.moment.relative > kMoved};
+    }
   }
   if (watched_.empty()) return;
   search_.step(step.begin, step.end, step.fresh, [&](double t, std::span<double> shares) {

@@ -29,44 +29,61 @@ struct HoldLoad {
   Wrenchd F_C = Wrenchd::zero();  // on the robot, in the grasp's axes; during a motion
 };
 
+/// The parts that slip beyond a load at the limits: both with common limits, otherwise those at their limits.
+SlipParts parts_beyond(const GraspLimits& limits, const HoldLoad& load);
+
+/// Parts of a slipping grasp that came to rest.
+struct RestingSlip {
+  std::size_t slip = 0;  // in CaptureSystem::slips
+  SlipParts parts;
+};
+
 /// Watches the loads of the grasps of a system that have limits, and its slipping grasps, in one motion segment.
 class HoldWatch {
  public:
   /// `problem` and `system` outlive it. `moved`: per entry of system.slips, whether it has moved; see moved().
-  HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<bool> moved);
+  HoldWatch(const CaptureProblem& problem, const CaptureSystem& system, std::vector<SlipParts> moved);
 
   /// Whether any grasp that holds has limits, or slips.
   bool any() const { return !watched_.empty() || !system_.slips.empty(); }
-  /// The smallest margin at a sample (LoadCondition): one less the share of a grasp that holds; of a slip the distance
-  /// of its speed from that at which it ends, and one less its share of the limits of the slip.
+  /// The smallest margin at a sample (LoadCondition): one less the share of a grasp that holds, or of the part of a
+  /// slipping grasp that holds; of a slip the distance of its speed from that at which it ends, and one less its share
+  /// of the limits of the slip.
   double margin(const PhaseSample& sample);
   /// The result of the last margin(); one if there was none.
   double last_margin() const;
-  /// The loads at the last margin() of the grasps that have reached their limits: the largest, and all within rounding
-  /// of it.
+  /// The loads at the last margin() of the grasps, and held parts of grasps, that have reached their limits: the
+  /// largest, and all within rounding of it.
   std::vector<HoldLoad> at_limit() const;
-  /// Entries of system.slips that came to rest, or reached the limits of the slip, at the last margin(), likewise.
-  std::vector<std::size_t> at_rest() const { return at_margin(rest_); }
-  std::vector<std::size_t> slipped_out() const { return at_margin(out_); }
-  /// Per entry of system.slips, whether its speed has exceeded twice the slip resolution.
-  const std::vector<bool>& moved() const { return moved_; }
+  /// Slips that came to rest, in all parts or in one, at the last margin(), likewise.
+  std::vector<RestingSlip> at_rest() const;
+  /// Entries of system.slips that reached the limits of the slip, likewise.
+  std::vector<std::size_t> slipped_out() const;
+  /// Per entry of system.slips the parts whose speed has exceeded twice the slip resolution.
+  const std::vector<SlipParts>& moved() const { return moved_; }
   /// Adds a step to the search for the largest shares.
   void step(const PhaseStep& step);
   /// Per grasp with limits the largest share in all steps, and its time; force and moment are not filled.
   std::vector<HoldLoad> largest() const;
 
  private:
+  // Margins of a slip: of its parts from rest, infinite of a part that does not slip, and from its limits.
+  struct SlipMargins {
+    double force, moment, out;
+  };
+
   void evaluate(const PhaseSample& sample);
   void evaluate_slips();
-  std::vector<std::size_t> at_margin(const std::vector<double>& margins) const;
+  void add_held_parts(const PhaseSample& sample);
+  double reached() const;
 
   const CaptureProblem& problem_;
   const CaptureSystem& system_;
   std::vector<std::size_t> watched_;  // entries of system.grasps with limits
   std::vector<HoldLoad> loads_;       // of these, at the last evaluation
-  std::vector<HoldLoad> stop_;        // at the last margin()
-  std::vector<double> rest_, out_;    // margins of slips, at the last margin()
-  std::vector<bool> moved_;           // per slip
+  std::vector<HoldLoad> stop_;        // at the last margin(), then those of held parts of slipping grasps
+  std::vector<SlipMargins> slips_;    // at the last margin()
+  std::vector<SlipParts> moved_;      // per slip
   Kinematics kinematics_;
   PeakSearch search_;
 };
@@ -75,7 +92,8 @@ class HoldWatch {
 /// a compliant impact, whose force and moment need not be simultaneous. `time` is not filled.
 std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const ImpactReport& report);
 
-/// Displacement [m] and rotation [rad] of the gripper relative to the target since a slipping grasp closed.
+/// Displacement [m] and rotation [rad] of the gripper relative to the target since a slipping grasp closed; of a hinge
+/// the rotation of its axis, of a point none.
 struct SlipDisplacement {
   double distance = 0, angle = 0;
 };

@@ -246,7 +246,7 @@ void GraspSchedule::lose(const HoldLoad& load, bool in_impact) {
     return std::isfinite(limit) ? fmt::format("{} {:.4g} of {:.4g} {}", name, value, limit, unit)
                                 : fmt::format("{} {:.4g} {}", name, value, unit);
   };
-  outcome.captured = false, outcome.lost = load.time;
+  outcome.captured = false, outcome.slips = false, outcome.lost = load.time;
   outcome.reason =
       fmt::format("lost at t = {:.6g} s{}: {}, {}", load.time, in_impact ? ", in an impact" : "",
                   part("force", load.force, limits.force, "N"), part("moment", load.moment, limits.moment, "N m"));

@@ -8,22 +8,33 @@
 namespace grapnel {
 namespace {
 
-// Limits => limit while it slips; zero without a limit: this part does not slip.
-double kinetic_limit(double limit, double ratio) { return std::isfinite(limit) ? ratio * limit : 0; }
+// Held part of a slip, from the parts that slip => its closure, or none.
+void hold_remaining_part(SlippingGrasp& slip) {
+  const HeldPart held = held_part(slip.slip.model, slip.slip.parts());
+  slip.has_closure = held.any;
+  if (held.any) slip.frames.model = held.model;
+}
 
-// Held grasp, load at its limits => the slip that begins (8.17).
-SlippingGrasp slip_of(const HeldGrasp& held, const GraspLimits& limits, const HoldLoad& load) {
+// Slip, parts that begin to slip at this load => the slip with these parts too (8.17).
+void add_parts(SlippingGrasp& slip, const GraspLimits& limits, const HoldLoad& load, SlipParts parts) {
+  GraspSlip& s = slip.slip;
+  const SlipParts already = s.parts();
+  if (parts.force) s.force = limits.kinetic_ratio * limits.force;
+  if (parts.moment) s.moment = limits.kinetic_ratio * limits.moment;
+  const Twistd offset = slip_offset(s, load.F_C);
+  if (parts.force && !already.force) s.offset_C.linear = offset.linear;
+  if (parts.moment && !already.moment) s.offset_C.angular = offset.angular;
+  hold_remaining_part(slip);
+}
+
+// Held grasp, its limits => the slip that begins, still without slipping parts.
+SlippingGrasp slip_of(const HeldGrasp& held, const GraspLimits& limits) {
   SlippingGrasp slip;
   slip.grasp = held.grasp;
-  slip.slip = {held.frames.body_a,
-               held.frames.X_AC,
-               held.frames.body_b,
-               held.X_BD_closing,
-               kinetic_limit(limits.force, limits.kinetic_ratio),
-               kinetic_limit(limits.moment, limits.kinetic_ratio)};
-  slip.slip.offset_C = slip_offset(slip.slip, load.F_C);
+  slip.slip = {held.frames.body_a, held.frames.X_AC, held.frames.body_b, held.X_BD_closing};
+  slip.slip.separate = limits.combined == GraspLimits::Combined::components;
+  slip.slip.model = held.frames.model, slip.slip.hinge_C = held.frames.hinge_C;
   slip.frames = held.frames;
-  slip.frames.model = slip.slip.force > 0 ? GraspModel::orientation : GraspModel::point;
   return slip;
 }
 
@@ -47,10 +58,12 @@ void stop_relative_motion(CaptureRun& run) {
   RunBodies& bodies = run.bodies;
   const Kinematics k = forward_kinematics(bodies.free.model, bodies.state);
   std::vector<Grasp> grasps;
-  for (const HeldGrasp& each : bodies.held) grasps.push_back(grasp_of(each, k));
-  for (const RunSlip& each : bodies.slips) {
-    if (each.grasp.has_closure()) grasps.push_back(grasp_of({each.grasp.grasp, each.grasp.frames}, k));
+  std::vector<std::size_t> touching;  // these bodies exchange momentum
+  for (const HeldGrasp& each : bodies.holding()) {
+    grasps.push_back(grasp_of(each, k));
+    touching.push_back(each.grasp);
   }
+  run.monitor.touch(touching);
   bodies.state.v =
       plastic_impact(bodies.free.model, bodies.state, grasps, run.joints.prescribed_rates(bodies)).velocity;
 }
@@ -63,6 +76,17 @@ void hold_again(CaptureRun& run, const RunSlip& slip) {
   run.bodies.held.push_back(std::move(held));
   run.schedule.stick(slip.grasp.grasp);
   run.result.slips[slip.report].ended = SlipEnd::sticks;
+}
+
+// A slip of which these parts are at rest and the others continue => a closure holds them in their present relative
+// pose.
+void hold_parts(CaptureRun& run, RunSlip& slip, SlipParts at_rest) {
+  GraspSlip& s = slip.grasp.slip;
+  if (at_rest.force) s.force = 0, s.offset_C.linear = Vector3d::zero(), slip.moved.force = false;
+  if (at_rest.moment) s.moment = 0, s.offset_C.angular = Vector3d::zero(), slip.moved.moment = false;
+  const Kinematics k = forward_kinematics(run.bodies.free.model, run.bodies.state);
+  slip.grasp.frames = hold_grasp(run.problem, run.bodies.free, k, slip.grasp.grasp).frames;
+  hold_remaining_part(slip.grasp);
 }
 
 // A slip beyond its limits => the grasp is open.
@@ -80,12 +104,16 @@ void lose_slip(CaptureRun& run, const RunSlip& slip) {
 
 void begin_slips(CaptureRun& run, const std::vector<HoldLoad>& loads) {
   std::vector<HeldGrasp>& held = run.bodies.held;
+  std::vector<RunSlip>& slips = run.bodies.slips;
   for (const HoldLoad& load : loads) {
-    const auto grasp = std::ranges::find(held, load.grasp, &HeldGrasp::grasp);
-    if (grasp == held.end()) continue;
-    run.bodies.slips.push_back(
-        {slip_of(*grasp, *run.problem.grasps[load.grasp].holds, load), false, report_of(run, load)});
-    held.erase(grasp);
+    const GraspLimits& limits = *run.problem.grasps[load.grasp].holds;
+    auto slip = std::ranges::find(slips, load.grasp, [](const RunSlip& each) { return each.grasp.grasp; });
+    if (const auto grasp = std::ranges::find(held, load.grasp, &HeldGrasp::grasp); grasp != held.end()) {
+      slip = slips.insert(slips.end(), RunSlip{slip_of(*grasp, limits), {}, report_of(run, load)});
+      held.erase(grasp);
+    }
+    if (slip == slips.end()) continue;
+    add_parts(slip->grasp, limits, load, parts_beyond(limits, load));
     run.schedule.slip(load.grasp, load.time);
     run.schedule.note_load(load);
   }
@@ -93,20 +121,27 @@ void begin_slips(CaptureRun& run, const std::vector<HoldLoad>& loads) {
 
 void end_slips(CaptureRun& run, const GraspOverloads& overloads) {
   std::vector<RunSlip>& slips = run.bodies.slips;
-  const auto contains = [](const std::vector<std::size_t>& list, std::size_t i) {
-    return std::ranges::find(list, i) != list.end();
-  };
-  std::vector<RunSlip> ending, lasting;
+  std::vector<RunSlip> lasting;
+  bool any_held = false;
   for (std::size_t i = 0; i < slips.size(); ++i) {
-    if (contains(overloads.slipped_out, i)) {
+    if (std::ranges::find(overloads.slipped_out, i) != overloads.slipped_out.end()) {
       lose_slip(run, slips[i]);
-    } else {
-      (contains(overloads.at_rest, i) ? ending : lasting).push_back(slips[i]);
+      continue;
     }
+    const auto resting = std::ranges::find(overloads.at_rest, i, &RestingSlip::slip);
+    const SlipParts parts = slips[i].grasp.slip.parts();
+    const SlipParts rest = resting != overloads.at_rest.end() ? resting->parts : SlipParts{};
+    const bool continues = (parts.force && !rest.force) || (parts.moment && !rest.moment);
+    any_held = any_held || rest.any();
+    if (!continues) {
+      hold_again(run, slips[i]);
+      continue;
+    }
+    if (rest.any()) hold_parts(run, slips[i], rest);
+    lasting.push_back(slips[i]);
   }
   slips = std::move(lasting);
-  for (const RunSlip& slip : ending) hold_again(run, slip);
-  if (!ending.empty()) stop_relative_motion(run);
+  if (any_held) stop_relative_motion(run);
 }
 
 void release_slips(CaptureRun& run, const PostImpactSetup::Release& release, ReleaseReport& report) {

@@ -7,11 +7,12 @@
 
 namespace grapnel {
 
-/// Grasps with these loads, which are at their limits, begin to slip; positions and velocities do not change.
+/// Grasps with these loads, which are at their limits, begin to slip, or the part of a slipping grasp that held until
+/// now; positions and velocities do not change.
 void begin_slips(CaptureRun& run, const std::vector<HoldLoad>& loads);
 
-/// Slips at rest hold again, in their present relative pose; slips beyond their limits open. Both are indices in
-/// RunBodies::slips.
+/// Slips, or parts of them, at rest hold again, in their present relative pose; slips beyond their limits open. The
+/// rest of the relative velocity, at most the slip resolution, vanishes in a plastic impact.
 void end_slips(CaptureRun& run, const GraspOverloads& overloads);
 
 /// Opens the slipping grasps of a release, and adds them to its report.

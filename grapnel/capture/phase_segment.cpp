@@ -148,8 +148,8 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   return {};
 }
 
-std::vector<bool> moved_slips(const RunBodies& bodies) {
-  std::vector<bool> moved;
+std::vector<SlipParts> moved_slips(const RunBodies& bodies) {
+  std::vector<SlipParts> moved;
   for (const RunSlip& slip : bodies.slips) moved.push_back(slip.moved);
   return moved;
 }

@@ -183,7 +183,8 @@ struct GraspLimits {
   enum class Combined { ellipsoid, components };
   Combined combined = Combined::ellipsoid;
   /// opens: the gripper loses the target. slips: force and moment stay at their limits, times kinetic_ratio, while
-  /// gripper and target move relative to each other; a part without a limit does not slip.
+  /// gripper and target move relative to each other; a part without a limit does not slip, nor with components a part
+  /// below its limit.
   enum class Beyond { opens, slips };
   Beyond beyond = Beyond::opens;
   double kinetic_ratio = 1;  // of the limits while it slips to those at rest

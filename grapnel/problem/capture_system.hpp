@@ -42,16 +42,15 @@ struct HeldGrasp {
   int closure = kInTree;
 };
 
-/// A grasp in a model that slips: friction between its frames, and a closure of the part without a limit.
+/// A grasp in a model that slips: friction between its frames, and a closure of the part that does not slip.
 struct SlippingGrasp {
   std::size_t grasp = 0;  // in CaptureProblem::grasps
   GraspSlip slip;
-  LoopClosure frames;  // of the closure: point if only the moment slips, orientation if only the force does
-  /// Index in CaptureSystem::closures; kNone: force and moment slip.
+  LoopClosure frames;  // of the closure: point if only the moment slips; orientation or axis if only the force does
+  bool has_closure = false;
+  /// Index in CaptureSystem::closures; kNone: it has no closure, or both bodies are on one link.
   static constexpr int kNone = -1;
   int closure = kNone;
-
-  bool has_closure() const { return !(slip.force > 0 && slip.moment > 0); }
 };
 
 /// Model and indices before the capture, and, rebuilt by join_targets(), after it.

@@ -100,7 +100,7 @@ void add_slip(const Model& from, const SlippingGrasp& grasp, const HeldGrasp* ca
     slip.frames.X_BD.p = slip.frames.X_BD.p - carried_by->frames.X_BD.p;
   }
   const auto link_of = [&](int body) { return system.model.bodies()[body].placement.link; };
-  if (slip.has_closure() && link_of(slip.frames.body_a) != link_of(slip.frames.body_b)) {
+  if (slip.has_closure && link_of(slip.frames.body_a) != link_of(slip.frames.body_b)) {
     slip.closure = static_cast<int>(system.closures.size());
     system.closures.push_back(slip.frames);
   }

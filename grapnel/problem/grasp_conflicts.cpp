@@ -55,7 +55,7 @@ class GraspConflicts : ConflictFinder {
     }
   }
 
-  // Slip needs a rigid grasp, and states nothing where it does not occur.
+  // Limits of slip state nothing where it does not occur.
   void check_slip(const GraspSetup& grasp, const std::string& path) {
     const GraspLimits& limits = *grasp.holds;
     const bool force = std::isfinite(limits.force), moment = std::isfinite(limits.moment);
@@ -67,22 +67,22 @@ class GraspConflicts : ConflictFinder {
       if (unused) add(path + unused, "{0}{1} is for grasps that slip; add {0}beyond: slips", path, unused);
       return;
     }
-    if (!grasp.contact && grasp.model != GraspModel::rigid)
-      add(path + "beyond", "{}beyond is slips, but only rigid grasps slip; use model: rigid or beyond: opens", path);
-    if (force && moment && limits.combined == GraspLimits::Combined::components)
-      add(path + "beyond",
-          "{0}beyond is slips, but force and moment have separate limits ({0}combined is components); use "
-          "combined: ellipsoid or leave one limit out",
-          path);
+    if (!grasp.contact && grasp.model == GraspModel::point && moment)
+      add(path + "moment", "{}moment has no effect: a grasp of model point transmits no moment; leave it out", path);
     if (std::isfinite(limits.lost_distance) && !force)
       add(path + "lost_distance", "{0}lost_distance needs {0}force: without a limit the force does not slip", path);
     if (std::isfinite(limits.lost_angle) && !moment)
       add(path + "lost_angle", "{0}lost_angle needs {0}moment: without a limit the moment does not slip", path);
     if (problem_.integration.method == IntegrationSetup::Method::rk4)
-      add(path + "beyond", "{}beyond: slips needs integration.method: adaptive_8, which resolves the ends of a slip",
+      add(path + "beyond",
+          "{}beyond: slips does not support integration.method: rk4, whose fixed steps do not resolve the ends of a "
+          "slip; use automatic",
           path);
-    if (problem_.integration.loops != IntegrationSetup::Loops::projection && !(force && moment))
-      add(path + "beyond", "{}beyond: slips with one limit needs integration.loops: projection", path);
+    const bool separate = limits.combined == GraspLimits::Combined::components || !force || !moment;
+    if (problem_.integration.loops != IntegrationSetup::Loops::projection && separate &&
+        grasp.model != GraspModel::point)
+      add(path + "beyond", "{}beyond: slips with one limit, or separate ones, needs integration.loops: projection",
+          path);
   }
 
   void check_again(const GraspSetup& grasp, const char* key, const std::string& path) {

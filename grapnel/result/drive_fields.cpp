@@ -147,7 +147,8 @@ const Type& type_of<SlipReport>() {
       field<&S::moment>("moment", "N m", "moment between them at the onset, about the grasp point"),
       field<&S::ended>("ended",
                        "`sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded "
-                       "`lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended"),
+                       "`lost_distance` or `lost_angle`, or an impact the limit of the part that did not slip. "
+                       "`released`: the grasp was released. `slips`: the run ended"),
       field<&S::until>("until", "s", "end of the slip, or of the run"),
       field<&S::distance>("distance", "m", "path of the gripper relative to the target"),
       field<&S::angle>("angle", "rad", "the same for its rotation"),

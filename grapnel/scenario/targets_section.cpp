@@ -139,7 +139,7 @@ struct Described<GraspLimits> {
           "beyond", "",
           "opens: beyond its limits the grasp opens and the gripper loses the target. slips: force and "
           "moment stay at the limits, times `kinetic_ratio`, and gripper and target move relative to each "
-          "other until they are at rest; a part without a limit does not slip. Only rigid grasps slip."),
+          "other until they are at rest; a part without a limit does not slip, nor one below a separate limit."),
       field<&T::kinetic_ratio>("kinetic_ratio", "1", "Limits while the grasp slips, relative to those at rest.")
           .above(0)
           .at_most(1),

@@ -169,18 +169,23 @@ const std::vector<FaultCase> kCases{
      {with_grasp("holds: {force: 5, kinetic_ratio: 0.5}")},
      {"scenario.yaml:29:85: error: grasps[0].holds.kinetic_ratio is for grasps that slip; add "
       "grasps[0].holds.beyond: slips"}},
-    {"slips_with_separate_limits",
-     {with_grasp("holds: {force: 5, moment: 2, combined: components, beyond: slips}")},
-     {"scenario.yaml:29:111: error: grasps[0].holds.beyond is slips, but force and moment have separate limits "
-      "(grasps[0].holds.combined is components); use combined: ellipsoid or leave one limit out"}},
+    {"slips_with_separate_limits_without_projection",
+     {with_grasp("holds: {force: 5, moment: 2, combined: components, beyond: slips}"),
+      with_top("integration: {loops: baumgarte}")},
+     {"scenario.yaml:29:111: error: grasps[0].holds.beyond: slips with one limit, or separate ones, needs "
+      "integration.loops: projection"}},
+    {"slips_with_fixed_steps",
+     {with_grasp("holds: {force: 5, moment: 2, beyond: slips}"), with_top("integration: {method: rk4, step: 0.01}")},
+     {"scenario.yaml:29:89: error: grasps[0].holds.beyond: slips does not support integration.method: rk4, whose fixed "
+      "steps do not resolve the ends of a slip; use automatic"}},
     {"slips_out_without_a_limit",
      {with_grasp("holds: {force: 5, beyond: slips, lost_angle: 1}")},
      {"scenario.yaml:29:97: error: grasps[0].holds.lost_angle needs grasps[0].holds.moment: without a limit the moment "
       "does not slip"}},
-    {"slips_as_a_hinge",
-     {with_grasp("model: hinge, axis: [0, 0, 1], holds: {force: 5, beyond: slips}")},
-     {"scenario.yaml:29:109: error: grasps[0].holds.beyond is slips, but only rigid grasps slip; use model: rigid or "
-      "beyond: opens"}},
+    {"slips_as_a_point_with_a_moment",
+     {with_grasp("model: point, holds: {force: 5, moment: 2, beyond: slips}")},
+     {"scenario.yaml:29:92: error: grasps[0].holds.moment has no effect: a grasp of model point transmits no moment; "
+      "leave it out"}},
     {"closes_again_before_the_end_of_the_approach",
      {with_grasp("closes_again_at: [15, 25, 25]")},
      {"scenario.yaml:29:70: error: grasps[0].closes_again_at[0] is 15 [s], must be greater than 20, the approach's end",

@@ -1572,7 +1572,7 @@ export interface SlipReport {
   force: number;
   /** moment between them at the onset, about the grasp point [N m] */
   moment: number;
-  /** `sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended */
+  /** `sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`, or an impact the limit of the part that did not slip. `released`: the grasp was released. `slips`: the run ended */
   ended: SlipEnd;
   /** end of the slip, or of the run [s] */
   until: number;
@@ -1589,7 +1589,7 @@ export const kSlipReport: FieldNote[] = [
   ["target","","target that it holds"],
   ["force","N","force between gripper and target at the onset"],
   ["moment","N m","moment between them at the onset, about the grasp point"],
-  ["ended","","`sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`. `released`: the grasp was released. `slips`: the run ended"],
+  ["ended","","`sticks`: gripper and target came to rest relative to each other. `lost`: the slip exceeded `lost_distance` or `lost_angle`, or an impact the limit of the part that did not slip. `released`: the grasp was released. `slips`: the run ended"],
   ["until","s","end of the slip, or of the run"],
   ["distance","m","path of the gripper relative to the target"],
   ["angle","rad","the same for its rotation"],
