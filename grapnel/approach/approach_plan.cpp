@@ -8,10 +8,12 @@
 #include <set>
 
 #include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/approach/predicted_contacts.hpp"
 #include "grapnel/model/coupling.hpp"
 #include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/problem/contact_pairs.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 
@@ -21,7 +23,7 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
                                  const CaptureProgress& progress, double begin, ApproachPlan& plan)
     : problem_(problem),
       approach_(*problem.approach),
-      targets_(targets),
+      targets_(predict_contacts(problem, targets, begin, problem.approach->duration, shown_on(progress))),
       detail_(detail),
       plan_(plan),
       begin_(begin),
@@ -51,9 +53,29 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
   if (approach_.base_control && base_.floats()) hold_attitude();
 }
 
+void ApproachPlanner::report_contacts() {
+  if (problem_.contacts.empty()) return;
+  plan_.report.assumes =
+      "targets touch each other and obstacles as predicted without the servicer, and the servicer touches nothing";
+  for (const TargetContact& contact : targets_.contacts) {
+    const std::string a = contact_name(problem_, contact.a), b = contact_name(problem_, contact.b);
+    plan_.report.contacts.push_back({a, b, contact.time});
+    for (const BodyName& body : {contact.a, contact.b}) {
+      if (!body.target || problem_.targets[*body.target].given_at == TargetSetup::Instant::start) continue;
+      plan_.warnings.push_back(fmt::format(
+          "targets.{}.state: it is stated at the capture, t = {:.6g} s, but {} and {} touch before, at t = {:.6g} s: "
+          "target '{}' moves differently from then on and does not have this state at the capture; state it at the "
+          "start, or move what it touches",
+          problem_.targets[*body.target].name, approach_.duration, a, b, contact.time,
+          problem_.targets[*body.target].name));
+    }
+  }
+}
+
 // Problem => plan_: stated trajectories, or one segment per waypoint, then the final segment or the stand-off with the
 // final straight approach. Throws Unplannable.
 void ApproachPlanner::run() {
+  report_contacts();
   if (approach_.sampled || !approach_.pieces.empty()) {
     follow_stated();
   } else {
@@ -175,7 +197,8 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
     if (constraints.bodies->model.pairs().empty()) {
       throw Unplannable(
           "planning the approach: approach.plan requires clearance, but there is no pair of bodies to check: shapes "
-          "('geometry') of the robot's links and of the targets are missing, or clearance.ignore excludes all pairs");
+          "('geometry') of the robot's links and of the targets are missing, or clearance.ignore or "
+          "approach.plan.contacts: allowed excludes all pairs");
     }
     check_start_clearance(reach);
   }
@@ -373,8 +396,7 @@ void ApproachPlanner::pass(const Waypoint& w) {
 }
 
 TargetMotion ApproachPlanner::target_at(std::size_t target, double time) const {
-  return propagate_target(problem_, problem_.targets[target], targets_.capture[target], approach_.duration, time,
-                          each_step());
+  return motion_in_plan(problem_, targets_, target, approach_.duration, time, each_step());
 }
 
 std::function<void(double)> ApproachPlanner::each_step() const {

@@ -56,6 +56,11 @@ class ApproachPlanner {
         [&progress, limit](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(limit)); };
   }
 
+  static std::function<void(double)> shown_on(const CaptureProgress& progress) {
+    if (!progress) return {};
+    return [&progress](double) { progress(kPlanning, 0, 0); };
+  }
+
   // For an attitude-controlled base: sets the base to its desired attitude from the start, about the same centre of
   // mass.
   void hold_attitude();
@@ -151,6 +156,9 @@ class ApproachPlanner {
 
   // Whether loads act on a target that is to be grasped.
   bool targets_loaded() const;
+
+  // Reports the contacts that the prediction contains and what the plan assumes of others.
+  void report_contacts();
 
   // Goals for a rigid model of the servicer. With them the end-effectors of the flexible servicer, displaced by its
   // deflection, have the intended poses and velocities.
@@ -263,7 +271,7 @@ class ApproachPlanner {
 
   const CaptureProblem& problem_;
   const ApproachSetup& approach_;
-  const TargetPlan& targets_;
+  const TargetPlan targets_;  // with contacts
   const CaptureDetail detail_;
   ApproachPlan& plan_;
   const double begin_;

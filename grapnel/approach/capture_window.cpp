@@ -12,6 +12,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/approach/navigation.hpp"
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/approach/predicted_contacts.hpp"
 #include "grapnel/approach/reach_bound.hpp"
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/path_segment.hpp"
@@ -78,12 +79,12 @@ class Servicer {
   std::vector<Arm> arms_;  // per grasp
 };
 
-// Whether external forces other than gravity may move servicer or target; then distances are unknown without
-// simulation.
+// Whether contacts, or external forces other than gravity, may move servicer or target; then distances are unknown
+// without simulation.
 bool is_pushed(const CaptureProblem& problem) {
   const auto& control = problem.approach->base_control;
   const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
-  return problem.orbit.has_value() || !problem.loads.empty() || fires;
+  return problem.orbit.has_value() || !problem.loads.empty() || fires || !problem.contacts.empty();
 }
 
 // One search, with the data of the planner: in W, with targets at their estimated states.
@@ -100,6 +101,7 @@ class WindowSearch {
         step_(window_.step > 0 ? window_.step : (window_.latest - window_.earliest) / 50) {
     problem_.approach->window.reset();
     seen_.approach->window.reset();
+    predict();
     if (is_pushed(seen_)) return;
     for (const GraspSetup& grasp : seen_.grasps) fastest_.push_back(fastest_change(grasp));
   }
@@ -205,9 +207,23 @@ class WindowSearch {
     return *report_.points.insert(place, std::move(point));
   }
 
+  // The targets' motion up to the latest time, with contacts, if it does not depend on the capture time.
+  void predict() {
+    if (seen_.contacts.empty()) return;
+    const auto depends = [](const TargetSetup& t) { return t.given_at == TargetSetup::Instant::capture; };
+    if (std::ranges::any_of(seen_.targets, depends)) return;
+    CaptureProblem until_latest = seen_;
+    until_latest.approach->duration = window_.latest;
+    const auto each_step = [this](double) { report_progress(0); };
+    predicted_ = predict_contacts(until_latest, plan_targets(until_latest, each_step), 0, window_.latest, each_step);
+  }
+
   TargetMotion target_at(const TargetSetup& target, double t) const {
     const TargetMotion given{target.X_WT, target.V_WT};
     if (target.given_at == TargetSetup::Instant::capture) return given;
+    if (const auto index = static_cast<std::size_t>(&target - seen_.targets.data());
+        predicted_ && !predicted_->instants.empty() && !predicted_->instants[index].empty())
+      return motion_in_plan(seen_, *predicted_, index, window_.latest, t, [this](double) { report_progress(0); });
     return propagate_target(seen_, target, given, 0, t, [this](double) { report_progress(0); });
   }
 
@@ -417,6 +433,7 @@ class WindowSearch {
   const CaptureProgress& progress_;
   const long max_evaluations_;
   const double step_;
+  std::optional<TargetPlan> predicted_;
   std::vector<double> fastest_;  // per grasp; empty: distances rule nothing out
   WindowReport report_;
   std::optional<WindowPoint> closest_;  // failed plan with the closest grasp points

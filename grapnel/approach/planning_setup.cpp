@@ -6,6 +6,7 @@
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/model/coupling.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/contact_pairs.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
@@ -55,14 +56,98 @@ WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& mo
   return result;
 }
 
+namespace {
+
+// Obstacle => its shapes, a half-space as a box whose face is centred beneath the base; its distances are exact for
+// bodies that are less than kHalf from there.
+std::vector<Geometry> shapes_of(const ObstacleSetup& obstacle, const Posed& X_WB) {
+  if (!obstacle.geometry.empty()) return obstacle.geometry;
+  constexpr double kHalf = 1e4;  // [m]
+  Geometry box{Geometry::Shape::box, {2 * kHalf, 2 * kHalf, kHalf}};
+  const Vector3d base = inverse(obstacle.X_WO) * X_WB.p;
+  box.X_BG.p = {base[0], base[1], -0.5 * kHalf};
+  return {box};
+}
+
+// Problem => problem whose clearance model has all pairs that a plan keeps apart: pairs of `contacts` unless they are
+// allowed, and obstacles, as targets that follow those of the problem.
+CaptureProblem kept_apart(const CaptureProblem& stated) {
+  CaptureProblem problem = rigid_problem(stated);
+  problem.impact.reset();  // not all targets need a grasp
+  const std::size_t targets = problem.targets.size();
+  const auto stand_in = [&](const BodyName& body) {
+    return body.obstacle ? BodyName::of_target(targets + *body.obstacle) : body;
+  };
+  auto& ignore = problem.clearance.ignore;
+  if (!problem.contacts.empty() && problem.approach->plan->contacts == PlanSetup::Contacts::allowed) {
+    for (const ContactPair& pair : contact_pairs(problem, make_capture_system(problem)))
+      ignore.emplace_back(stand_in(pair.a), stand_in(pair.b));
+  }
+  problem.contacts.clear(), problem.stages.clear();
+  for (std::size_t k = 0; k < problem.obstacles.size(); ++k) {
+    const ObstacleSetup& obstacle = problem.obstacles[k];
+    TargetSetup& body = problem.targets.emplace_back();
+    body.name = obstacle.name, body.mass = 1, body.inertia = Symmetric3d::diagonal(1, 1, 1);
+    body.geometry = shapes_of(obstacle, problem.X_WB);
+    body.X_WT = obstacle.X_WO;
+    for (std::size_t t = 0; t < targets + k; ++t) {
+      ignore.emplace_back(BodyName::of_target(t), BodyName::of_target(targets + k));
+      for (const PanelSetup& panel : problem.targets[t].panels)
+        ignore.emplace_back(BodyName::of_target(t, panel.name), BodyName::of_target(targets + k));
+    }
+  }
+  return problem;
+}
+
+// A base that does not move relative to obstacles is not kept apart from them.
+void ignore_still_base(const CaptureSystem& system, std::size_t targets, CaptureProblem& problem) {
+  if (problem.robot.base_mode == RobotSetup::Base::free) return;
+  for (const int body : tied_to(system.model, system.base)) {
+    for (std::size_t t = targets; t < problem.targets.size(); ++t) {
+      if (system.addresses[body].owner == BodyAddress::Owner::robot)
+        problem.clearance.ignore.emplace_back(system.model.bodies()[body].description.name, BodyName::of_target(t));
+    }
+  }
+}
+
+// Bodies that may touch the target of a grasp near its grasp point: those fixed to the end-effector, and links that the
+// end-effector's body carries and that may touch the target by `contacts`, as fingers.
+std::vector<int> gripper_near_grasp(const CaptureProblem& stated, const CaptureProblem& problem,
+                                    const CaptureSystem& system, const GraspSetup& grasp) {
+  const Model& model = system.model;
+  const int palm = model.frames()[model.frame_index(grasp.end_effector)].body;
+  std::vector<int> bodies = tied_to(model, palm);
+  if (stated.contacts.empty()) return bodies;
+  const auto is_carried = [&](int body) {
+    for (; body >= 0; body = model.bodies()[body].parent) {
+      if (std::ranges::find(bodies, body) != bodies.end()) return true;
+    }
+    return false;
+  };
+  const BodyName target = BodyName::of_target(target_index(problem, grasp.target));
+  std::vector<int> fingers;
+  for (const ContactPair& pair : contact_pairs(stated, make_capture_system(stated))) {
+    if (pair.a != target && pair.b != target) continue;
+    for (const int body : bodies_named(problem, system, pair.a == target ? pair.b : pair.a)) {
+      if (system.addresses[body].owner == BodyAddress::Owner::robot && is_carried(body)) fingers.push_back(body);
+    }
+  }
+  bodies.insert(bodies.end(), fingers.begin(), fingers.end());
+  return bodies;
+}
+
+}  // namespace
+
 // Problem and target motion => bodies for clearance along a path, with the robot rigid: robot bodies are placed by
 // their links, targets by `target_at`; per grasp, the distance within which gripper and target may touch.
 std::shared_ptr<const ConstraintBodies> constraint_bodies(
     const CaptureProblem& stated, const CaptureSystem& servicer,
     std::function<TargetMotion(std::size_t target, double time)> target_at) {
-  const CaptureProblem problem = rigid_problem(stated);
+  const std::size_t targets = stated.targets.size();
+  CaptureProblem problem = kept_apart(stated);
   const CaptureSystem system = make_capture_system(problem);
   const Model& model = system.model;
+  ignore_still_base(system, targets, problem);
   auto bodies = std::make_shared<ConstraintBodies>();
   bodies->model = make_clearance_model(problem, system, std::vector<bool>(problem.grasps.size(), true));
   // Targets move as planned, with their panels at rest.
@@ -84,10 +169,13 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
     const BodyPlacement& placement = servicer.model.bodies()[body_at(servicer, address)].placement;
     bodies->link.back() = placement.link, bodies->X_LB.back() = placement.X_LB;
   }
-  bodies->place_others = [placed, targets = problem.targets.size(), target_at = std::move(target_at)](
-                             double time, std::vector<Posed>& X_WB) {
+  std::vector<Posed> X_WO;
+  for (const ObstacleSetup& obstacle : problem.obstacles) X_WO.push_back(obstacle.X_WO);
+  bodies->place_others = [placed, targets, X_WO, target_at = std::move(target_at)](double time,
+                                                                                   std::vector<Posed>& X_WB) {
     std::vector<Posed> X_WT;
     for (std::size_t t = 0; t < targets; ++t) X_WT.push_back(target_at(t, time).X_WT);
+    X_WT.insert(X_WT.end(), X_WO.begin(), X_WO.end());
     for (const Placed& each : placed) X_WB[each.body] = X_WT[each.target] * each.X_TB;
   };
   bodies->end_effector.assign(bodies->model.pairs().size(), -1);
@@ -107,10 +195,11 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
       reach = std::max(reach, bodies->model.farthest(static_cast<int>(s), X_BE.p));
     }
     h.near = problem.approach->plan->near_grasp.value_or(reach + problem.approach->plan->clearance.value_or(0));
+    const std::vector<int> near_grasp = gripper_near_grasp(stated, problem, system, g);
     for (std::size_t p = 0; p < bodies->end_effector.size(); ++p) {
       const ClearancePair& pair = bodies->model.pairs()[p];
       const auto is_gripper = [&](int body) {
-        return std::find(gripper.begin(), gripper.end(), body) != gripper.end();
+        return std::find(near_grasp.begin(), near_grasp.end(), body) != near_grasp.end();
       };
       if ((is_gripper(pair.body_a) && pair.body_b == h.target) || (is_gripper(pair.body_b) && pair.body_a == h.target))
         bodies->end_effector[p] = static_cast<int>(bodies->end_effectors.size());

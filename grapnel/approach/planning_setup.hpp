@@ -29,10 +29,11 @@ capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMot
 WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
                              const Rotationd& R_WD, double begin);
 
-/// The bodies of `clearance`, and end-effectors with their own targets. The latter may touch within
-/// PlanSetup::near_grasp of the grasp point; its default is the extent of the gripper's shapes from the end-effector
-/// plus the required clearance. `target_at`: motion of a target at a time. The result refers only to what `target_at`
-/// refers to.
+/// The bodies of `clearance`, pairs of `contacts` unless PlanSetup::contacts allows them to touch, links with
+/// obstacles, and end-effectors with their own targets. The latter, and links that the end-effector carries and that
+/// may touch the target by `contacts`, may touch within PlanSetup::near_grasp of the grasp point; its default is the
+/// extent of the gripper's shapes from the end-effector plus the required clearance. `target_at`: motion of a target at
+/// a time. The result refers only to what `target_at` refers to.
 std::shared_ptr<const ConstraintBodies> constraint_bodies(
     const CaptureProblem& problem, const CaptureSystem& servicer,
     std::function<TargetMotion(std::size_t target, double time)> target_at);

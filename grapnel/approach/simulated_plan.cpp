@@ -43,7 +43,8 @@ std::string ApproachPlanner::disturbances() const {
   return std::string(problem_.orbit ? "the orbit's field, " : "") +
          (simulated_servicer_.wheels.empty() ? "" : "the reaction wheels, ") +
          (simulated_servicer_.gyros.empty() ? "" : "the control moment gyros, ") +
-         (bends() ? "flexible bodies, " : "") + "the loads or the base's attitude control";
+         (bends() ? "flexible bodies, " : "") + (targets_.contacts.empty() ? "" : "contacts of the targets, ") +
+         "the loads or the base's attitude control";
 }
 
 bool ApproachPlanner::targets_loaded() const {

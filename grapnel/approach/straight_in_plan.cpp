@@ -9,6 +9,7 @@
 #include <random>
 
 #include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/approach/predicted_contacts.hpp"
 #include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
@@ -53,9 +54,15 @@ void ApproachPlanner::stand_off_and_in(double begin) {
     in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
   }
   in.goals = straight_goals(problem_, servicer_.model);
+  if (touches_after(targets_, begin))
+    plan_.warnings.push_back(fmt::format(
+        "approach: targets touch during the final straight approach, which begins at t = {:.6g} s; the end-effectors "
+        "follow the jumps of their velocities: let it begin after the contact by a shorter straight_in.duration, or "
+        "choose another capture time",
+        begin));
   if (bends()) {
     come_in_bending(in);
-  } else if (disturbed() || targets_loaded()) {
+  } else if (disturbed() || targets_loaded() || touches_after(targets_, begin)) {
     come_in_simulated(in);
   } else {
     come_in(in, {});

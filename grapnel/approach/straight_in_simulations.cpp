@@ -7,6 +7,7 @@
 #include <array>
 
 #include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/approach/predicted_contacts.hpp"
 
 namespace grapnel {
 namespace {
@@ -107,7 +108,7 @@ void ApproachPlanner::come_in_simulated(StraightInProblem& in) {
   const Vector3d w_B = turn_beside(there);
   around->motion = [as_it_begins](double) { return as_it_begins; };
   around->w_B = [w_B](double) { return w_B; };
-  if (targets_loaded() || problem_.orbit) around->targets = targets_over(in);
+  if (targets_loaded() || problem_.orbit || touches_after(targets_, in.begin)) around->targets = targets_over(in);
   in.surroundings = around;
   const StraightInProblem meant = in;
   const auto plan = [&] {
@@ -230,8 +231,8 @@ ApproachPlanner::Gaps ApproachPlanner::simulate_approach(const StraightInProblem
   return simulated_gaps(in, end);
 }
 
-// Targets at the capture => their motion during the straight approach under loads and orbital field, propagated
-// backwards and stored as Chebyshev series; quaternions have the same sign from sample to sample.
+// Targets at the capture => their motion during the straight approach under loads, orbital field and contacts,
+// propagated backwards and stored as Chebyshev series; quaternions have the same sign from sample to sample.
 std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const StraightInProblem& in) const {
   const std::size_t count = problem_.targets.size();
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfTarget * count);
@@ -239,9 +240,11 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
   for (std::size_t i = 0; i < count; ++i) {
     TargetMotion at = targets_.capture[i];
     double from = approach_.duration;
+    const bool touches = !targets_.instants.empty() && !targets_.instants[i].empty();
     Quaterniond q = quaternion_from(at.X_WT.R);
     for (std::size_t k = times.size(); k-- > 0;) {
-      at = propagate_target(problem_, problem_.targets[i], at, from, times[k], each_step());
+      at = touches ? target_at(i, times[k])
+                   : propagate_target(problem_, problem_.targets[i], at, from, times[k], each_step());
       from = times[k];
       Quaterniond now = quaternion_from(at.X_WT.R);
       if (now.w * q.w + now.x * q.x + now.y * q.y + now.z * q.z < 0) now = {-now.w, -now.x, -now.y, -now.z};

@@ -79,8 +79,12 @@ void replan_if_due(CaptureRun& run) {
   }
   if (!found) return;
   std::optional<WindowReport> window = std::move(run.result.plan->window);
+  std::vector<PlannedContact> contacts = std::move(run.result.plan->contacts);
+  std::erase_if(contacts, [&](const PlannedContact& contact) { return contact.predicted >= now; });
   run.result.plan = plan.report;
   run.result.plan->window = std::move(window);
+  contacts.insert(contacts.end(), plan.report.contacts.begin(), plan.report.contacts.end());
+  run.result.plan->contacts = std::move(contacts);
   run.joints.follow(std::move(plan.joints));
 }
 

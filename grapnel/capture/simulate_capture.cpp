@@ -14,6 +14,7 @@
 #include "grapnel/capture/grasp_events.hpp"
 #include "grapnel/capture/implausible_efforts.hpp"
 #include "grapnel/capture/motion_phases.hpp"
+#include "grapnel/capture/planned_contacts.hpp"
 #include "grapnel/capture/replanning.hpp"
 #include "grapnel/capture/sampled_gains.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
@@ -158,7 +159,7 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
     throw RunFailure(chosen->failure);
   }
   std::optional<ApproachPlan> plan;
-  if (run.detail != CaptureDetail::full && !navigates(run.problem))
+  if (run.detail != CaptureDetail::full && !navigates(run.problem) && !run.contacts.any())
     plan = stated_approach(run.problem, run.bodies.system);
   if (!plan) plan = plan_on_estimates(run, targets);
   run.result.plan = plan->report;
@@ -195,6 +196,7 @@ void check_and_report(CaptureRun& run) {
   CaptureResult& result = run.result;
   run.schedule.write(run.monitor.last_check(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
+  compare_contacts_with_plan(run);
   run.law.write(result);
   for (std::string& warning : implausible_efforts(run.problem, result)) result.warnings.push_back(std::move(warning));
   run.identification.write(result);

@@ -324,6 +324,10 @@ struct PlanSetup {
   std::optional<double> clearance;  // minimum distance of the bodies of ClearanceSetup [m]
   // distance from its grasp point within which an end-effector may touch its target [m]
   std::optional<double> near_grasp;
+  /// Pairs of CaptureProblem::contacts before the capture. avoided: they keep `clearance` as all others. allowed: they
+  /// may touch.
+  enum class Contacts { avoided, allowed };
+  Contacts contacts = Contacts::avoided;
   std::optional<double> base_turn;  // maximum rotation of the base from its initial attitude [rad]
   /// Maximum share of its momentum capacity, for each wheel that controls the base's attitude.
   std::optional<double> wheel_momentum;

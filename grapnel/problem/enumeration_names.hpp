@@ -42,6 +42,8 @@ struct Described<PlanSetup::Objective>
 template <>
 struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
 template <>
+struct Described<PlanSetup::Contacts> : Enumeration<PlanSetup::Contacts, "Contacts", "avoided", "allowed"> {};
+template <>
 struct Described<PlanSetup::IdleJoints> : Enumeration<PlanSetup::IdleJoints, "IdleJoints", "used", "held"> {};
 template <>
 struct Described<StraightIn::Roll> : Enumeration<StraightIn::Roll, "Roll", "free", "matched"> {};

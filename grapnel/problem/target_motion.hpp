@@ -35,11 +35,26 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
 TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
                               double t0, double t1, const std::function<void(double t)>& each_step = {});
 
+/// A pair of targets, or a target and an obstacle, that touches before the capture.
+struct TargetContact {
+  BodyName a, b;
+  double time = 0;  // of the first contact [s]
+};
+
 /// Motion of a problem's targets at the start and at the capture time T.
 struct TargetPlan {
   std::vector<TargetMotion> start;
   std::vector<TargetMotion> capture;
+  /// With contacts before the capture (predict_contacts()): per target, its motion at the start and at all instants
+  /// from which on it is free until the next one, in the order of time; empty for a target that touches nothing.
+  struct Instant {
+    double time = 0;  // [s]
+    TargetMotion motion;
+  };
+  std::vector<std::vector<Instant>> instants = {};
+  std::vector<TargetContact> contacts = {};
 };
+/// The motion without contacts between shapes.
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step = {});
 
 }  // namespace grapnel

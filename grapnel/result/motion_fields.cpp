@@ -243,9 +243,26 @@ const Type& type_of<WindowReport>() {
 }
 
 template <>
+const Type& type_of<PlannedContact>() {
+  using P = PlannedContact;
+  static constexpr Field fields[] = {
+      field<&P::body_a>("body_a", "first body"),
+      field<&P::body_b>("body_b", "second body"),
+      field<&P::predicted>("predicted", "s", "first contact in the planner's prediction; absent: none"),
+      field<&P::simulated>("simulated", "s", "first contact in the simulation, before the approach ends; absent: none"),
+      field<&P::disturbs>("disturbs",
+                          "whether a link or a grasped target touches in the simulation but not in the prediction"),
+  };
+  static constexpr Type type =
+      structure<P>("PlannedContact", "a pair of bodies that touches before the planned capture.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<PlanReport>() {
   using P = PlanReport;
   constexpr auto searched = [](const P& p) { return p.searched; };
+  constexpr auto touching = [](const P& p) { return !p.assumes.empty(); };
   static constexpr Field fields[] = {
       field<&P::joints>("joints", "joint names"),
       field<&P::final_position>("final_position", "rad or m",
@@ -277,6 +294,11 @@ const Type& type_of<PlanReport>() {
       field<&P::straight_in>("straight_in", "the final straight approach, if the scenario requests one"),
       field<&P::path>("path", "properties of the last planned segment, if the trajectory was evaluated"),
       field<&P::window>("window", "evaluated capture times, if the scenario gives a window"),
+      field<&P::assumes>("assumes",
+                         "what the plan assumes of contacts before the capture; this key and `contacts` are present if "
+                         "bodies may touch")
+          .when<touching>(),
+      field<&P::contacts>("contacts", "pairs of bodies that touch before the planned capture").when<touching>(),
   };
   static constexpr Type type =
       structure<P>("PlanReport", "the planned joint motion and the record of the search for it.", fields);

@@ -120,6 +120,14 @@ struct WindowReport {
   std::vector<WindowPoint> points;
 };
 
+/// A pair of bodies that touches before the planned capture.
+struct PlannedContact {
+  std::string body_a, body_b;
+  std::optional<double> predicted = {};
+  std::optional<double> simulated = {};
+  bool disturbs = false;
+};
+
 struct PlanReport {
   std::vector<std::string> joints;
   std::vector<double> final_position;
@@ -141,6 +149,8 @@ struct PlanReport {
   std::optional<StraightInReport> straight_in;
   std::optional<PlannedPath> path;
   std::optional<WindowReport> window;
+  std::string assumes;
+  std::vector<PlannedContact> contacts;
 };
 
 }  // namespace grapnel

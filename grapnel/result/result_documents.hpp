@@ -84,6 +84,8 @@ const Type& type_of<WindowPoint>();
 template <>
 const Type& type_of<WindowReport>();
 template <>
+const Type& type_of<PlannedContact>();
+template <>
 const Type& type_of<PlanReport>();
 template <>
 const Type& type_of<GraspImpulse>();

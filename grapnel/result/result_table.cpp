@@ -63,6 +63,17 @@ std::string window_line(const CaptureResult& result) {
   return "\n" + paragraph("window: " + window_sentence(*result.plan->window), "");
 }
 
+// What the plan assumes of contacts, and the contacts that it predicts.
+std::string contact_lines(const PlanReport& plan) {
+  std::string text = "assumes that " + plan.assumes;
+  for (const PlannedContact& contact : plan.contacts) {
+    if (contact.predicted)
+      text += fmt::format("; predicted: {} and {} at t = {} s", contact.body_a, contact.body_b,
+                          short_number(*contact.predicted));
+  }
+  return text;
+}
+
 // The terms of the objective, and the margins of the planned trajectory to its constraints.
 std::string plan_lines(const PlanReport& plan) {
   std::string text;
@@ -74,6 +85,7 @@ std::string plan_lines(const PlanReport& plan) {
     }
     text += paragraph("objective: " + terms, "  ");
   }
+  if (!plan.assumes.empty()) text += paragraph(contact_lines(plan), "  ");
   if (!plan.path) return text;
   const PlannedPath& path = *plan.path;
   std::string parts = fmt::format("trajectory with {} knots: ", path.knots);

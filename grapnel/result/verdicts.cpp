@@ -36,6 +36,9 @@ bool is_beyond_validity(const CaptureResult& result) {
   return result.valid_until && *result.valid_until < result.capture_time;
 }
 
+// The row of contacts before the capture that the plan does not include.
+constexpr std::string_view kUnplannedContact = "unplanned_contact";
+
 // Severities: overlaps first.
 int rank_of(const Violation& v) { return v.kind == "overlap" ? 0 : v.kind == "clearance" ? 1 : 2; }
 
@@ -85,12 +88,24 @@ std::string row_words(const std::string& name) {
   return name;
 }
 
+// "arm and debris touch at t = 11.76 s (2 more pairs), which the plan does not include"; empty: nothing disturbed it.
+std::string unplanned_words(const CaptureResult& result) {
+  if (!result.plan) return "";
+  const std::vector<PlannedContact>& contacts = result.plan->contacts;
+  const auto first = std::ranges::find_if(contacts, &PlannedContact::disturbs);
+  if (first == contacts.end()) return "";
+  const auto count = std::ranges::count_if(contacts, &PlannedContact::disturbs);
+  return fmt::format("{} and {} touch at t = {} s{}, before the capture, which the plan does not include",
+                     first->body_a, first->body_b, short_number(first->simulated.value_or(0)),
+                     count > 1 ? fmt::format(" ({} more pairs later)", count - 1) : "");
+}
+
 // The checks that passed, and the checks for which the model has nothing to evaluate.
 std::string satisfied_words(const CaptureResult& result) {
   std::vector<std::string> satisfied, limits;
   bool clearance = false, any_limit_row = false;
   for (const LedgerEntry& e : result.ledger.entries) {
-    if (e.kind != LedgerEntry::Kind::feasibility) continue;
+    if (e.kind != LedgerEntry::Kind::feasibility || e.name == kUnplannedContact) continue;
     const bool is_clearance = e.name == "clearance_violation";
     any_limit_row = any_limit_row || !is_clearance;
     if (!e.applies) continue;
@@ -103,18 +118,28 @@ std::string satisfied_words(const CaptureResult& result) {
   const bool all_may = !result.contacts.empty();
   if (!clearance) text += all_may ? "; all pairs of bodies may touch" : "; no two bodies can touch";
   if (any_limit_row && limits.empty()) text += "; no joint limits are stated";
+  if (const std::string unplanned = unplanned_words(result); !unplanned.empty())
+    text += "; " + unplanned + (result.captured() ? "; the targets are captured all the same" : "");
   return text;
 }
 
 // "valid until 35.46 s: base and debris overlap from then on (post_impact)"
-std::string infeasible_reason(const CaptureResult& result) {
+std::string violation_words(const CaptureResult& result) {
   std::string text = result.valid_until ? fmt::format("valid until {} s", short_number(*result.valid_until)) : "";
-  if (!result.first_violation) return text;
   const Violation& first = *result.first_violation;
   if (first.kind == "overlap")
     return text + fmt::format("{}{} from then on ({})", text.empty() ? "" : ": ", first.what, first.phase);
   return text + fmt::format("{}first {} at t = {} s ({})", text.empty() ? "" : ", where bodies overlap; ", first.what,
                             short_number(first.time), first.phase);
+}
+
+// The first violation, and contacts that the plan does not include.
+std::string infeasible_reason(const CaptureResult& result) {
+  const auto unplanned = std::ranges::find(result.ledger.entries, kUnplannedContact, &LedgerEntry::name);
+  const bool failed = unplanned != result.ledger.entries.end() && !unplanned->pass();
+  const std::string contact = failed ? unplanned_words(result) : "";
+  const std::string violation = result.first_violation ? violation_words(result) : "";
+  return violation + (violation.empty() || contact.empty() ? "" : "; ") + contact;
 }
 
 // What the verdict rests on.

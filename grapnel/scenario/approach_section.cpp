@@ -291,7 +291,8 @@ struct Described<PlanSetup> {
           "end. on_the_way: positions, rates and efforts during the complete segment; otherwise planning fails."),
       field<&T::clearance>("clearance", "m",
                            "Minimum distance during the complete segment between the bodies that the scenario's "
-                           "`clearance` monitors. Also between an end-effector (with all bodies fixed to it) and its "
+                           "`clearance` monitors, pairs of `contacts` included, and from all obstacles. Also between "
+                           "an end-effector (with all bodies fixed to it) and its "
                            "own target while it is farther from its grasp point than near_grasp. Absent: not checked.")
           .at_least(0)
           .optional(),
@@ -300,6 +301,9 @@ struct Described<PlanSetup> {
                             "the extent of the end-effector's shapes from its origin, plus `clearance`.")
           .at_least(0)
           .optional(),
+      field<&T::contacts>("contacts", "",
+                          "Pairs that may touch by the scenario's `contacts`, before the capture. avoided: they keep "
+                          "`clearance` as all others. allowed: they may touch."),
       field<&T::base_turn>(
           "base_turn", "rad",
           "Maximum rotation of the base from its initial attitude, during the complete segment. Absent: any.")
@@ -329,6 +333,7 @@ struct Described<PlanSetup> {
       when("objective", "nearest").require("guess"),
       not_both("objective, weights"),
       needs("near_grasp", "clearance"),
+      needs("contacts", "clearance"),
   });
   static constexpr Type type =
       structure<T>("plan",

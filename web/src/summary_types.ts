@@ -439,6 +439,10 @@ export interface PlanReport {
   path?: PlannedPath;
   /** evaluated capture times, if the scenario gives a window */
   window?: WindowReport;
+  /** what the plan assumes of contacts before the capture; this key and `contacts` are present if bodies may touch */
+  assumes?: string;
+  /** pairs of bodies that touch before the planned capture */
+  contacts?: PlannedContact[];
 }
 export const kPlanReport: FieldNote[] = [
   ["joints","","joint names"],
@@ -459,6 +463,8 @@ export const kPlanReport: FieldNote[] = [
   ["straight_in","","the final straight approach, if the scenario requests one"],
   ["path","","properties of the last planned segment, if the trajectory was evaluated"],
   ["window","","evaluated capture times, if the scenario gives a window"],
+  ["assumes","","what the plan assumes of contacts before the capture; this key and `contacts` are present if bodies may touch"],
+  ["contacts","","pairs of bodies that touch before the planned capture"],
 ];
 
 // one term of the sum that is a plan's objective.
@@ -627,6 +633,27 @@ export const kWindowPoint: FieldNote[] = [
   ["speed","m/s","speed of the fastest grasp point relative to the servicer's centre of mass"],
   ["direction_angle","rad","largest angle between an approach direction and the line from the arm's first joint to the grasp point; null: no grasp point has a direction"],
   ["reach_share","1","largest distance of a grasp point that arm and base must cover, over their reach; above 1 the grasp point is unreachable"],
+];
+
+// a pair of bodies that touches before the planned capture.
+export interface PlannedContact {
+  /** first body */
+  body_a: string;
+  /** second body */
+  body_b: string;
+  /** first contact in the planner's prediction; absent: none [s] */
+  predicted?: number;
+  /** first contact in the simulation, before the approach ends; absent: none [s] */
+  simulated?: number;
+  /** whether a link or a grasped target touches in the simulation but not in the prediction */
+  disturbs: boolean;
+}
+export const kPlannedContact: FieldNote[] = [
+  ["body_a","","first body"],
+  ["body_b","","second body"],
+  ["predicted","s","first contact in the planner's prediction; absent: none"],
+  ["simulated","s","first contact in the simulation, before the approach ends; absent: none"],
+  ["disturbs","","whether a link or a grasped target touches in the simulation but not in the prediction"],
 ];
 
 // a plan of the approach, or of its remainder, and the estimates that it uses.
