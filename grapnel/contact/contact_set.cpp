@@ -119,9 +119,9 @@ void ContactSet::take(const ContactSet& other) {
   histories_ = other.histories_, touching_ = other.touching_;
 }
 
-void ContactSet::let_pass(int group, const Kinematics& kinematics, double t) {
+void ContactSet::let_pass(int group, const Kinematics& kinematics, double t, bool but_touching) {
   for (Pair& pair : pairs_) {
-    if (pair.group != group) continue;
+    if (pair.group != group || (but_touching && pair.mode == Mode::touching)) continue;
     set_mode(pair, Mode::apart, t);
     pair.hard.level = 0;
     if (!(margin_of(pair, t, kinematics) > 0)) pair.mode = Mode::passing;

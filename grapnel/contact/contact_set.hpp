@@ -109,6 +109,8 @@ class ContactSet {
   std::size_t size() const { return pairs_.size(); }
   std::size_t groups() const { return groups_.size(); }
   int group_of(std::size_t pair) const { return pairs_[pair].group; }
+  /// Both bodies of a pair; -1: fixed in W.
+  std::pair<int, int> bodies_of(std::size_t pair) const { return {pairs_[pair].body_a, pairs_[pair].body_b}; }
   /// Both bodies of the first pair of a group; -1: fixed in W, or the group has no pair.
   std::pair<int, int> bodies_of_group(std::size_t group) const {
     for (const Pair& pair : pairs_) {
@@ -122,8 +124,9 @@ class ContactSet {
   Mode mode(std::size_t pair) const { return pairs_[pair].mode; }
   /// Takes modes and histories from another set with the same pairs and groups, as for another model of the bodies.
   void take(const ContactSet& other);
-  /// Lets the shapes of a group pass through each other: pairs that overlap now act once they have been apart.
-  void let_pass(int group, const Kinematics& kinematics, double t);
+  /// Lets the shapes of a group pass through each other: pairs that overlap now act once they have been apart. With
+  /// `but_touching`, pairs in contact remain in contact.
+  void let_pass(int group, const Kinematics& kinematics, double t, bool but_touching = false);
   /// Positive while all modes are valid [m]: gaps of pairs that are apart, depths of others.
   double margin(double t, const Kinematics& kinematics);
   /// A time [s] in which no pair closes, if no velocity exceeds the present ones: the least ratio of a bound of the gap
@@ -150,6 +153,14 @@ class ContactSet {
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
   /// `wrenches` has room for two per pair.
   void evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
+  /// Calls add(body_a, body_b, contact) with the ContactForce of each pair in contact at the last evaluate().
+  template <class Add>
+  void each_force(Add&& add) const {
+    for (const Pair& pair : pairs_) {
+      if (pair.mode == Mode::touching && pair.contact.last().touches)
+        add(pair.body_a, pair.body_b, pair.contact.last());
+    }
+  }
   /// Numbers of a pair's StickState among those of stick().
   static constexpr int kStickCount = 4;
   /// Numbers that a system integrates besides its state, all zero at first.

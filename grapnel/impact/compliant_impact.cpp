@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -18,10 +17,10 @@ namespace {
 
 // Relative speeds below this fraction of the largest are rounding errors.
 constexpr double kNoSpeed = 1e-12;
-// Binary digits of a peak's position in an interval: half of a double's, the limit of what values resolve.
-constexpr int kPeakBits = 26;
 // Fraction of the springs' shortest time scale: a pushed contact at rest is detected at the end of the first step.
 constexpr double kFirstStep = 1e-4;
+// As for motion phases.
+constexpr long kMaxShapeChanges = 100'000;
 
 // The error estimate is that of a method of order 5, far above the error of the method of order 9. With this tolerance
 // the interpolating polynomial, of order 6, is about as accurate as the requested tolerance, and the ends are more
@@ -105,7 +104,7 @@ class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
       std::span<const CompliantGrasp> grasps, const CompliantSetup& setup, std::span<const int> held,
-      const std::function<void(double t)>& each_step, ImpactDrive* drive)
+      const std::function<void(double t)>& each_step, ImpactDrive* drive, ImpactShapes* shapes)
       : model_(model),
         state_(state),
         contacts_(contacts),
@@ -114,7 +113,9 @@ class Run {
         held_(held),
         each_step_(each_step),
         drive_(drive),
-        system_(model, state, contacts, grasps, held, drive) {}
+        system_(model, state, contacts, grasps, held, drive) {
+    if (shapes) system_.attach(*shapes);
+  }
 
   ImpactSolution outcome();
 
@@ -123,6 +124,11 @@ class Run {
   void integrate(StiffIntegrator& integrator, CompliantRecorder& recorder);
   bool follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event);
   void enter(std::size_t contact, ContactPhase next);
+  std::vector<double> begin_shapes(double t, std::span<const double> y);
+  void change_shapes(StiffIntegrator& integrator);
+  void observe_shapes(StiffIntegrator& integrator);
+  std::vector<double> sizes() const;
+  std::vector<double> tolerances() const;
   void observe(StiffIntegrator& integrator, CompliantRecorder& recorder);
   double settling(StiffIntegrator& integrator, double moving, double at_rest);
   bool moves(std::span<const InterfaceLoad> loads) const {
@@ -151,6 +157,8 @@ class Run {
   double rest_period_ = 0;                                       // required duration of rest [s]
   double next_break_ = std::numeric_limits<double>::infinity();  // of the drive [s]
   double largest_angle_ = 0;
+  double slip_ = 1, tolerance_ = 0;  // of differences and steps, relative to the scales
+  long shape_changes_ = 0;
 };
 
 void Run::enter(std::size_t contact, ContactPhase next) {
@@ -191,6 +199,7 @@ double Run::next_stop(double t) const {
 // Changes phases at events; returns whether one changed. The recorder receives the instant before and after.
 bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event) {
   const double t = integrator.time();
+  const bool of_shapes = event && integrator.shapes_changed();
   std::vector<ContactPhase> next = system_.phase;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const InterfaceLoad& load = integrator.loads_at_end()[i];
@@ -203,11 +212,12 @@ bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder
       next[i] = ContactPhase::pressing;
     }
   }
-  if (next == system_.phase) return false;
+  if (next == system_.phase && !of_shapes) return false;
   recorder.mark(t, integrator.y());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (next[i] != system_.phase[i]) enter(i, next[i]);
   }
+  if (of_shapes) change_shapes(integrator);
   recorder.mark(t, integrator.y());
   return true;
 }
@@ -254,6 +264,7 @@ void Run::observe(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       largest_angle_ = std::max(largest_angle_, loads[contacts_.size() + g].angle);
     }
   }
+  if (system_.shapes_act()) observe_shapes(integrator);
   recorder.step(integrator);
   if (at_rest > last_motion_) last_motion_ = settling(integrator, moving, at_rest);
 }
@@ -311,6 +322,11 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
           integrator.time(), largest_angle_);
       return;
     }
+    if (shape_changes_ > kMaxShapeChanges) {
+      result_.message = fmt::format("at {:.6g} s: contacts between shapes have begun and ended more than {} times",
+                                    integrator.time(), kMaxShapeChanges);
+      return;
+    }
     if (result_.steps >= setup_.max_steps) {
       result_.message =
           fmt::format("at {:.6g} s: the maximum number of steps, {}, is reached", integrator.time(), result_.steps);
@@ -352,9 +368,71 @@ void Run::check_balances(double t, std::span<const double> y) {
   result_.spring_energy_after = system_.spring_energy_now();
   if (system_.has_springs()) result_.spring_energy_lost = y[system_.spring_offset()];
   const double in_springs = result_.spring_energy_after - result_.spring_energy_before + result_.spring_energy_lost;
-  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost + in_springs -
-                                  result_.held_work - result_.drive_work);
+  double work = result_.held_work + result_.drive_work;
+  if (system_.shapes_act()) {
+    system_.shapes().note_integrals(system_.now(), y.subspan(system_.shape_offset()));
+    for (const ShapeIntegrals& sum : system_.shapes().results().integrals) work += sum.work;
+    work += system_.shapes().results().strike_work;
+  }
+  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost + in_springs - work);
   if (missing > 0) result_.energy_residual = missing / std::max(before, after);
+}
+
+// Instant, y => shapes act from now on. Trees that only they push enter the energy balance with their energy now, which
+// has been constant.
+std::vector<double> Run::begin_shapes(double t, std::span<const double> y) {
+  system_.load(t, y);
+  const double kinetic = system_.kinetic_energy_taking_part_now(), in_springs = system_.spring_energy_now();
+  system_.begin_shapes();
+  result_.kinetic_energy_taking_part += system_.kinetic_energy_taking_part_now() - kinetic;
+  result_.spring_energy_before += system_.spring_energy_now() - in_springs;
+  std::vector<double> now = system_.with_shape_numbers(y);
+  system_.strike(t, now);
+  now = system_.choose_shape_modes(t, now);
+  scales_.add_shapes(model_, system_, system_.shapes().contacts());
+  system_.shapes().note_integrals(system_.now(), std::span(now).subspan(system_.shape_offset()));
+  return now;
+}
+
+// Step to the instant of a change => modes of the pairs, and the integrator with their numbers.
+void Run::change_shapes(StiffIntegrator& integrator) {
+  const double t = integrator.time();
+  ++shape_changes_;
+  std::vector<double> y;
+  if (!system_.shapes_act()) {
+    y = begin_shapes(t, integrator.y());
+  } else {
+    system_.load(t, integrator.y());
+    y.assign(integrator.y().begin(), integrator.y().end());
+    system_.strike(t, y);
+    y = system_.choose_shape_modes(t, y);
+    scales_.add_shapes(model_, system_, system_.shapes().contacts());
+  }
+  integrator.replace(y, sizes(), tolerances());
+}
+
+// Last step => peaks at its stages, and the energy balance of shapes at its end.
+void Run::observe_shapes(StiffIntegrator& integrator) {
+  for (int stage = 0; stage < integrator.stages(); ++stage) {
+    const double t = integrator.time_of_stage(stage);
+    system_.load(t, stage == integrator.stages() - 1 ? integrator.y() : integrator.at(t));
+    system_.shapes().note_peaks(t);
+  }
+  system_.shapes().note_integrals(system_.now(), integrator.y().subspan(system_.shape_offset()));
+}
+
+// Increments of differences and tolerances of steps, per number of y.
+std::vector<double> Run::sizes() const {
+  const std::vector<double> numbers = absolute_tolerances(model_, scales_, std::sqrt(slip_));
+  if (!system_.shapes_act()) return numbers;
+  const double part = std::sqrt(slip_);
+  return system_.arranged(numbers, {part * scales_.shape_moment, part * scales_.shape_impulse, part, 1});
+}
+std::vector<double> Run::tolerances() const {
+  const std::vector<double> numbers = absolute_tolerances(model_, scales_, tolerance_);
+  if (!system_.shapes_act()) return numbers;
+  return system_.arranged(numbers,
+                          {tolerance_ * scales_.shape_moment, tolerance_ * scales_.shape_impulse, tolerance_, 1});
 }
 
 // Prepared run => complete outcome: energies before, scales, integration, balances (12.12), histories. Without relative
@@ -385,13 +463,16 @@ ImpactSolution Run::outcome() {
   // Friction at small slip is stiff, and errors of the velocity appear in its energy loss in full. Its contacts
   // therefore use the requested tolerance, and differences that are small relative to the slip speed. The differences
   // must exceed the rounding errors of velocities, which friction amplifies by the speed over the slip speed.
-  double slip = 1, tolerance = step_tolerance(setup_.relative_tolerance);
+  tolerance_ = step_tolerance(setup_.relative_tolerance);
   for (const CompliantContact& c : contacts_) {
-    if (c.friction > 0) tolerance = setup_.relative_tolerance, slip = std::min(slip, c.slip_speed / scales_.speed);
+    if (c.friction > 0) tolerance_ = setup_.relative_tolerance, slip_ = std::min(slip_, c.slip_speed / scales_.speed);
   }
-  StiffIntegrator integrator(system_, absolute_tolerances(model_, scales_, std::sqrt(slip)),
-                             absolute_tolerances(model_, scales_, tolerance), kFirstStep * scales_.shortest_time,
-                             setup_.longest);
+  StiffIntegrator integrator(system_, sizes(), tolerances(), kFirstStep * scales_.shortest_time, setup_.longest);
+  if (system_.has_shapes() && system_.shapes().contacts().touches()) {
+    const std::vector<double> y = begin_shapes(0, start);  // before the others, which depend on the layout
+    integrator.replace(y, sizes(), tolerances());
+    integrator.restart();
+  }
   integrate(integrator, recorder);
   result_.rhs_evaluations = integrator.evaluations();
   recorder.mark(integrator.time(), integrator.y());
@@ -405,180 +486,12 @@ ImpactSolution Run::outcome() {
 ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                 std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                 std::span<const int> held, const std::function<void(double t)>& each_step,
-                                ImpactDrive* drive) {
+                                ImpactDrive* drive, ImpactShapes* shapes) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
   for (std::size_t i = 0; i < grasps.size(); ++i) check_grasp(model, grasps[i], i);
   check_held(model, held);
-  return Run(model, state, contacts, grasps, setup, held, each_step, drive).outcome();
-}
-
-CompliantRecorder::CompliantRecorder(CompliantSystem& system, int samples, double spacing)
-    : system_(system),
-      samples_(samples),
-      spacing_(spacing),
-      peaks_(static_cast<std::size_t>(measures * system.interfaces())),
-      touching_(system.contact_count()) {
-  for (std::vector<double>& values : stage_values_) values.resize(peaks_.size());
-}
-
-double CompliantRecorder::measure(std::span<const InterfaceLoad> loads, std::size_t index) {
-  const InterfaceLoad& load = loads[index / measures];
-  switch (index % measures) {
-    case force:
-      return norm(load.F.linear);
-    case moment:
-      return norm(load.F.angular);
-    default:
-      return load.deformation;
-  }
-}
-
-void CompliantRecorder::measure_all(std::span<const InterfaceLoad> loads, std::vector<double>& values) {
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = measure(loads, i);
-}
-
-// Most samples are dropped as the grid becomes coarser: states and forces are computed once the remaining ones are
-// known.
-void CompliantRecorder::take(double t, long grid, std::span<const double> y) {
-  taken_.push_back({t, grid});
-  y_.insert(y_.end(), y.begin(), y.end());
-}
-
-// In blocks, so that the working set fits the cache.
-void CompliantRecorder::evaluate() {
-  constexpr std::size_t kAtOnce = 32;
-  const std::size_t size = system_.size(), nq = system_.now().q.size(), nv = system_.now().v.size();
-  while (states_.size() < taken_.size()) {
-    const std::size_t done = states_.size(), count = std::min(kAtOnce, taken_.size() - done);
-    times_.clear();
-    for (std::size_t k = 0; k < count; ++k) times_.push_back(taken_[done + k].t);
-    const std::size_t row = y_.size() - (taken_.size() - done) * size;
-    system_.sample(times_, std::span(y_).subspan(row, count * size), sampled_);
-    for (std::size_t k = 0; k < count; ++k) {
-      const double *q = &sampled_.q[k * nq], *v = sampled_.v.data() + k * nv,
-                   *a = sampled_.acceleration.data() + k * nv;
-      State& state = states_.emplace_back();
-      state.q.assign(q, q + nq), state.v.assign(v, v + nv);
-      accelerations_.emplace_back(a, a + nv);
-    }
-    loads_.insert(loads_.end(), sampled_.loads.begin(), sampled_.loads.end());
-  }
-  y_.clear();
-}
-
-void CompliantRecorder::mark(double t, std::span<const double> y) {
-  take(t, -1, y);
-  evaluate();
-  const auto count = static_cast<std::size_t>(system_.interfaces());
-  measure_all(std::span(loads_).last(count), stage_values_[0]);
-  for (std::size_t i = 0; i < peaks_.size(); ++i) {
-    if (stage_values_[0][i] > peaks_[i].value) peaks_[i] = {stage_values_[0][i], t};
-  }
-}
-
-// Drops every second point of the grid.
-void CompliantRecorder::thin() {
-  const std::size_t size = system_.size(), interfaces = system_.interfaces(), evaluated = states_.size();
-  std::size_t retained = 0, retained_evaluated = 0;
-  on_grid_ = 0;
-  for (std::size_t i = 0; i < taken_.size(); ++i) {
-    Sample s = taken_[i];
-    if (s.grid > 0 && s.grid % 2 == 1) continue;
-    if (s.grid > 0) s.grid /= 2, ++on_grid_;
-    taken_[retained] = s;
-    if (i < evaluated) {
-      states_[retained].q.swap(states_[i].q), states_[retained].v.swap(states_[i].v);
-      accelerations_[retained].swap(accelerations_[i]);
-      std::copy_n(loads_.begin() + static_cast<std::ptrdiff_t>(i * interfaces), interfaces,
-                  loads_.begin() + static_cast<std::ptrdiff_t>(retained * interfaces));
-      ++retained_evaluated;
-    } else {
-      std::copy_n(y_.begin() + static_cast<std::ptrdiff_t>((i - evaluated) * size), size,
-                  y_.begin() + static_cast<std::ptrdiff_t>((retained - retained_evaluated) * size));
-    }
-    ++retained;
-  }
-  taken_.resize(retained);
-  states_.resize(retained_evaluated), accelerations_.resize(retained_evaluated);
-  loads_.resize(retained_evaluated * interfaces);
-  y_.resize((retained - retained_evaluated) * size);
-  spacing_ *= 2;
-  next_ = (next_ + 1) / 2;
-}
-
-// Accepted step => samples on the grid, contact times and updated peaks of force, moment and deformation. Peaks: values
-// at the stages; where the parabola through three neighbours exceeds the current peak, a refined search.
-void CompliantRecorder::step(StiffIntegrator& integrator) {
-  const double from = integrator.step_begin(), to = integrator.time();
-  for (std::size_t c = 0; c < touching_.size(); ++c) {
-    if (system_.phase[c] == ContactPhase::pressing) touching_[c] += to - from;
-  }
-  while (spacing_ * static_cast<double>(next_) <= to) {
-    const double t = spacing_ * static_cast<double>(next_);
-    take(t, next_, integrator.at(t));
-    ++next_;
-    if (++on_grid_ >= 2 * samples_) thin();
-  }
-  std::array<double, kStagePoints> stage_time{from};
-  constexpr int last = kStagePoints - 1;
-  for (int k = 1; k <= last; ++k) {
-    stage_time[k] = integrator.time_of_stage(k - 1);
-    measure_all(integrator.loads_at_stage(k - 1), stage_values_[k]);
-  }
-  for (std::size_t i = 0; i < peaks_.size(); ++i) {
-    for (int k = 1; k <= last; ++k) {
-      if (stage_values_[k][i] > peaks_[i].value) peaks_[i] = {stage_values_[k][i], stage_time[k]};
-    }
-    // The parabola through three neighbours decides whether a peak lies between them and justifies a search.
-    for (int k = 1; k < last; ++k) {
-      const double a = stage_time[k - 1], b = stage_time[k], c = stage_time[k + 1];
-      const double rise = (stage_values_[k][i] - stage_values_[k - 1][i]) / (b - a),
-                   next = (stage_values_[k + 1][i] - stage_values_[k][i]) / (c - b);
-      const double curvature = (next - rise) / (c - a);
-      if (!(curvature < 0)) continue;
-      const double slope = rise + curvature * (b - a), place = b - slope / (2 * curvature);  // at b; of the vertex
-      if (place < a || place > c || stage_values_[k][i] - slope * slope / (4 * curvature) <= peaks_[i].value) continue;
-      refine(integrator, a, c, i);
-    }
-  }
-  stage_values_[0].swap(stage_values_[last]);
-}
-
-// The error of the value is of second order in that of the position.
-void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double to, std::size_t index) {
-  const auto negative = [&](double s) {
-    const double t = from + s * (to - from);
-    system_.load(t, integrator.at(t));
-    return -measure(system_.loads(), index);
-  };
-  const auto [place, value] = boost::math::tools::brent_find_minima(negative, 0.0, 1.0, kPeakBits);
-  if (-value > peaks_[index].value) peaks_[index] = {-value, from + place * (to - from)};
-}
-
-// Recorded samples and peaks => times, states, accelerations and force histories of the outcome; the recorder's states
-// are moved out.
-void CompliantRecorder::finish(ImpactSolution& outcome) {
-  const int contacts = system_.contact_count();
-  for (const Sample& s : taken_) outcome.times.push_back(s.t);
-  outcome.states = std::move(states_);
-  outcome.accelerations = std::move(accelerations_);
-  for (std::size_t k = 0; k < loads_.size(); ++k) {
-    const InterfaceLoad& load = loads_[k];
-    ForceHistory& h = outcome.forces[k % static_cast<std::size_t>(system_.interfaces())];
-    h.point.push_back(load.point);
-    h.force.push_back(load.F.linear);
-    h.moment.push_back(load.F.angular);
-    h.deformation.push_back(load.deformation);
-  }
-  for (int i = 0; i < system_.interfaces(); ++i) {
-    ForceHistory& h = outcome.forces[i];
-    const Peak* const peaks = &peaks_[static_cast<std::size_t>(measures * i)];
-    h.peak_force = peaks[force].value, h.peak_force_time = peaks[force].time;
-    h.peak_moment = peaks[moment].value, h.peak_moment_time = peaks[moment].time;
-    h.largest_deformation = peaks[deformation].value;
-    if (i < contacts) h.duration = touching_[i];
-  }
+  return Run(model, state, contacts, grasps, setup, held, each_step, drive, shapes).outcome();
 }
 
 }  // namespace grapnel

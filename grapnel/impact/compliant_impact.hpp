@@ -8,8 +8,8 @@
 /// them: momentum is conserved to rounding at any tolerance, and the energy balance checks everything else. Radau
 /// method of order 9 with events at touch and separation; docs/theory, section 12. Springs at joints
 /// (JointDescription::spring) and their dampers are included. Limitations: motors give only the efforts of an
-/// ImpactDrive; other joint friction and gravity are neglected; a contact is a point against a plane; grasps turn by
-/// less than half a turn.
+/// ImpactDrive; other joint friction and gravity are neglected; a contact is a point against a plane, besides contacts
+/// between shapes (compliant_shapes.hpp); grasps turn by less than half a turn.
 
 #include <functional>
 #include <span>
@@ -69,14 +69,18 @@ class ImpactDrive {
                        std::span<double> effort) = 0;
 };
 
+struct ImpactShapes;
+
 /// Integrates until every contact has separated and moves apart and every grasp has come to rest, or until `longest`.
 /// `held`: velocities (indices into State::v) that keep their values with any effort; either all or none of a free root
 /// or a spherical joint; no drive acts on them. `each_step` is called with the time reached and may throw to end the
-/// integration. @throws std::invalid_argument for coefficients out of range, invalid normals or the state of another
-/// model; std::runtime_error if GRAPNEL_LANES names no instruction set available here (lanes::best_instruction_set()).
+/// integration. `shapes`: contacts between shapes, which act with their forces (theory section 23); hard pairs
+/// too, without impacts in an instant. null: none. @throws std::invalid_argument for coefficients out of range, invalid
+/// normals or the state of another model; std::runtime_error if GRAPNEL_LANES names no instruction set available here
+/// (lanes::best_instruction_set()).
 ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                 std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                 std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},
-                                ImpactDrive* drive = nullptr);
+                                ImpactDrive* drive = nullptr, ImpactShapes* shapes = nullptr);
 
 }  // namespace grapnel

@@ -169,6 +169,14 @@ class Displacements {
 
 }  // namespace compliant_kernel
 
+/// A wrench on a link, about a point of W.
+template <class S>
+struct LinkForce {
+  int link;
+  Vector3<S> point;
+  Wrench<S> F;
+};
+
 template <class S>
 class CompliantKernel {
  public:
@@ -194,6 +202,8 @@ class CompliantKernel {
 
   /// Reads the state from y and evaluates all interfaces.
   void load(const S& t, const S* y);
+  /// Further forces, which accelerate() adds to those of interfaces, until the next call.
+  void set_forces(std::span<const LinkForce<S>> forces) { forces_ = forces; }
   /// Accelerations under the current loads and these efforts (per velocity; null: none). Those of held velocities are
   /// zero.
   void accelerate(const S* effort);
@@ -217,7 +227,7 @@ class CompliantKernel {
   void begin_load(const InterfaceTable& at, const S& t, BasicInterfaceLoad<S>& load) const;
   void load_contact(int index, BasicInterfaceLoad<S>& load) const;
   void load_grasp(const InterfaceTable& at, BasicInterfaceLoad<S>& load) const;
-  void push(const InterfaceSide& side, const Vector3<S>& point, const Wrench<S>& F);
+  void push(int link, const Vector3<S>& point, const Wrench<S>& F);
   void coordinate_changes(const S* y, S* dydt) const;
 
   const CompliantTables& tables_;
@@ -228,6 +238,7 @@ class CompliantKernel {
   std::vector<Wrench<S>> link_wrench_;
   std::vector<RootMomentum<S>> momenta_;
   std::vector<BasicInterfaceLoad<S>> loads_;
+  std::span<const LinkForce<S>> forces_;
   std::vector<S> q_, change_, v_, zero_, force_, solved_, vdot_;
 };
 
@@ -247,6 +258,14 @@ void CompliantKernel<S>::recover(const S& t, const S* y) {
       const Impulse<S> at_point{vector_at(y, offset), vector_at(y, offset + 3)};
       const Impulse<S> P = shift(at_point, broadcast<S>(tree.com - at.point));
       h = h + (robot ? P : -P);
+    }
+    for (int k = 0; k < tables_.channel_count; ++k) {
+      const ImpulseChannel& channel = tables_.channels[k];
+      if (channel.first != i && channel.second != i) continue;
+      const int offset = tables_.channel_at + 6 * k;
+      const Impulse<S> P = shift(Impulse<S>{vector_at(y, offset), vector_at(y, offset + 3)},
+                                 broadcast<S>(tree.com - tables_.channel_point));
+      h = h + (channel.first == i ? P : -P);
     }
     // About the current centre of mass: displaced by (t / m) p_0 + y, of which the first part is parallel to p_0.
     const Vector3<S> added = h.linear - p_0, strayed = vector_at(y, tree.q);
@@ -397,9 +416,9 @@ void CompliantKernel<S>::load_grasp(const InterfaceTable& g, BasicInterfaceLoad<
 
 // A wrench about a point of W.
 template <class S>
-void CompliantKernel<S>::push(const InterfaceSide& side, const Vector3<S>& point, const Wrench<S>& F) {
-  const Pose<S>& X_WL = motion(side).X_WL;
-  link_wrench_[count(side.link)] += transposed_times(X_WL.R, shift(F, X_WL.p - point));
+void CompliantKernel<S>::push(int link, const Vector3<S>& point, const Wrench<S>& F) {
+  const Pose<S>& X_WL = motion_[count(link)].X_WL;
+  link_wrench_[count(link)] += transposed_times(X_WL.R, shift(F, X_WL.p - point));
 }
 
 template <class S>
@@ -408,9 +427,10 @@ void CompliantKernel<S>::accelerate(const S* effort) {
   for (Wrench<S>& F : link_wrench_) F = Wrench<S>::zero();
   for (int i = 0; i < tables_.interface_count(); ++i) {
     const BasicInterfaceLoad<S>& load = load_of(i);
-    push(tables_.interfaces[i].robot, load.point, load.F);
-    push(tables_.interfaces[i].target, load.point, -load.F);
+    push(tables_.interfaces[i].robot.link, load.point, load.F);
+    push(tables_.interfaces[i].target.link, load.point, -load.F);
   }
+  for (const LinkForce<S>& force : forces_) push(force.link, force.point, force.F);
   for (int v = 0; v < tables_.velocities; ++v) force_[count(v)] = effort != nullptr ? effort[v] : S(0.0);
   for (int i = 0; i < tables_.spring_count; ++i) {  // (22.1)
     const SpringTable& spring = tables_.springs[i];

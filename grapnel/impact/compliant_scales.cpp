@@ -38,6 +38,14 @@ Eigen::MatrixXd relative_jacobian(const Model& model, const Kinematics& k, const
   return J_E;
 }
 
+// Mass matrix => its factors with unit rows for held velocities, which do not respond.
+Cholesky free_inertia(Eigen::MatrixXd M, const CompliantSystem& system) {
+  for (int v = 0; v < static_cast<int>(M.rows()); ++v) {
+    if (system.is_held(v)) M.row(v).setZero(), M.col(v).setZero(), M(v, v) = 1;
+  }
+  return Cholesky(M);
+}
+
 // Rotation and translation are coupled: each has at least the energy of the other as its scale.
 void share_speeds(Interface& i, double turn, double speed) {
   const double radius = std::sqrt(i.mobility / i.angular_mobility);
@@ -149,6 +157,24 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
   for (int w = system.work_offset(); w < system.size(); ++w) size[w] = energy;
 }
 
+// Changes of velocities => sizes of coordinates and rates that are at least theirs, with the time of (12.15).
+void raise_motion_sizes(const Model& model, const CompliantSystem& system, const Eigen::VectorXd& v, double time,
+                        std::vector<double>& size) {
+  const auto raise = [&](int index, double value) { size[index] = std::max(size[index], value); };
+  for (const TreeLink<double>& link : model.tree().links) {
+    const JointTraits& joint = traits_of(link.joint);
+    if (joint.quaternion < 0) {
+      for (int k = 0; k < joint.velocities; ++k) raise(link.q + k, time * v[link.v + k]);
+      continue;
+    }
+    for (int k = 0; k < 4; ++k) raise(link.q + joint.quaternion + k, 0.5 * time * v.segment(link.v, 3).norm());
+    for (int k = 0; joint.position >= 0 && k < 3; ++k)
+      raise(link.q + joint.position + k, time * v.segment(link.v + 3, 3).norm());
+  }
+  for (std::size_t r = 0; r < system.integrated_rates().size(); ++r)
+    raise(system.rate_offset() + static_cast<int>(r), v[system.integrated_rates()[r]]);
+}
+
 }  // namespace
 
 // State, contacts, grasps => speeds [m/s], spring times [s], relative inertia of the grasps and scales of all
@@ -159,13 +185,7 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
   CompliantScales scales;
   const Kinematics k = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
-  const Cholesky held_out = [&] {
-    Eigen::MatrixXd free = M;
-    for (int v = 0; v < model.velocities(); ++v) {
-      if (system.is_held(v)) free.row(v).setZero(), free.col(v).setZero(), free(v, v) = 1;
-    }
-    return Cholesky(free);
-  }();
+  const Cholesky held_out = free_inertia(M, system);
   for (const InterfaceLoad& load : system.loads()) scales.speed = std::max(scales.speed, norm(load.u.linear));
   std::vector<Interface> interfaces;
   const auto add = [&](int robot, int target, const Vector3d& p_WC, auto&& estimate) {
@@ -204,6 +224,41 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
   scales.grasp_inertia = relative_inertia(grasps, std::span(interfaces).subspan(contacts.size()));
   fill_sizes(model, system, interfaces, scales);
   return scales;
+}
+
+// Touching pairs => sizes that are at least those of an impact at each pair alone, at its relative speed or the largest
+// one of the interfaces. Obstacles do not respond.
+void CompliantScales::add_shapes(const Model& model, const CompliantSystem& system, const ContactSet& contacts) {
+  const State& state = system.now();
+  const Kinematics k = forward_kinematics(model, state);
+  const Cholesky inertia = free_inertia(mass_matrix(model, state), system);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(model.velocities());
+  for (std::size_t pair = 0; pair < contacts.size(); ++pair) {
+    if (contacts.mode(pair) != ContactSet::Mode::touching) continue;
+    const auto [a, b] = contacts.bodies_of(pair);
+    const ShapeSeparation at = contacts.separation(pair, k);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6, model.velocities());
+    for (const int body : {a, b}) {
+      if (body < 0) continue;
+      Eigen::MatrixXd J_P(6, model.velocities());
+      point_jacobian(model, k, body, at.point_a, J_P);
+      J += (body == b ? 1.0 : -1.0) * J_P;
+    }
+    for (int i = 0; i < model.velocities(); ++i) {
+      if (system.is_held(i)) J.col(i).setZero();
+    }
+    const Eigen::MatrixXd response = cholesky_solution(inertia, J.transpose());
+    const Eigen::MatrixXd W = J * response;
+    const double mobility = std::max(W.bottomRightCorner<3, 3>().trace() / 3, 1 / model.mass());
+    const Eigen::Map<const Eigen::VectorXd> rates(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
+    const double P = std::max(speed, Eigen::VectorXd(J * rates).tail<3>().norm()) / mobility;
+    v = v.cwiseMax(response.rightCols(3).rowwise().norm() * P);
+    shape_impulse = std::max(shape_impulse, P);
+    shape_moment = std::max(shape_moment, P * norm(at.point_a - system.channel_point()));
+  }
+  if (!(shape_impulse > 0)) shape_impulse = speed * model.mass();  // no pair touches yet
+  shape_moment = std::max(shape_moment, 1e-3 * shape_impulse);
+  raise_motion_sizes(model, system, v, shortest_time, of_y);
 }
 
 std::vector<double> absolute_tolerances(const Model& model, const CompliantScales& scales, double relative) {

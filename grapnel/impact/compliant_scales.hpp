@@ -17,6 +17,10 @@ struct CompliantScales {
   /// Grasps' relative motion: kinetic energy u^T A u / 2 of the stacked relative twists [angular; linear], expressed in
   /// the targets' axes at the start, with the inertia there. 6 grasps x 6 grasps.
   Eigen::MatrixXd grasp_inertia;
+  double shape_impulse = 0, shape_moment = 0;  // of contacts between shapes [N s, N m s]
+
+  /// Raises the sizes in of_y to those of rigid impacts at the shapes that touch. `system`: load() current.
+  void add_shapes(const Model& model, const CompliantSystem& system, const ContactSet& contacts);
 };
 
 /// `system`: at the start, load() current.

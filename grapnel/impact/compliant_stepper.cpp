@@ -12,6 +12,15 @@ namespace {
 // Maximum shift of the end of a step that is repeated for an event, relative to its length; beyond: repeat again.
 constexpr double kLanded = 1e-14;
 constexpr int kMaxLandings = 4, kMaxLookups = 60;
+// As in motion phases: velocities in a step exceed the larger one of its ends by less than this factor (section 23).
+constexpr double kFaster = 3;
+// Corrections of Newton's method at which rounding errors of overlaps may stop it, relative to the tolerances: overlaps
+// are differences of positions of several metres.
+constexpr double kShapeRounding = 0.1;
+// Margin at which steps end for an event of shapes: behind zero, where the present modes have certainly ended [m].
+constexpr double kBehind = 5e-14;
+// Margin below which a mode of shapes has ended, beyond rounding errors [m].
+constexpr double kEnded = 1e-12;
 
 }  // namespace
 
@@ -58,11 +67,13 @@ StiffIntegrator::Result StiffIntegrator::step() {
   if (!radau_.step(stop_)) return Result::failed;
   std::fill(crossed_.begin(), crossed_.end(), 0);
   if (begin_.empty()) return time() >= stop_ ? Result::end : Result::stepped;
+  const bool clear = shapes_stay_clear();
+  if (!clear) begin_.back() = value_at(begin_.size() - 1, radau_.begin());
   before_ = begin_;
   double from = radau_.begin();
   for (int i = 0; i < RadauIIA::kStages; ++i) {  // stages are closer than steps
     const double to = radau_.time_of_stage(i);
-    system_.event_values(loads_at_stage(i), now_);
+    values_at_stage(i, clear, now_);
     // The first of the functions that cross between two stages.
     std::size_t first = now_.size();
     double when = to;
@@ -76,7 +87,30 @@ StiffIntegrator::Result StiffIntegrator::step() {
     from = to;
   }
   begin_.swap(before_);
+  if (system_.has_shapes() && begin_.back() < -kEnded) {  // a mode that was at its boundary has ended
+    crossed_.back() = directions_.back();
+    return Result::event;
+  }
   return time() >= stop_ ? Result::end : Result::stepped;
+}
+
+// Whether no shapes can touch in the last step, whose margin then needs no search.
+bool StiffIntegrator::shapes_stay_clear() {
+  if (!system_.has_shapes()) return true;
+  const double begin = clear_time_;
+  clear_time_ = system_.shape_clear_time(time(), y());
+  return std::min(begin, clear_time_) > kFaster * (time() - radau_.begin());
+}
+
+void StiffIntegrator::values_at_stage(int stage, bool clear, std::vector<double>& g) {
+  if (clear) {
+    system_.event_values(loads_at_stage(stage), g);
+    if (system_.has_shapes()) g.back() = 1;
+  } else if (stage == stages() - 1) {
+    values(time(), y(), g);
+  } else {
+    values(time_of_stage(stage), at(time_of_stage(stage)), g);
+  }
 }
 
 // Zero of function `index` on the step's polynomial, by the Illinois method; the signs at a and b differ.
@@ -107,15 +141,22 @@ double StiffIntegrator::value_at(std::size_t index, double t) {
   return there_[index];
 }
 
-// Repeats the step such that function `index` is zero at its end, near t: the polynomial is less accurate than the end.
+// Repeats the step such that function `index` is zero at its end (of shapes: just behind it), near t: the polynomial is
+// less accurate than the end.
 bool StiffIntegrator::land(double t, std::size_t index) {
+  const double behind = system_.has_shapes() && index + 1 == now_.size() ? kBehind : 0;
   for (int i = 0; i < kMaxLandings; ++i) {
     if (!radau_.end_at(t)) return false;
     if (!(time() > radau_.begin())) check_at_begin();
-    system_.event_values(loads_at_end(), now_);
+    if (system_.has_shapes()) {
+      values(time(), y(), now_);
+    } else {
+      system_.event_values(loads_at_end(), now_);
+    }
     const double length = time() - radau_.begin(), back = 1e-3 * length;
     if (!(length > 0)) break;
-    const double slope = (now_[index] - value_at(index, time() - back)) / back, correction = now_[index] / slope;
+    const double slope = (now_[index] - value_at(index, time() - back)) / back,
+                 correction = (now_[index] + behind) / slope;
     if (!(std::abs(correction) > kLanded * length && std::abs(correction) < back)) break;
     t = std::min(time() - correction, stop_);
   }
@@ -148,9 +189,22 @@ void StiffIntegrator::check_at_begin() {
   }
 }
 
+void StiffIntegrator::replace(std::span<const double> y, std::span<const double> sizes,
+                              std::span<const double> tolerances) {
+  const double t = time();
+  evaluations_before_ += radau_.evaluations();
+  radau_ = RadauIIA(stiff_system(), y, sizes, tolerances);
+  radau_.accept_rounding(kShapeRounding);
+  std::vector<double> slope(y.size());
+  system_.rates(t, y, slope);
+  radau_.continue_from(t, y, slope);
+  at_.resize(y.size());
+}
+
 void StiffIntegrator::restart() {
   radau_.restart(first_step_);
   if (directions_.empty()) return;
+  if (system_.has_shapes()) clear_time_ = system_.shape_clear_time(time(), y());
   system_.event_directions(directions_);
   values(time(), y(), begin_);
 }

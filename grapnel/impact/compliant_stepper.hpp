@@ -35,6 +35,11 @@ class StiffIntegrator {
   std::span<const InterfaceLoad> loads_at_end() const { return loads_at_stage(stages() - 1); }
   /// Restarts at the current time: phases have changed.
   void restart();
+  /// Continues at the current time with these numbers, after a change of the system's layout; restart() must follow.
+  /// `sizes`, `tolerances`: as for the constructor.
+  void replace(std::span<const double> y, std::span<const double> sizes, std::span<const double> tolerances);
+  /// Whether the last Result::event is one of the system's shapes.
+  bool shapes_changed() const { return system_.has_shapes() && crossed_.back() != 0; }
   /// A drive's efforts jump here.
   void jump() { radau_.jump(); }
   /// The next Result::end occurs at this time, if it is before the end.
@@ -42,7 +47,7 @@ class StiffIntegrator {
   /// Maximum length of a step; 0: no limit. [s]
   void limit_step(double longest) { radau_.limit_step(longest); }
 
-  long evaluations() const { return radau_.evaluations(); }
+  long evaluations() const { return evaluations_before_ + radau_.evaluations(); }
   /// Cause and time of a failure.
   std::string message() const;
 
@@ -53,6 +58,8 @@ class StiffIntegrator {
   double value_at(std::size_t index, double t);
   bool land(double t, std::size_t index);
   void check_at_begin();
+  void values_at_stage(int stage, bool clear, std::vector<double>& g);
+  bool shapes_stay_clear();
 
   StiffSystem stiff_system();
 
@@ -62,6 +69,8 @@ class StiffIntegrator {
   double first_step_, end_, stop_;
   std::vector<double> at_;
   std::vector<int> crossed_, directions_;
+  double clear_time_ = 0;        // in which no pair of shapes closes, at the last step's end [s]
+  long evaluations_before_ = 0;  // before replace()
   std::vector<double> begin_, before_, now_,
       there_;  // event functions: at the step's beginning, and during the search in it
 };
@@ -110,6 +119,7 @@ class CompliantRecorder {
   std::vector<State> states_;
   std::vector<std::vector<double>> accelerations_;
   std::vector<InterfaceLoad> loads_;  // of all interfaces
+  std::vector<ShapeSample> shapes_;   // with shapes
   CompliantSystem::Sampled sampled_;
   std::vector<double> times_;
   static constexpr int kStagePoints = StiffIntegrator::stages() + 1;

@@ -63,7 +63,8 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       quaternions_(model.quaternions().begin(), model.quaternions().end()),
       prescribed_(marked(model.velocities(), held)),
       effort_(model.velocities()),
-      drive_state_(state) {
+      drive_state_(state),
+      point_state_(state) {
   const Vector3d origin_W = reference_point(contacts, grasps);
   describe_bodies(origin_W);
   describe_trees();
@@ -83,16 +84,25 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
   t.held = held_.data(), t.held_count = static_cast<int>(held_.size());
   t.prescribed = prescribed_.data();
   t.driven = drive != nullptr;
-  t.rate_at = t.coordinates;
-  t.impulse_at = t.rate_at + t.rate_count;
-  t.loss_at = t.impulse_at + 6 * t.interface_count();
-  t.held_at = t.loss_at + t.interface_count();
-  t.work_at = t.held_at + t.held_count;
-  t.size = t.spring_at() + (springs_.empty() ? 0 : 1);
+  t.channel_point = origin_W;
+  lay_out();
   kernel_.emplace(tables_, model.tree());
   if (!set || !model.tree().chains.empty()) return;
   const std::vector<TreeLink<double>>& links = model.tree().links;
   packs_.reset(packs_of(*set)(tables_, links.data(), static_cast<int>(links.size())));
+}
+
+void CompliantSystem::lay_out() {
+  CompliantTables& t = tables_;
+  t.rate_at = t.coordinates;
+  t.impulse_at = t.rate_at + t.rate_count;
+  t.channel_at = t.impulse_at + 6 * t.interface_count();
+  stick_at_ = t.channel_at + 6 * t.channel_count;
+  t.loss_at = stick_at_ + (shapes_act_ ? shapes_->stick_numbers() : 0);
+  t.held_at = t.loss_at + t.interface_count();
+  t.work_at = t.held_at + t.held_count;
+  shape_at_ = t.spring_at() + (springs_.empty() ? 0 : 1);
+  t.size = shape_at_ + (shapes_act_ ? shapes_->integral_numbers() : 0);
 }
 
 void CompliantSystem::describe_bodies(const Vector3d& origin_W) {
@@ -183,10 +193,15 @@ void CompliantSystem::describe_springs() {
 
 // --- A point ---
 
-void CompliantSystem::load(double t, std::span<const double> y) {
+void CompliantSystem::place(double t, std::span<const double> y) {
   kernel_->load(t, y.data());
   std::copy(kernel_->q().begin(), kernel_->q().end(), now_.q.begin());
   std::copy(kernel_->v().begin(), kernel_->v().end(), now_.v.begin());
+}
+
+void CompliantSystem::load(double t, std::span<const double> y) {
+  place(t, y);
+  if (shapes_act_) load_shapes(y.data(), now_);
 }
 
 double CompliantSystem::kinetic_energy_now() const {
@@ -214,6 +229,10 @@ std::span<const ExternalWrench> CompliantSystem::wrenches(std::span<const Interf
     wrenches_[2 * i].p_WP = wrenches_[2 * i + 1].p_WP = loads[i].point;
     wrenches_[2 * i].F_W = loads[i].F;
     wrenches_[2 * i + 1].F_W = -loads[i].F;
+  }
+  if (shapes_act_) {
+    wrenches_.resize(2 * interfaces_.size());
+    wrenches_.insert(wrenches_.end(), shapes_->wrenches().begin(), shapes_->wrenches().end());
   }
   return wrenches_;
 }
@@ -247,7 +266,7 @@ void CompliantSystem::evaluate(CompliantPoints points) {
     want(point_v_, points.v, now_.v.size());
     want(point_loads_, points.loads, interfaces_.size());
   }
-  if (packs_ && points.count > 1) {
+  if (packs_ && points.count > 1 && !shapes_act_) {
     packs_->evaluate(points);
   } else {
     evaluate_here(points);
@@ -266,6 +285,18 @@ void CompliantSystem::evaluate_here(const CompliantPoints& points) {
     store(kernel_->loads(), points.loads, k);
     store(kernel_->q(), points.q, k);
     store(kernel_->v(), points.v, k);
+    if (shapes_act_ && (points.dydt != nullptr || points.acceleration != nullptr)) {
+      std::copy(kernel_->q().begin(), kernel_->q().end(), point_state_.q.begin());
+      std::copy(kernel_->v().begin(), kernel_->v().end(), point_state_.v.begin());
+      load_shapes(y, point_state_);
+      if (shape_samples_ != nullptr) {
+        const ContactSet& contacts = shapes_->contacts();
+        ShapeSample& sample = shape_samples_->emplace_back();
+        sample.wrenches.assign(shapes_->wrenches().begin(), shapes_->wrenches().end());
+        for (std::size_t g = 0; g < contacts.groups(); ++g) sample.groups.push_back(contacts.group(g));
+        sample.from_fixed = from_fixed({y, static_cast<std::size_t>(size())});
+      }
+    }
     const bool moves = points.dydt != nullptr && kernel_->has_rates();
     const double* effort = nullptr;
     if (points.acceleration != nullptr || moves) {
@@ -277,7 +308,9 @@ void CompliantSystem::evaluate_here(const CompliantPoints& points) {
       kernel_->accelerate(effort);
     }
     store(kernel_->acceleration(), points.acceleration, k);
-    if (points.dydt != nullptr) kernel_->rates(y, effort, points.dydt + k * size());
+    if (points.dydt == nullptr) continue;
+    kernel_->rates(y, effort, points.dydt + k * size());
+    if (shapes_act_) add_shape_rates(points.dydt + k * size());
   }
 }
 
@@ -309,14 +342,126 @@ void CompliantSystem::sample(std::span<const double> t, std::span<const double> 
   points.count = static_cast<int>(t.size());
   points.t = t.data(), points.y = y.data(), points.loads = at.loads.data();
   points.q = at.q.data(), points.v = at.v.data(), points.acceleration = at.acceleration.data();
+  at.shapes.clear();
+  if (shapes_act_) shape_samples_ = &at.shapes;
   evaluate(points);
+  shape_samples_ = nullptr;
+  if (shapes_) at.shapes.resize(t.size());
+}
+
+// --- Contacts between shapes ---
+
+// Pairs that may touch => the trees between which they exchange impulses, and the trees that take part from now on.
+void CompliantSystem::begin_shapes() {
+  for (std::size_t body = 0; body < model_.bodies().size(); ++body)
+    tree_of_.push_back(side(static_cast<int>(body)).tree);
+  const ContactSet& contacts = shapes_->contacts();
+  for (std::size_t pair = 0; pair < contacts.size(); ++pair) {
+    const auto [body_a, body_b] = contacts.bodies_of(pair);
+    for (const int body : {body_a, body_b}) {
+      if (body >= 0) taking_part_.push_back(model_.bodies()[body].root);
+    }
+    const int a = body_a < 0 ? -1 : tree_of_[body_a], b = body_b < 0 ? -1 : tree_of_[body_b];
+    if (a != b && channel_of(a, b) < 0) channels_.push_back({std::max(a, b), std::min(a, b)});
+  }
+  std::sort(taking_part_.begin(), taking_part_.end());
+  taking_part_.erase(std::unique(taking_part_.begin(), taking_part_.end()), taking_part_.end());
+  for (std::size_t i = 0; i < springs_.size(); ++i) springs_[i].counted = takes_part(model_.springs()[i]);
+  tables_.channels = channels_.data(), tables_.channel_count = static_cast<int>(channels_.size());
+  shapes_act_ = true;
+  shapes_->results().touched = true;
+  lay_out();
+}
+
+// Both trees of a pair => index of the channel of its impulse; -1: none.
+int CompliantSystem::channel_of(int tree_a, int tree_b) const {
+  const int first = std::max(tree_a, tree_b), second = std::min(tree_a, tree_b);
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].first == first && channels_[i].second == second) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// y before begin_shapes() => y with the numbers of shapes, which are zero.
+std::vector<double> CompliantSystem::with_shape_numbers(std::span<const double> y) const {
+  const auto from = static_cast<std::ptrdiff_t>(tables_.channel_at);
+  std::vector<double> now(y.begin(), y.begin() + from);
+  now.resize(tables_.loss_at, 0.0);
+  now.insert(now.end(), y.begin() + from, y.end());
+  now.resize(tables_.size, 0.0);
+  return now;
+}
+
+// y at an instant => modes, and y with the deformations of the pairs that are now in contact with friction.
+std::vector<double> CompliantSystem::choose_shape_modes(double t, std::span<const double> y) {
+  const std::span<const double> tail = y.subspan(tables_.loss_at);
+  std::vector<double> now(y.begin(), y.begin() + stick_at_);
+  shapes_->set_sticks(y.subspan(stick_at_, tables_.loss_at - stick_at_));
+  shapes_->choose_modes(t, now_);
+  lay_out();
+  now.resize(tables_.loss_at);
+  shapes_->get_sticks(std::span(now).subspan(stick_at_));
+  now.insert(now.end(), tail.begin(), tail.end());
+  return now;
+}
+
+std::vector<double> CompliantSystem::arranged(std::span<const double> numbers, const ShapeNumbers& added) const {
+  std::vector<double> all(numbers.begin(), numbers.begin() + tables_.channel_at);
+  for (int i = 0; i < 6 * tables_.channel_count; ++i) all.push_back(i % 6 < 3 ? added.moment : added.impulse);
+  all.resize(tables_.loss_at, added.stick);
+  all.insert(all.end(), numbers.begin() + tables_.channel_at, numbers.end());
+  all.resize(tables_.size, added.integral);
+  return all;
+}
+
+double CompliantSystem::shape_clear_time(double t, std::span<const double> y) {
+  place(t, y);
+  return shapes_->clear_time(now_);
+}
+
+// y, state => forces of shapes there; they act in the kernel's next accelerations.
+void CompliantSystem::load_shapes(const double* y, State& state) {
+  shapes_->set_sticks({y + stick_at_, static_cast<std::size_t>(tables_.loss_at - stick_at_)});
+  shapes_->evaluate(state);
+  kernel_->set_forces(shapes_->link_forces());
+}
+
+// Wrench or impulse on a body about a point => added to the channel of both trees in y or its rates.
+void CompliantSystem::add_shape_impulse(int body_a, int body_b, const Vector3d& p_WC, const Wrenchd& on_b,
+                                        double* y) const {
+  const int a = body_a < 0 ? -1 : tree_of_[body_a], b = body_b < 0 ? -1 : tree_of_[body_b];
+  if (a == b) return;
+  const Wrenchd F = shift(b > a ? on_b : -on_b, tables_.channel_point - p_WC);
+  double* const at = y + tables_.channel_at + 6 * channel_of(a, b);
+  for (int k = 0; k < 3; ++k) at[k] += F.angular[k], at[3 + k] += F.linear[k];
+}
+
+// Forces of shapes => rates of the channels' impulses about their common point, as (12.1), and of the other numbers of
+// shapes. Each force enters once, so that total momentum is conserved to rounding error.
+void CompliantSystem::add_shape_rates(double* dydt) {
+  shapes_->each_force([&](int body_a, int body_b, const Vector3d& p_WC, const Wrenchd& on_b) {
+    add_shape_impulse(body_a, body_b, p_WC, on_b, dydt);
+  });
+  shapes_->stick_rates({dydt + stick_at_, static_cast<std::size_t>(tables_.loss_at - stick_at_)});
+  shapes_->integral_rates({dydt + shape_at_, static_cast<std::size_t>(tables_.size - shape_at_)});
+}
+
+Momentumd CompliantSystem::from_fixed(std::span<const double> y) const {
+  Momentumd sum = Momentumd::zero();
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].second >= 0) continue;
+    const double* const P = &y[tables_.channel_at + 6 * i];
+    sum += shift(Momentumd{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, -tables_.channel_point);
+  }
+  return sum;
 }
 
 // --- Events ---
 
 void CompliantSystem::event_values(double t, std::span<const double> y, std::span<double> g) {
-  load(t, y);
+  place(t, y);
   event_values(loads(), g);
+  if (shapes_) g.back() = shapes_->margin(t, now_);
 }
 
 // Loads => two event functions per contact, by its phase: deformation, signed force or the factor 1 + a times the
@@ -350,6 +495,7 @@ void CompliantSystem::event_directions(std::span<int> directions) const {
     directions[2 * i] = phase[i] == ContactPhase::apart ? 1 : -1;
     directions[2 * i + 1] = phase[i] == ContactPhase::relaxing ? 1 : -1;
   }
+  if (shapes_) directions.back() = -1;
 }
 
 // Contact, index of its event function that crossed zero, load => next phase: apart -> pressing; relaxing -> apart or

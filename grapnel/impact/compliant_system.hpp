@@ -11,6 +11,7 @@
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/impact/compliant_kernel.hpp"
+#include "grapnel/impact/compliant_shapes.hpp"
 #include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel {
@@ -23,6 +24,10 @@ double largest_deformation(const CompliantContact& contact, double mass, double 
 /// momentum; per interface (contacts, then grasps) the impulse about its point at the start; per interface the energy
 /// lost; per held velocity its impulse; the work of held velocities; with a drive its work; with springs at joints
 /// (JointDescription::spring) the energy dissipated by their dampers. All zero at the start.
+///
+/// From the first contact between shapes on (begin_shapes()), after the impulses of interfaces: per pair of trees that
+/// shapes may push the impulse exchanged (ImpulseChannel); the deformations of the pairs in contact with friction. At
+/// the end: per group of shapes ShapeIntegrals.
 class CompliantSystem {
  public:
   /// `set`: of the packs in which several points are evaluated simultaneously; none: doubles, sequentially, as always
@@ -42,11 +47,13 @@ class CompliantSystem {
   /// Offsets in y.
   int rate_offset() const { return tables_.rate_at; }
   int impulse_offset(int interface) const { return tables_.impulse_at + 6 * interface; }
+  const Vector3d& channel_point() const { return tables_.channel_point; }
   int loss_offset(int interface) const { return tables_.loss_at + interface; }
   int held_offset(int held) const { return tables_.held_at + held; }
   int work_offset() const { return tables_.work_at; }
   int drive_offset() const { return tables_.drive_at(); }    // of the drive's work, with one
   int spring_offset() const { return tables_.spring_at(); }  // of the energy dissipated by dampers at sprung joints
+  int shape_offset() const { return shape_at_; }             // of the integrals of shapes
   /// Velocities (indices into State::v) in y, in order.
   std::span<const int> integrated_rates() const { return rates_; }
   bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
@@ -55,7 +62,7 @@ class CompliantSystem {
   void load(double t, std::span<const double> y);
   const State& now() const { return now_; }
   std::span<const InterfaceLoad> loads() const { return kernel_->loads(); }
-  /// Wrenches of contacts and grasps on both their bodies.
+  /// Wrenches of contacts, grasps and shapes on their bodies.
   std::span<const ExternalWrench> wrenches_now() { return wrenches(loads()); }
   double kinetic_energy_now() const;
   /// Of the trees that an interface or a held velocity acts on [J].
@@ -76,11 +83,40 @@ class CompliantSystem {
   struct Sampled {
     std::vector<double> q, v, acceleration;
     std::vector<InterfaceLoad> loads;
+    std::vector<ShapeSample> shapes;  // with attached shapes
   };
   void sample(std::span<const double> t, std::span<const double> y, Sampled& at);
 
-  /// Two event functions per contact, whose meaning depends on its phase, and their directions of interest (-1, 1).
-  int events() const { return 2 * contact_count(); }
+  // Contacts between shapes:
+
+  /// Attaches them: they are watched, and act once begin_shapes() has been called. `shapes` outlives this object.
+  void attach(ImpactShapes& shapes) { shapes_.emplace(model_, shapes, tables_.channel_point); }
+  bool has_shapes() const { return shapes_.has_value(); }
+  /// Whether they act.
+  bool shapes_act() const { return shapes_act_; }
+  ShapeForces& shapes() { return *shapes_; }
+  /// Lets attached shapes act from now on: their trees take part, and y gets their numbers.
+  void begin_shapes();
+  /// y before begin_shapes() => y afterwards.
+  std::vector<double> with_shape_numbers(std::span<const double> y) const;
+  /// Impacts in an instant of the hard pairs that touch at this point; y is the one after them.
+  void strike(double t, std::vector<double>& y);
+  /// y, whose state is now() => the modes of all pairs there, and y in the new layout.
+  std::vector<double> choose_shape_modes(double t, std::span<const double> y);
+  /// Numbers for the y without shapes => for the present layout, with these values for the additional numbers.
+  struct ShapeNumbers {
+    double moment, impulse, stick, integral;
+  };
+  std::vector<double> arranged(std::span<const double> numbers, const ShapeNumbers& added) const;
+  /// ContactSet::clear_time() at a point.
+  double shape_clear_time(double t, std::span<const double> y);
+  /// Impulse of fixed surfaces so far, about W's origin.
+  Momentumd from_fixed(std::span<const double> y) const;
+
+  /// Two event functions per contact, whose meaning depends on its phase, then the margin of attached shapes; and their
+  /// directions of interest (-1, 1).
+  int events() const { return 2 * contact_count() + (shapes_ ? 1 : 0); }
+  /// Without the margin of shapes.
   void event_values(std::span<const InterfaceLoad> loads, std::span<double> g) const;
   void event_values(double t, std::span<const double> y, std::span<double> g);
   void event_directions(std::span<int> directions) const;
@@ -95,6 +131,12 @@ class CompliantSystem {
   void describe_interfaces(std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps,
                            const Vector3d& origin_W);
   void describe_springs();
+  void lay_out();
+  void place(double t, std::span<const double> y);
+  void load_shapes(const double* y, State& state);
+  void add_shape_rates(double* dydt);
+  void add_shape_impulse(int body_a, int body_b, const Vector3d& p_WC, const Wrenchd& on_b, double* y) const;
+  int channel_of(int tree_a, int tree_b) const;
   InterfaceSide side(int body) const;
   bool takes_part(int body) const;
   std::span<const ExternalWrench> wrenches(std::span<const InterfaceLoad> loads);
@@ -113,13 +155,19 @@ class CompliantSystem {
   std::vector<StartTree> trees_;
   std::vector<InterfaceTable> interfaces_;
   std::vector<SpringTable> springs_;
+  std::optional<ShapeForces> shapes_;
+  bool shapes_act_ = false;
+  std::vector<ImpulseChannel> channels_;
+  std::vector<int> tree_of_;  // per body; -1: none
+  int stick_at_ = 0, shape_at_ = 0;
+  std::vector<ShapeSample>* shape_samples_ = nullptr;  // receives those of the points being evaluated
   CompliantTables tables_{};
   std::optional<CompliantKernel<double>> kernel_;
   std::unique_ptr<CompliantPacks> packs_;
   std::vector<ExternalWrench> wrenches_;
   std::vector<double> effort_, point_q_, point_v_;
   std::vector<InterfaceLoad> point_loads_;
-  State drive_state_;
+  State drive_state_, point_state_;
 };
 
 }  // namespace grapnel

@@ -78,6 +78,12 @@ struct SpringTable {
   bool counted;  // the tree participates in the impact
 };
 
+/// The impulse that contacts between shapes (compliant_shapes.hpp) have transmitted to the free tree `first`; its
+/// opposite went to `second`. Index of a free tree; -1: a body that is fixed or held.
+struct ImpulseChannel {
+  int first, second;
+};
+
 /// All data of an impact. Numbers y as in CompliantSystem.
 struct CompliantTables {
   int coordinates, velocities;
@@ -100,7 +106,10 @@ struct CompliantTables {
   const std::uint8_t* prescribed;  // per velocity
   Vector3d drift;                  // velocity common to all, excluded from displacements
   bool driven;
-  int rate_at, impulse_at, loss_at, held_at, work_at, size;  // offsets in y; of y
+  const ImpulseChannel* channels;
+  int channel_count;
+  Vector3d channel_point;                                                // in W: the channels' impulses are about it
+  int rate_at, impulse_at, channel_at, loss_at, held_at, work_at, size;  // offsets in y; of y
 
   int interface_count() const { return contact_count + grasp_count; }
   int drive_at() const { return work_at + 1; }                  // with a drive

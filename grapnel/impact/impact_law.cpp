@@ -61,7 +61,7 @@ ImpactSolution solve_compliant(const ImpactInput& input) {
   std::vector<int> held;
   for (const HeldRate& h : input.held) held.push_back(h.velocity);
   ImpactSolution solution = compliant_impact(input.model, input.state, contacts, grasps, input.setup.compliant, held,
-                                             input.each_step, input.drive);
+                                             input.each_step, input.drive, input.shapes);
   std::vector<ForceHistory> forces;
   for (std::size_t i = 0, contact = 0, grasp = contacts.size(); i < input.grasps.size(); ++i) {
     forces.push_back(std::move(solution.forces[input.is_contact(i) ? contact++ : grasp++]));

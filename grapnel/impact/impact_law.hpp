@@ -19,6 +19,7 @@
 namespace grapnel {
 
 class ImpactDrive;
+struct ImpactShapes;
 
 /// The input of every law.
 struct ImpactInput {
@@ -32,6 +33,7 @@ struct ImpactInput {
   std::span<const HeldRate> held = {};      // rates that drives and brakes hold
   std::function<void(double)> each_step{};  // in time: called with the time reached; may throw to end it
   ImpactDrive* drive = nullptr;             // in time: efforts of joints
+  ImpactShapes* shapes = nullptr;           // in time: contacts between shapes
 
   bool is_contact(std::size_t grasp) const { return grasp < normals.size() && norm(normals[grasp]) > 0; }
 };
