@@ -101,7 +101,7 @@ void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, 
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
   JointPeaks peaks(model, outcome.report.joints);
-  Momentumd before = momentum_about_origin(model, task.start);
+  Momentumd before = momentum_about_origin(model, task.start), from_fixed = Momentumd::zero();
   CompliantSample sample;
   sample.kinematics = Kinematics(model);
   const Kinematics& k = sample.kinematics;
@@ -119,6 +119,11 @@ void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, 
       external.push_back({grasps[i].target_body, h.point[s], -F});
       sample.grasp_wrenches.push_back(F);
     }
+    const ShapeSample* shapes = task.shapes && task.shapes->touched ? &task.shapes->samples[s] : nullptr;
+    if (shapes) {
+      external.insert(external.end(), shapes->wrenches.begin(), shapes->wrenches.end());
+      sample.contacts = shapes->groups;
+    }
     joint_wrenches(model, k, solution.accelerations[s], external, through);
     peaks.observe(sample.time, k, through);
     // its target hangs on the robot: the transmitted wrench, reversed
@@ -126,6 +131,10 @@ void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, 
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
+    }
+    if (shapes && !fixed) {
+      sample.from_ground = shapes->from_fixed - from_fixed;
+      from_fixed = shapes->from_fixed;
     }
     if (fixed) {  // no other external load acts on the system
       const Momentumd now = momentum_about(model, k, Vector3d::zero());
@@ -233,7 +242,14 @@ void describe(const CompliantTask& task, std::span<const Grasp> grasps, const Im
   report.compliant = c;
   report.joints_during = name_of(task.problem.impact->joints);
   describe_held(system.model, task.held, task.start.v, solution, task.stopping, report);
-  describe_change(task.problem, system, task.start, solution.after, impulses_at(grasps, solution), report);
+  std::vector<ExternalImpulse> external = impulses_at(grasps, solution);
+  if (task.shapes && task.shapes->touched) {
+    for (const ShapeImpulse& P : task.shapes->impulses) {
+      if (P.body_a >= 0) external.push_back({P.body_a, task.shapes->point, -P.on_b});
+      if (P.body_b >= 0) external.push_back({P.body_b, task.shapes->point, P.on_b});
+    }
+  }
+  describe_change(task.problem, system, task.start, solution.after, external, report);
 }
 
 }  // namespace
@@ -257,7 +273,7 @@ ImpactOutcome run_compliant(const CompliantTask& task, const State& braked) {
   const Closing closing = closing_in(task.problem, task.free, task.contact, task.system);
   const ImpactSolution solution =
       impact_law(setup).solve({task.system.model, braked, setup, task.system.base, closing.grasps, 0, closing.normals,
-                               task.held, task.each_step, task.drive});
+                               task.held, task.each_step, task.drive, task.shapes});
   if (solution.status == ImpactSolution::Status::failed)
     throw std::runtime_error(fmt::format("compliant impact from t = {:.6g} s: {}", task.time, solution.message));
   ImpactOutcome outcome;

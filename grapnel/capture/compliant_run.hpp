@@ -7,6 +7,7 @@
 
 #include "grapnel/capture/impact_report.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
+#include "grapnel/impact/compliant_shapes.hpp"
 
 namespace grapnel {
 
@@ -17,8 +18,11 @@ struct CompliantSample {
   Kinematics kinematics;                // at that state
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
   std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which already hold: likewise
-  /// Impulse of a fixed base's mount since the previous sample, about the world's origin, in W: the only external one.
+  /// Impulse of a fixed base's mount, and of obstacles, since the previous sample, about the world's origin, in W: the
+  /// only external one.
   Momentumd from_ground = Momentumd::zero();
+  /// Contacts between shapes, per pair of bodies; empty: none has touched in the impact.
+  std::span<const GroupContact> contacts = {};
 };
 
 /// A contact that closes, in the bodies of a system.
@@ -41,6 +45,7 @@ struct CompliantTask {
   std::span<const double> stopping = {};         // their initial impulses, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
   ImpactDrive* drive = nullptr;                  // of joints driven by a law during the impact
+  ImpactShapes* shapes = nullptr;                // contacts between shapes
   std::function<void(const CompliantSample&)> observe = {};  // receives all samples in order, after the end
 };
 /// Integrates from the state `start`, with the initial effect of brakes, to the end of the impact. @throws

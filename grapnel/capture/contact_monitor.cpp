@@ -46,8 +46,8 @@ void ContactMonitor::put(const CaptureSystem&, const PhaseSample& sample, Series
   std::vector<ContactSample> samples(reports_.size());
   for (std::size_t g = 0; g < samples.size(); ++g) {
     ContactSample& one = samples[g];
-    if (set) {
-      const GroupContact& group = set->group(g);
+    if (set || !instant_.empty()) {
+      const GroupContact& group = set ? set->group(g) : instant_[g];
       one = {group.touches, frame_.place(sample.time) + group.p_WC, group.force_on_b, group.normal_force, group.depth};
     }
     if (!reports_[g].hard) continue;
@@ -117,10 +117,10 @@ void ContactMonitor::check_energy(std::size_t group) {
 
 // Work of the impulses + energy lost by restitution and friction = 0 in all impacts so far, over all pairs: in an
 // impact of several, pairs exchange work (23.17).
-void ContactMonitor::check_impacts() {
+void ContactMonitor::check_impacts(const ContactSet& contacts) {
   double work = 0, lost = 0;
   for (std::size_t g = 0; g < reports_.size(); ++g) {
-    const GroupHistory& history = set_->history(g);
+    const GroupHistory& history = contacts.history(g);
     work += history.impact_work, lost += history.impact_loss + history.impact_friction_loss;
   }
   const double error = std::abs(work + lost);
@@ -130,23 +130,50 @@ void ContactMonitor::check_impacts() {
 
 void ContactMonitor::end_phase(double) {
   if (!set_) return;
-  check_impacts();
+  check_impacts(*set_);
   for (std::size_t g = 0; g < reports_.size(); ++g) {
     ContactPairReport& report = reports_[g];
     const ContactIntegrals& sum = integrals_[g];
     report.impulse += sum.impulse, report.slip_distance += sum.slip;
     report.damping_loss += sum.damping, report.friction_loss += sum.friction;
-    const GroupHistory& history = set_->history(g);
-    if (report.hard) {
-      report.impulse += history.impact_impulse - report.hard->impulse;  // of this phase
-      report.hard = impacts_of(history);
-    }
-    report.touches = history.touches, report.first_time = history.first_time;
-    report.touches_at_end = history.since.has_value();
-    report.duration = history.duration + (history.since ? time_ - *history.since : 0);
-    if (!report.touches_at_end) report.elastic_energy = 0;
+    note_history(g, set_->history(g), time_);
   }
   set_ = nullptr;
+}
+
+void ContactMonitor::note_history(std::size_t group, const GroupHistory& history, double time) {
+  ContactPairReport& report = reports_[group];
+  if (report.hard) {
+    report.impulse += history.impact_impulse - report.hard->impulse;  // since the last call
+    report.hard = impacts_of(history);
+  }
+  report.touches = history.touches, report.first_time = history.first_time;
+  report.touches_at_end = history.since.has_value();
+  report.duration = history.duration + (history.since ? time - *history.since : 0);
+  if (!report.touches_at_end) report.elastic_energy = 0;
+}
+
+// Impact with its integrals, peaks and energy errors => added to the reports and to the ledger's check.
+void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
+  if (!impact.touched) return;
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    ContactPairReport& report = reports_[g];
+    const ShapeIntegrals& sum = impact.integrals[g];
+    report.impulse += sum.impulse, report.slip_distance += sum.slip;
+    report.damping_loss += sum.damping, report.friction_loss += sum.friction;
+    const ShapePeak& peak = impact.peaks[g];
+    report.largest_depth = std::max(report.largest_depth, peak.depth);
+    report.beyond_model = report.beyond_model || peak.beyond_model;
+    if (peak.force > report.peak_force) {
+      report.peak_force = peak.force, report.peak_time = impact.begin + peak.time;
+      report.peak_point = frame_.place(report.peak_time) + peak.p_WC;
+    }
+    report.elastic_energy = impact.elastic_energy[g];
+    note_history(g, impact.contacts.history(g), end);
+  }
+  if (!(impact.energy_error <= residual_)) residual_ = impact.energy_error;
+  exchanged_ = std::max(exchanged_, impact.energy_exchanged);
+  check_impacts(impact.contacts);
 }
 
 void ContactMonitor::write(CaptureResult& result) const {

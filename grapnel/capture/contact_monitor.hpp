@@ -8,6 +8,7 @@
 
 #include "grapnel/capture/contact_series.hpp"
 #include "grapnel/capture/motion_observer.hpp"
+#include "grapnel/impact/compliant_shapes.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/contact_pairs.hpp"
 
@@ -26,10 +27,16 @@ class ContactMonitor final : public MotionObserver {
   void end_phase(double duration) override;
   void write(CaptureResult& result) const override;
 
+  /// The contacts of the following samples between phases, per pair; empty: none touches. `contacts` outlives them.
+  void set_instant(std::span<const GroupContact> contacts) { instant_ = contacts; }
+  /// Adds a compliant impact that ended at `end` [s].
+  void add_impact(const ImpactShapes& impact, double end);
+
  private:
   void note_peaks(double time);
   void check_energy(std::size_t group);
-  void check_impacts();
+  void check_impacts(const ContactSet& contacts);
+  void note_history(std::size_t group, const GroupHistory& history, double time);
 
   MovingFrame frame_;
   std::vector<ContactPairReport> reports_;  // integrals and histories: of completed phases
@@ -42,6 +49,7 @@ class ContactMonitor final : public MotionObserver {
   std::vector<ContactIntegrals> integrals_;  // of the phase, per pair
   std::vector<double> stored_;               // elastic energy at the begin, per pair [J]
   double time_ = 0;                          // reached [s]
+  std::span<const GroupContact> instant_;    // between phases
   // Of the whole run:
   double residual_ = 0, exchanged_ = 0;  // largest error of an energy balance, and its largest term [J]
 };

@@ -128,7 +128,7 @@ void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law l
     if (!problem.grasps[i].contact && !impact_law(law).separates) {
       run.bodies.held.push_back(hold_grasp(problem, free, k, i));
       run.monitor.stages().latch(target_index(problem, problem.grasps[i].target), run.bodies.time);
-      run.contacts.close(i, free, run.bodies.state, run.bodies.time);
+      if (!impact_law(law).in_time) run.contacts.close(i, free, run.bodies.state, run.bodies.time);
       continue;
     }
     run.rebounded = true;
@@ -329,6 +329,14 @@ void note_target_speeds(const Model& model, const State& before, const State& af
   }
 }
 
+// Contacts between shapes in an impact => per pair of bodies, whether it exchanged an impulse.
+std::vector<bool> pairs_that_pushed(const ImpactShapes& shapes) {
+  std::vector<bool> pushed;
+  for (std::size_t g = 0; g < shapes.integrals.size(); ++g)
+    pushed.push_back(shapes.integrals[g].impulse > 0 || shapes.contacts.history(g).impacts > 0);
+  return pushed;
+}
+
 // Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
 // `held_loads` becomes the largest loads of the grasps that already hold.
 ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
@@ -351,19 +359,27 @@ ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, con
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
                                run.joints.known_posture(bodies), bodies.time, {contacts, masses}))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
+  const std::shared_ptr<ContactSet> set = run.contacts.in(bodies.system);
+  std::optional<ImpactShapes> shapes;
+  if (set) {
+    set->begin(bodies.time, forward_kinematics(bodies.system.model, bodies.state));
+    shapes.emplace(ImpactShapes{*set, bodies.time});
+  }
   bool begun = false;
   const auto observe = [&](const CompliantSample& sample) {
     raise_held_loads(run.problem, bodies.system, sample, held_loads);
     if (!begun) {
+      if (shapes && shapes->touched) run.monitor.touch_targets(run.contacts.targets_of(pairs_that_pushed(*shapes)));
       run.monitor.begin_impact_in_time(event.phase, bodies.system, start, bodies.time, event.closing,
                                        run.schedule.opened());
     }
     begun = true;
     run.monitor.check_in_impact(sample);
   };
-  ImpactOutcome outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, start, bodies.time, held,
-                                         stopping, each_step, drive ? &*drive : nullptr, observe},
-                                        bodies.state);
+  ImpactOutcome outcome =
+      run_compliant({with_closing, bodies.free, contact, bodies.system, start, bodies.time, held, stopping, each_step,
+                     drive ? &*drive : nullptr, shapes ? &*shapes : nullptr, observe},
+                    bodies.state);
   outcome.residuals.brake = brake_residual;
   note_target_speeds(bodies.system.model, start, outcome.after, contacts, masses);
   outcome.report.effective_masses = std::move(masses);
@@ -371,6 +387,7 @@ ImpactOutcome let_yield(CaptureRun& run, const CaptureProblem& with_closing, con
   run.monitor.end_impact_in_time(outcome.from_ground);
   bodies.state = outcome.after;
   bodies.time += outcome.report.duration;
+  if (shapes) run.monitor.add_contacts(*shapes, bodies.time);
   return outcome;
 }
 
@@ -416,6 +433,11 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: with_grasps() is called again below
   const ContactEvent event = begin_contact_event(run, closing);
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
+  for (std::size_t n = 0; n < closing.size(); ++n) {  // pairs in contact go on pushing, unless the target was moved
+    const bool moved = norm(event.contact.displacement[bodies.held.size() + n]) > 0;
+    if (!run.problem.grasps[closing[n]].contact)
+      run.contacts.close(closing[n], bodies.free, bodies.state, bodies.time, !moved);
+  }
   run.to_joined();
   if (!bodies.system.closures.empty())
     throw RunFailure(

@@ -24,7 +24,11 @@ MotionObservers::MotionObservers(const CaptureProblem& problem, const CaptureSys
   all.push_back(std::make_unique<EffectorMonitor>(problem));
   all.push_back(std::make_unique<CouplingMonitor>(problem));
   all.push_back(std::make_unique<TendonMonitor>(problem));
-  if (!problem.contacts.empty()) all.push_back(std::make_unique<ContactMonitor>(problem, free, frame));
+  if (!problem.contacts.empty()) {
+    auto observer = std::make_unique<ContactMonitor>(problem, free, frame);
+    contacts = observer.get();
+    all.push_back(std::move(observer));
+  }
   auto observer = std::make_unique<StageMonitor>(problem, free);
   stages = observer.get();
   all.push_back(std::move(observer));

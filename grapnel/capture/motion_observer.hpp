@@ -38,6 +38,7 @@ class SeriesRow {
   std::size_t next_ = 0;
 };
 
+class ContactMonitor;
 class StageMonitor;
 
 class MotionObserver {
@@ -75,7 +76,8 @@ struct MotionObservers {
   MotionObservers(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame);
 
   std::vector<std::unique_ptr<MotionObserver>> all;
-  StageMonitor* stages;  // one of them
+  StageMonitor* stages;                // one of them
+  ContactMonitor* contacts = nullptr;  // likewise; null: no contacts between shapes
 };
 
 }  // namespace grapnel

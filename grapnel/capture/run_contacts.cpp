@@ -44,7 +44,8 @@ std::string RunContacts::overlaps(const CaptureSystem& system, const State& stat
   return text;
 }
 
-void RunContacts::close(std::size_t grasp, const CaptureSystem& system, const State& state, double time) {
+void RunContacts::close(std::size_t grasp, const CaptureSystem& system, const State& state, double time,
+                        bool but_touching) {
   if (!any()) return;
   const GraspSetup& setup = problem_.grasps[grasp];
   const std::vector<int> gripper = gripper_bodies(system, setup);
@@ -58,8 +59,19 @@ void RunContacts::close(std::size_t grasp, const CaptureSystem& system, const St
   for (std::size_t g = 0; g < pairs_.size(); ++g) {
     const ContactPair& pair = pairs_[g];
     if ((pair.a == target && is_gripper(pair.b)) || (pair.b == target && is_gripper(pair.a)))
-      set->let_pass(static_cast<int>(g), kinematics, time);
+      set->let_pass(static_cast<int>(g), kinematics, time, but_touching);
   }
+}
+
+std::vector<std::size_t> RunContacts::targets_of(const std::vector<bool>& pairs) const {
+  std::vector<std::size_t> targets;
+  for (std::size_t g = 0; g < pairs_.size(); ++g) {
+    for (const BodyName& name : {pairs_[g].a, pairs_[g].b}) {
+      if (pairs[g] && name.target && std::ranges::find(targets, *name.target) == targets.end())
+        targets.push_back(*name.target);
+    }
+  }
+  return targets;
 }
 
 }  // namespace grapnel

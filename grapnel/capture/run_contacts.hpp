@@ -26,8 +26,12 @@ class RunContacts {
   /// Checks the initial state. Returns a description of all overlaps with their depths, except of shapes that pass
   /// through each other; empty: none.
   std::string overlaps(const CaptureSystem& system, const State& state);
-  /// A grasp closes: shapes of its gripper that overlap its target pass through it until they are apart.
-  void close(std::size_t grasp, const CaptureSystem& system, const State& state, double time);
+  /// A grasp closes: shapes of its gripper that overlap its target pass through it until they are apart. With
+  /// `but_touching`, those in contact remain in contact.
+  void close(std::size_t grasp, const CaptureSystem& system, const State& state, double time,
+             bool but_touching = false);
+  /// The targets of pairs that exchanged an impulse in an impact; per pair of bodies whether it did.
+  std::vector<std::size_t> targets_of(const std::vector<bool>& pairs) const;
 
  private:
   const CaptureProblem& problem_;

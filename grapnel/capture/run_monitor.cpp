@@ -1,5 +1,7 @@
 #include "grapnel/capture/run_monitor.hpp"
 
+#include "grapnel/capture/contact_monitor.hpp"
+
 #include <algorithm>
 
 #include "grapnel/capture/conservation_monitor.hpp"
@@ -198,7 +200,9 @@ void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSys
 void RunMonitor::check_in_impact(const CompliantSample& sample) {
   conservation_.enter(sample.from_ground);
   if (impact_.watched) watches_.sample(impact_.begin + sample.time, sample.state, {});
+  if (observers_.contacts) observers_.contacts->set_instant(sample.contacts);
   sample_yielding(sample);
+  if (observers_.contacts) observers_.contacts->set_instant({});
   loads_.check_held_bodies(sample);
 }
 
@@ -206,6 +210,10 @@ void RunMonitor::end_impact_in_time(const Momentumd& from_ground) {
   if (impact_.watched) watches_.end_phase();
   loads_.end_held();
   conservation_.enter(from_ground);
+}
+
+void RunMonitor::add_contacts(const ImpactShapes& shapes, double end) {
+  if (observers_.contacts) observers_.contacts->add_impact(shapes, end);
 }
 
 // A sample of a compliant impact, with the wrenches of closing grasps and of those that already hold.

@@ -107,6 +107,10 @@ class RunMonitor {
                             const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void check_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const Momentumd& from_ground);
+  /// Contacts between shapes in it pushed these targets: with the servicer they are one group of bodies.
+  void touch_targets(std::span<const std::size_t> targets) { conservation_.touch(targets); }
+  /// Adds the contacts between shapes of a compliant impact that ended at `end` [s].
+  void add_contacts(const ImpactShapes& shapes, double end);
 
   // --- Stages of captures by contacts ---
 
