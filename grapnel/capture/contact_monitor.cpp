@@ -6,9 +6,6 @@
 namespace grapnel {
 namespace {
 
-// Instants per step at which peaks are sought, beyond its begin.
-constexpr int kPeakParts = 4;
-
 std::vector<ContactPairReport> reports_of(const CaptureProblem& problem, const CaptureSystem& free) {
   std::vector<ContactPairReport> reports;
   for (const ContactPair& pair : contact_pairs(problem, free)) {
@@ -62,6 +59,7 @@ void ContactMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamic
   kinematics_ = Kinematics(system.model);
   integrals_.assign(reports_.size(), {});
   stored_.assign(reports_.size(), std::nan(""));
+  search_ = PeakSearch(2 * reports_.size(), 2 * reports_.size());
 }
 
 // Step => the integrals so far, peaks, and the energy balance of each pair in contact.
@@ -77,11 +75,7 @@ void ContactMonitor::step(const PhaseStep& step) {
     stored_[g] = set_->elastic_energy(g, kinematics_);
   }
   if (!any) return;
-  for (int i = 1; i <= kPeakParts; ++i) {
-    const double t = i == kPeakParts ? step.end : step.begin + (step.end - step.begin) * i / kPeakParts;
-    move_to(t);
-    note_peaks(t);
-  }
+  search_peaks(step);
   const PhaseSample end = step.at(step.end);
   integrals_ = end.integrals.contacts;
   forward_kinematics(system_->model, end.state, kinematics_);
@@ -89,18 +83,30 @@ void ContactMonitor::step(const PhaseStep& step) {
   time_ = step.end;
 }
 
-// Largest force and depth at an instant; the kinematics are those of its state.
-void ContactMonitor::note_peaks(double time) {
-  wrenches_.clear();
-  set_->evaluate(kinematics_, wrenches_);
-  for (std::size_t g = 0; g < reports_.size(); ++g) {
-    const GroupContact& group = set_->group(g);
+// Step => the largest force and depth of each pair so far.
+void ContactMonitor::search_peaks(const PhaseStep& step) {
+  const std::size_t n = reports_.size();
+  const auto evaluate = [&](double t) {
+    forward_kinematics(system_->model, step.state_at(t), kinematics_);
+    wrenches_.clear();
+    set_->evaluate(kinematics_, wrenches_);
+  };
+  search_.step(step.begin, step.end, step.fresh, [&](double t, std::span<double> values) {
+    evaluate(t);
+    for (std::size_t g = 0; g < n; ++g) {
+      const GroupContact& group = set_->group(g);
+      values[g] = group.normal_force, values[n + g] = group.depth;
+      reports_[g].beyond_model = reports_[g].beyond_model || group.beyond_model;
+    }
+  });
+  for (std::size_t g = 0; g < n; ++g) {
+    const Peak &force = search_.peaks()[g], &depth = search_.peaks()[n + g];
     ContactPairReport& report = reports_[g];
-    report.largest_depth = std::max(report.largest_depth, group.depth);
-    report.beyond_model = report.beyond_model || group.beyond_model;
-    if (group.normal_force <= report.peak_force) continue;
-    report.peak_force = group.normal_force, report.peak_time = time;
-    report.peak_point = frame_.place(time) + group.p_WC;
+    report.largest_depth = std::max(report.largest_depth, depth.magnitude);
+    if (!(force.magnitude > report.peak_force)) continue;
+    evaluate(force.time);
+    report.peak_force = force.magnitude, report.peak_time = force.time;
+    report.peak_point = frame_.place(force.time) + set_->group(g).p_WC;
   }
 }
 

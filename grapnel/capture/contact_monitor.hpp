@@ -8,6 +8,7 @@
 
 #include "grapnel/capture/contact_series.hpp"
 #include "grapnel/capture/motion_observer.hpp"
+#include "grapnel/capture/peak_search.hpp"
 #include "grapnel/impact/compliant_shapes.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/contact_pairs.hpp"
@@ -33,7 +34,7 @@ class ContactMonitor final : public MotionObserver {
   void add_impact(const ImpactShapes& impact, double end);
 
  private:
-  void note_peaks(double time);
+  void search_peaks(const PhaseStep& step);
   void check_energy(std::size_t group);
   void check_impacts(const ContactSet& contacts);
   void note_history(std::size_t group, const GroupHistory& history, double time);
@@ -46,6 +47,7 @@ class ContactMonitor final : public MotionObserver {
   ContactSet* set_ = nullptr;
   Kinematics kinematics_;
   std::vector<ExternalWrench> wrenches_;     // scratch
+  PeakSearch search_;                        // forces of all pairs, then depths
   std::vector<ContactIntegrals> integrals_;  // of the phase, per pair
   std::vector<double> stored_;               // elastic energy at the begin, per pair [J]
   double time_ = 0;                          // reached [s]

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/capture/load_monitor.hpp"
+#include "grapnel/capture/peak_search.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
