@@ -74,8 +74,8 @@ struct ImpactShapes;
 /// Integrates until every contact has separated and moves apart and every grasp has come to rest, or until `longest`.
 /// `held`: velocities (indices into State::v) that keep their values with any effort; either all or none of a free root
 /// or a spherical joint; no drive acts on them. `each_step` is called with the time reached and may throw to end the
-/// integration. `shapes`: contacts between shapes, which act with their forces (theory section 23); hard pairs
-/// too, without impacts in an instant. null: none. @throws std::invalid_argument for coefficients out of range, invalid
+/// integration. `shapes`: contacts between shapes, with the forces of theory section 23 and, of hard pairs, the
+/// impacts in an instant; null: none. @throws std::invalid_argument for coefficients out of range, invalid
 /// normals or the state of another model; std::runtime_error if GRAPNEL_LANES names no instruction set available here
 /// (lanes::best_instruction_set()).
 ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
