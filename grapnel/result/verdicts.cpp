@@ -118,8 +118,6 @@ std::string satisfied_words(const CaptureResult& result) {
   const bool all_may = !result.contacts.empty();
   if (!clearance) text += all_may ? "; all pairs of bodies may touch" : "; no two bodies can touch";
   if (any_limit_row && limits.empty()) text += "; no joint limits are stated";
-  if (const std::string unplanned = unplanned_words(result); !unplanned.empty())
-    text += "; " + unplanned + (result.captured() ? "; the targets are captured all the same" : "");
   return text;
 }
 
@@ -146,9 +144,12 @@ std::string infeasible_reason(const CaptureResult& result) {
 std::string feasibility_reason(const CaptureResult& result) {
   const Verdict verdict = result.ledger.feasibility();
   if (verdict == Verdict::no) return infeasible_reason(result);
-  if (verdict == Verdict::yes) return satisfied_words(result);
+  std::string unplanned = unplanned_words(result);
+  if (!unplanned.empty())
+    unplanned = "; " + unplanned + (result.captured() ? "; the targets are captured all the same" : "");
+  if (verdict == Verdict::yes) return satisfied_words(result) + unplanned;
   const std::vector<std::string> texts = not_checked_texts(result.ledger);
-  return texts.empty() ? "there is nothing to check" : fmt::format("{}", fmt::join(texts, "; "));
+  return (texts.empty() ? "there is nothing to check" : fmt::format("{}", fmt::join(texts, "; "))) + unplanned;
 }
 
 // "; left lost at t = 31.2 s, closed again at t = 40 s", for each end-effector that lost its target.

@@ -206,6 +206,18 @@ TEST(UnplannedContact, ACaptureInSpiteOfAContactIsFeasibleAndSaysSo) {
   EXPECT_THAT(r.warnings, Contains(HasSubstr("arm and box at t = ")));
 }
 
+// If all pairs may touch, nothing is left to check; the verdict names the contact nevertheless.
+TEST(UnplannedContact, AnUncheckedVerdictNamesTheContactToo) {
+  std::string text = early_contact(0.5);
+  const std::string pairs = "pairs: [[arm, box]]";
+  text.replace(text.find(pairs), pairs.size(), "all: true");
+  const CaptureResult r = simulate_capture(problem_of(text));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::not_checked);
+  EXPECT_THAT(feasibility_sentence(r),
+              HasSubstr("feasible: not checked; there is nothing to check; arm and box touch"));
+}
+
 // --- Pairs that a plan keeps apart
 
 std::string planar(const std::string& rest, const std::string& plan) {
