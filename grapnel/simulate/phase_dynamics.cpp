@@ -10,6 +10,7 @@
 
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/integrate/dormand_prince_853.hpp"
+#include "grapnel/model/coupling.hpp"
 #include "grapnel/simulate/arm_reaction.hpp"
 #include "grapnel/simulate/joint_motor.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -231,6 +232,14 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
 void PhaseDynamics::recover(double t) {
   if (!recovers()) return;
   recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
+}
+
+// Sets dependent joints by their couplings. A coupling that is open by a rounding error would let its effort work,
+// without an end in a gripper that presses for a long time.
+void PhaseDynamics::follow(double t) {
+  if (model_.couplings().empty()) return;
+  follow_couplings(model_, now_.q, now_.v);
+  recover(t);
 }
 
 // Projects the current state onto the closures. A closure is relative, so roots may be recovered afterwards.
@@ -525,6 +534,7 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
 void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<double> dydt) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   load(t, y);
+  if (projects()) follow(t);
   accelerate(t);
   if (solver_ && !(solver_->contradiction() <= loop_limits::kContradiction)) {
     // No motion satisfies the closures: returns non-finite rates; a shorter step may avoid this.

@@ -313,6 +313,7 @@ class PhaseDynamics {
   std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
+  void follow(double t);
   ProjectionResult close_loops(double t);
   void act_from_outside(double t);
   void act_on_orbit(const OrbitPoint& at);
