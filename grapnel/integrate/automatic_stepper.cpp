@@ -7,6 +7,8 @@ namespace {
 
 constexpr double kStabilityLimit = 6;  // of DOP853: the least h |lambda|, that of vibrations
 constexpr double kNearLimit = 4.5;
+constexpr double kLeastNoisy = 0.25;    // least h |lambda| of steps that rounding errors of stiff forces limit
+constexpr double kQuiet = 10;           // largest change, beside the linear one, of motion at rest, in tolerances
 constexpr double kExplicitCost = 14;    // evaluations per explicit step at the limit, with rejected ones
 constexpr int kUnlimitedSteps = 6;      // end a sequence of limited steps
 constexpr int kRarestTrial = 960;       // limited explicit steps, after trials that did not pay
@@ -15,14 +17,24 @@ constexpr double kFactorization = 0.5;  // cost of a factorization, in evaluatio
 
 }  // namespace
 
-bool StiffnessMonitor::explicit_step(double begin, double end, double product) {
-  if (!(product > kNearLimit)) {
+bool StiffnessMonitor::explicit_step(double begin, double end, double product, double change) {
+  const bool stable = product > kNearLimit, noisy = !stable && product > kLeastNoisy && change < kQuiet;
+  if (!stable && !noisy) {
     if (limited_ > 0 && ++unlimited_ >= kUnlimitedSteps) forget();
     return false;
   }
   unlimited_ = 0;
-  size_ = (end - begin) * kStabilityLimit / product;
+  if (noisy) ++noisy_;
+  constexpr double kShare = 0.2;  // of a step in the mean
+  const double size = (end - begin) * (noisy ? 1 : kStabilityLimit / product);
+  size_ = limited_ == 0 ? size : size_ + kShare * (size - size_);
   return ++limited_ >= required_;
+}
+
+void StiffnessMonitor::begin_trial() {
+  judged_ = 0, before_ = {}, paid_ = false;
+  is_noisy_ = 2 * noisy_ > limited_;
+  limit_ = 0;
 }
 
 void StiffnessMonitor::postpone() { required_ = std::min(2 * required_, kRarestTrial); }
@@ -37,8 +49,9 @@ bool StiffnessMonitor::prefers_explicit(double end, const Cost& cost, std::size_
   const double evaluations =
       static_cast<double>(cost.evaluations - before_.evaluations) +
       kFactorization * static_cast<double>(coupled) * static_cast<double>(cost.factorizations - before_.factorizations);
-  if (radius > 0) size_ = std::min(kStabilityLimit / radius, end - since_);
-  const bool pays = radius > 0 && evaluations * kStabilityLimit < kExplicitCost * radius * (end - since_);
+  if (limit_ == 0) limit_ = is_noisy_ ? std::min(kStabilityLimit, size_ * radius) : kStabilityLimit;
+  if (radius > 0) size_ = std::min(limit_ / radius, end - since_);
+  const bool pays = radius > 0 && evaluations * limit_ < kExplicitCost * radius * (end - since_);
   judged_ = 0;
   before_ = cost;
   if (pays) {
@@ -66,7 +79,10 @@ IntegrationStatistics AutomaticStepper::statistics() const {
 void AutomaticStepper::note_explicit_step() {
   const bool backwards = time() < previous_time();
   if (choice_ != Choice::automatic || backwards) return;
-  changes_ = monitor_.explicit_step(previous_time(), time(), explicit_.stiffness());
+  const double h = time() - previous_time();
+  const std::span<const double> y = state();
+  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] = y[i] - begin_[i] - h * begin_slope_[i];
+  changes_ = monitor_.explicit_step(previous_time(), time(), explicit_.stiffness(), norm_(y, begin_));
 }
 
 void AutomaticStepper::note_implicit_step() {

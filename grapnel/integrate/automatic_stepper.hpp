@@ -4,6 +4,7 @@
 /// DOP853 where a motion is not stiff, Radau IIA of order 9 where it is. docs/theory/08-after-the-impact.md, stiff
 /// motion. Thread safety: a stepper belongs to one thread at a time; different ones are independent.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -22,9 +23,9 @@ namespace grapnel {
 /// as they cost fewer evaluations per time than explicit steps at the limit of stability would.
 class StiffnessMonitor {
  public:
-  /// Notes an explicit step of which `product` is DormandPrince853::stiffness().
-  /// @return whether implicit steps should be tried.
-  bool explicit_step(double begin, double end, double product);
+  /// Notes an explicit step of which `product` is DormandPrince853::stiffness(), and `change` the norm of y(end) -
+  /// y(begin) - (end - begin) y'(begin) in tolerances. @return whether implicit steps should be tried.
+  bool explicit_step(double begin, double end, double product, double change);
   /// The present explicit step that stability limits.
   double explicit_size() const { return size_; }
 
@@ -33,7 +34,7 @@ class StiffnessMonitor {
     std::int64_t evaluations = 0;
     long factorizations = 0;
   };
-  void begin_trial() { judged_ = 0, before_ = {}, paid_ = false; }
+  void begin_trial();
   /// Notes an implicit step after which the trial has cost this much. @return whether steps are to be judged now.
   bool implicit_step(double begin);
   /// Judges the steps since the last judgement, up to the time `end`. `coupled`: numbers in Newton's matrix; `radius`:
@@ -42,16 +43,19 @@ class StiffnessMonitor {
   /// No implicit step was possible.
   void implicit_failed() { postpone(); }
   /// The motion changed, as at an event: the count of limited steps restarts.
-  void forget() { limited_ = unlimited_ = 0; }
+  void forget() { limited_ = noisy_ = unlimited_ = 0; }
 
  private:
   static constexpr int kFirstTrial = 15;  // limited explicit steps before a trial of implicit steps
 
   void postpone();
 
-  int limited_ = 0, unlimited_ = 0;  // explicit steps that stability limits, and others since
+  int limited_ = 0, unlimited_ = 0;  // explicit steps that stability or rounding errors limit, and others since
+  int noisy_ = 0;                    // those of the former that rounding errors limit
   int required_ = kFirstTrial;       // the number of the former before a trial
   double size_ = 0;                  // of these steps
+  bool is_noisy_ = false;            // the present trial: rounding errors limited most steps before it
+  double limit_ = 0;                 // the present trial: h |lambda| of explicit steps; 0: not known yet
   double since_ = 0;                 // begin of the implicit steps that are judged together
   int judged_ = 0;                   // their number
   Cost before_;                      // them
@@ -81,7 +85,13 @@ class AutomaticStepper {
   /// Throws std::invalid_argument as DormandPrince853 does.
   AutomaticStepper(const Manifold& manifold, const Tolerances& tolerances, const StepControl& control = {},
                    Choice choice = Choice::automatic)
-      : tolerances_(tolerances), control_(control), choice_(choice), explicit_(manifold, tolerances, control) {}
+      : tolerances_(tolerances),
+        control_(control),
+        choice_(choice),
+        explicit_(manifold, tolerances, control),
+        norm_(manifold, tolerances),
+        begin_(static_cast<std::size_t>(manifold.size)),
+        begin_slope_(begin_) {}
 
   /// As DormandPrince853::start. Statistics count from here.
   template <RightHandSide<double> Rhs>
@@ -161,8 +171,10 @@ class AutomaticStepper {
   DormandPrince853<double> explicit_;
   std::optional<RadauStepper> implicit_;  // where it is used
   StiffnessMonitor monitor_;
-  IntegrationStatistics done_;  // by steppers used before, since start()
-  bool changes_ = false;        // of the method before the next step
+  ErrorNorm<double> norm_;
+  std::vector<double> begin_, begin_slope_;  // state and derivative at the begin of an explicit step
+  IntegrationStatistics done_;               // by steppers used before, since start()
+  bool changes_ = false;                     // of the method before the next step
   bool steps_used_up_ = false;
   std::int64_t implicit_steps_ = 0;
   std::vector<std::array<double, 2>> implicit_spans_;
@@ -246,6 +258,8 @@ StepStatus AutomaticStepper::step(Rhs&& rhs) {
     monitor_.implicit_failed();
     begin_explicit(rhs);
   }
+  std::copy(state().begin(), state().end(), begin_.begin());
+  std::copy(derivative().begin(), derivative().end(), begin_slope_.begin());
   explicit_.step(rhs);
   if (goes_on()) note_explicit_step();
   return status();

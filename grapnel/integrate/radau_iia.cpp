@@ -20,7 +20,6 @@ using WideColumn = Eigen::Matrix<long double, kStages, 1>;
 
 constexpr double kIncrement = 1e-7;      // increment of finite differences, relative to the numbers' sizes
 constexpr int kMaxIterations = 10;       // of Newton's method
-constexpr double kNewtonShare = 1e-3;    // maximum remaining error of the iteration, relative to the tolerances
 constexpr double kSlow = 0.1;            // contraction rate above which new derivatives pay off
 constexpr double kSameLength = 1e-3;     // relative difference of steps that share factors
 constexpr double kMaxExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
@@ -335,11 +334,13 @@ bool RadauIIA::factorize(double h) {
   return true;
 }
 
-// Extrapolates the last step's polynomial; `from`: begin of the step on it, in its lengths.
+// Extrapolates the last step's polynomial; `from`: begin of the step on it, in its lengths. Numbers at rest keep their
+// values.
 void RadauIIA::predict(double h, double from) {
   const double ratio = length_ > 0 ? h / length_ : 0;
   if (!(ratio > 0 && ratio <= kMaxExtrapolation)) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
+    std::fill(extrapolated_.begin(), extrapolated_.end(), 0.0);
     return;
   }
   const int n = system_.coupled();
@@ -353,6 +354,23 @@ void RadauIIA::predict(double h, double from) {
       const double* const last = stage(last_Z_, j);
       for (int k = 0; k < n; ++k) z[k] += share * last[k];
     }
+    if (at_rest_.empty()) continue;
+    std::copy_n(z, n, stage(extrapolated_, i));
+    for (int k = 0; k < n; ++k) z[k] = at_rest_[k] ? 0 : z[k];
+  }
+}
+
+// Solved stages => the numbers whose extrapolation was farther from them than the value at the begin. At rest stages
+// differ by rounding errors alone, which extrapolation magnifies.
+void RadauIIA::note_rest() {
+  for (std::size_t k = 0; k < at_rest_.size(); ++k) {
+    double change = 0, error = 0;
+    for (int i = 0; i < kStages; ++i) {
+      const double z = stage(Z_, i)[k];
+      change = std::max(change, std::abs(z));
+      error = std::max(error, std::abs(z - stage(extrapolated_, i)[k]));
+    }
+    at_rest_[k] = change < error;
   }
 }
 
@@ -452,8 +470,8 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
       slow_ = theta > kSlow;
     }
     contraction_ = factor;
-    if (factor * size <= kNewtonShare || size == 0) return Newton::converged;
-    if (iteration > 0 && factor * size * std::pow(theta, kMaxIterations - 1 - iteration) > kNewtonShare)
+    if (factor * size <= newton_share_ || size == 0) return Newton::converged;
+    if (iteration > 0 && factor * size * std::pow(theta, kMaxIterations - 1 - iteration) > newton_share_)
       return Newton::failed;  // predicted number of iterations exceeds the limit
     before = size;
   }
@@ -515,6 +533,12 @@ void RadauIIA::continue_from(double t, std::span<const double> y, std::span<cons
   std::copy(slope.begin(), slope.end(), end_slope_.begin());
   t_ = t;
   slope_known_ = true;
+}
+
+void RadauIIA::expect_rest(double share) {
+  newton_share_ = share;
+  at_rest_.assign(static_cast<std::size_t>(system_.coupled()), false);
+  extrapolated_.assign(Z_.size(), 0.0);
 }
 
 void RadauIIA::set_tolerances(std::span<const double> tolerances) {
@@ -611,6 +635,7 @@ bool RadauIIA::step(double limit) {
     if (slow_) derivatives_known_ = false;
     if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // reuses the factors
     proposed_ = cut && !rejected ? std::max(proposed_, growth * h) : growth * h;
+    note_rest();
     finish(h, t_end);
     return true;
   }

@@ -16,6 +16,7 @@
 /// @warning Not thread-safe: an integrator belongs to one thread.
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -57,6 +58,10 @@ class RadauIIA {
   /// Newton's method has also converged if it stalls at corrections below this share of the tolerances, because of
   /// rounding errors. Initially 1e-5.
   void accept_rounding(double share) { rounding_ = share; }
+  /// For motions that come to rest: Newton's method has converged when the estimated remaining error is this share of
+  /// the tolerances, initially 1e-3. Its first values are, number by number, those at the begin where these were nearer
+  /// to the last step's solution than the extrapolation. Allocates.
+  void expect_rest(double share);
   /// Makes one step, at most to `limit` > time(). False: no step was possible, with the reason in message(). The last
   /// kStages points at which derivatives were evaluated are the stages of this step.
   bool step(double limit);
@@ -110,11 +115,12 @@ class RadauIIA {
   double error_of(double h, std::span<const double> slope);
   double weighted(std::span<const double> x) const;
   bool fail(const char* why);
+  void note_rest();
 
   StiffSystem system_;
   std::vector<double> sizes_, tolerances_;
   double t_ = 0, begin_ = 0, length_ = 0;  // length_: of the step of the polynomial; 0: none
-  double proposed_ = 0, longest_ = 0, rounding_ = 1e-5;
+  double proposed_ = 0, longest_ = 0, rounding_ = 1e-5, newton_share_ = 1e-3;
   double contraction_ = 1, last_error_ = 0, last_length_ = 0;
   bool derivatives_known_ = false, derivatives_fresh_ = false, factors_known_ = false, slow_ = false;
   bool slope_known_ = false;  // derivative at the end
@@ -124,6 +130,8 @@ class RadauIIA {
   std::vector<double> times_, moved_, slopes_;        // of simultaneous points: stages or columns
   std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
   std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
+  std::vector<std::uint8_t> at_rest_;                 // per coupled number; empty: all are extrapolated
+  std::vector<double> extrapolated_;                  // per stage, all numbers, of the last prediction
   std::vector<double> power_, next_power_;            // the power method's vector, coupled numbers
   std::array<Factors, 3> factors_;
   std::vector<double> re_, im_;  // right-hand sides, per factor

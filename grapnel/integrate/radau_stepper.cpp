@@ -10,8 +10,8 @@ namespace {
 // Increments of finite differences are a ten-millionth of this: 1e-8 m, rad, m/s, rad/s, or of a deformation relative
 // to its limit. Contacts of 1e-6 m depth keep touching then, and rounding errors change derivatives by 1e-8.
 constexpr double kSize = 0.1;
-// Newton's method has converged if it stalls below this share of the tolerances.
-constexpr double kRounding = 0.02;
+// Newton's method has converged if its remaining error is this share of the tolerances, or if it stalls below it.
+constexpr double kNewtonShare = 0.02;
 
 // Checks the indices => those of all n numbers: the coupled ones first.
 std::vector<int> order_of(const std::vector<int>& coupled, int size) {
@@ -59,7 +59,8 @@ RadauStepper::RadauStepper(const Manifold& manifold, const Tolerances& tolerance
   if (control.max_steps <= 0) throw std::invalid_argument("StepControl: max_steps must be positive");
   if (atol_.empty()) atol_.assign(state_.size(), tolerances.atol);
   for (const int offset : manifold.quaternions) std::fill_n(in_quaternion_.begin() + offset, 4, true);
-  radau_.accept_rounding(kRounding);
+  radau_.accept_rounding(kNewtonShare);
+  radau_.expect_rest(kNewtonShare);
   if (std::isfinite(control.max_step)) radau_.limit_step(control.max_step);
 }
 
