@@ -12,6 +12,7 @@ FILES = {
     "first_capture.py": ["summary.json", "timeseries.h5"],
     "impulse_against_mass_ratio.py": ["impulse.csv"],
     "own_controller.py": ["summary.json", "timeseries.h5"],
+    "published_controller.py": ["summary.json", "timeseries.h5"],
     "parameter_study.py": ["impulse.svg", "results/table.csv"],
     "your_urdf.py": ["summary.json"],
 }
