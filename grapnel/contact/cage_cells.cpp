@@ -22,36 +22,13 @@ struct Box {
 
   double half(int k) const { return 0.5 * (high[k] - low[k]); }
   double middle(int k) const { return 0.5 * (high[k] + low[k]); }
-  double farthest(int k) const { return std::max(std::abs(low[k]), std::abs(high[k])); }
 };
 
-// Smallest and largest magnitude of the rotation vectors of a box.
-struct AngleRange {
-  double least = 0, most = 0;
-
-  AngleRange(const Box& box, int rotations) {
-    for (int k = 3; k < 3 + rotations; ++k) {
-      const double inner = std::max({0.0, box.low[k], -box.high[k]});
-      least = std::hypot(least, inner), most = std::hypot(most, box.farthest(k));
-    }
-  }
-  bool has_half_turns() const { return least <= kPi && kPi <= most; }
-};
-
-// Whether two boxes share an orientation at which their rotation vectors are opposite, of length pi. Rotation vectors
-// that turn an axis (two components) of that length are one orientation; their cells touch along the circle.
-bool share_half_turns(const Box& a, const Box& b, int rotations) {
-  if (rotations < 3 || !AngleRange(a, rotations).has_half_turns() || !AngleRange(b, rotations).has_half_turns())
-    return false;
-  for (int k = 0; k < 3; ++k) {
-    if (a.high[k] < b.low[k] || b.high[k] < a.low[k]) return false;
-  }
-  Box common;
-  for (int k = 3; k < kDims; ++k) {
-    common.low[k] = std::max(-a.high[k], b.low[k]), common.high[k] = std::min(-a.low[k], b.high[k]);
-    if (common.low[k] > common.high[k]) return false;
-  }
-  return AngleRange(common, rotations).has_half_turns();
+// Smallest magnitude of the rotation vectors of a box.
+double least_angle(const Box& box, int rotations) {
+  double least = 0;
+  for (int k = 3; k < 3 + rotations; ++k) least = std::hypot(least, std::max({0.0, box.low[k], -box.high[k]}));
+  return least;
 }
 
 // Whether two boxes without common interior share a part of a face.
@@ -73,14 +50,18 @@ enum class Label : std::uint8_t {
 
 struct Cell {
   Box box;
-  double displacement;  // bound for the points of the body in all motions from the middle [m]
+  Quaterniond q;        // of its middle
+  double angle;         // bound of the rotations from there [rad]
+  double arm;           // CageOverlap
+  double displacement;  // bound for the points of the shape of `arm` in all motions from the middle [m]
   Label label;
+  bool wraps;                   // contains orientations that others in the search space are equal to
   std::vector<int> neighbours;  // cells that are neither divided nor blocked
 };
 
 class CageCells {
  public:
-  CageCells(CagePoses& poses, long max_cells, CageAnswer& answer);
+  CageCells(CagePoses& poses, long max_cells, CageAnswer& answer, const CageTrial& trial);
   bool decide();
 
  private:
@@ -90,14 +71,12 @@ class CageCells {
   static constexpr std::int64_t kTooSmall = std::int64_t{1} << 32;
 
   Cell make_cell(const Box& box);
-  Label label_of(const Box& box, double displacement);
-  CageMotion motion_in(const Box& box) const;
-  Posed pose_in(const Box& box) const;
-  int longest(const Box& box) const;
+  Label label_of(Cell& cell);
+  bool is_needed(const Cell& cell) const;
+  bool wraps(const Cell& cell) const;
+  int longest(const Cell& cell) const;
   bool at_exit(const Box& box) const;
-  bool are_neighbours(const Box& a, const Box& b) const {
-    return share_face(a, b, dims_) || share_half_turns(a, b, rotations_);
-  }
+  bool are_neighbours(const Cell& a, const Cell& b) const;
   void divide(int cell);
   void connect(int cell, const std::vector<int>& candidates);
   bool contains_present(const Box& box) const;
@@ -106,17 +85,27 @@ class CageCells {
   Costs costs_from(const std::vector<int>& sources) const;
   bool is_out_of_cells() { return answer_.out_of_cells = answer_.cells >= max_cells_; }
 
+  std::vector<int> path_to(int exit, const Costs& here) const;
+  bool leads_out(const std::vector<int>& path, bool all_free);
+
   CagePoses& poses_;
+  const CageTrial& trial_;
   const long max_cells_;
   const int rotations_, dims_;
   std::vector<Cell> cells_;
   CageAnswer& answer_;
+  long tried_ = 0;  // evaluated poses at the last trial of a path
 };
 
 // One cell of all poses. The present pose is at a third of it in each dimension, so that halving never puts it on a
 // face.
-CageCells::CageCells(CagePoses& poses, long max_cells, CageAnswer& answer)
-    : poses_(poses), max_cells_(max_cells), rotations_(poses.rotations().dims), dims_(3 + rotations_), answer_(answer) {
+CageCells::CageCells(CagePoses& poses, long max_cells, CageAnswer& answer, const CageTrial& trial)
+    : poses_(poses),
+      trial_(trial),
+      max_cells_(max_cells),
+      rotations_(poses.rotations().dims),
+      dims_(3 + rotations_),
+      answer_(answer) {
   Box all;
   for (int k = 0; k < dims_; ++k) {
     const double size = k < 3 ? poses.leave() : kPi;
@@ -125,20 +114,12 @@ CageCells::CageCells(CagePoses& poses, long max_cells, CageAnswer& answer)
   cells_.push_back(make_cell(all));
 }
 
-Posed CageCells::pose_in(const Box& box) const {
-  Vector3d turn = Vector3d::zero();
-  for (int k = 3; k < dims_; ++k) turn = turn + box.middle(k) * poses_.rotations().axes[k - 3];
-  const double angle = norm(turn);
-  const Rotationd rotation = angle > 0 ? rotation_about((1 / angle) * turn, angle) : Rotationd::identity();
-  return poses_.pose({box.middle(0), box.middle(1), box.middle(2)}, rotation);
-}
-
-// The dimension along which the body's points move most.
-int CageCells::longest(const Box& box) const {
+// The dimension along which the points of the shape that overlaps most move most.
+int CageCells::longest(const Cell& cell) const {
   int best = 0;
   double most = -1;
   for (int k = 0; k < dims_; ++k) {
-    const double moves = (k < 3 ? 1 : poses_.body().radius) * box.half(k);
+    const double moves = (k < 3 ? 1 : cell.arm) * cell.box.half(k);
     if (moves > most) most = moves, best = k;
   }
   return best;
@@ -151,34 +132,66 @@ bool CageCells::at_exit(const Box& box) const {
   return false;
 }
 
-// Bounds of all motions from a cell's middle (24.1).
-CageMotion CageCells::motion_in(const Box& box) const {
-  double turn = 0;
-  for (int k = 3; k < dims_; ++k) turn += box.half(k) * box.half(k);
-  return {std::hypot(box.half(0), box.half(1), box.half(2)), std::sqrt(turn)};
+// Whether a cell has an orientation for which no equal one has a smaller angle: rotation vectors beyond pi are not
+// needed, and one of several that a symmetry makes equal is sufficient.
+bool CageCells::is_needed(const Cell& cell) const {
+  const double least = least_angle(cell.box, rotations_);
+  if (least > kPi) return false;
+  return !(poses_.rotations().angle(cell.q, Quaterniond::identity(), false) + cell.angle < least);
 }
 
-// Cell => its label, by distances and overlaps at its middle (24.2). Rotation vectors beyond pi are not needed.
-Label CageCells::label_of(const Box& box, double displacement) {
-  if (AngleRange(box, rotations_).least > kPi) return Label::blocked;
+// Whether the cell may have an orientation for which an equal one has the same angle, so that paths may continue there.
+bool CageCells::wraps(const Cell& cell) const {
+  if (rotations_ == 0) return false;
+  const double most = poses_.rotations().angle(cell.q, Quaterniond::identity(), true) + cell.angle;
+  if (rotations_ == 3 && most >= kPi) return true;
+  return poses_.rotations().angle(cell.q, Quaterniond::identity(), false) - cell.angle <= most;
+}
+
+// Cell => its label, by distances and overlaps at its middle (24.2).
+Label CageCells::label_of(Cell& cell) {
+  if (!is_needed(cell)) return Label::blocked;
   ++answer_.cells;
-  const Posed X_FM = pose_in(box);
-  if (poses_.stays_overlapping(X_FM, motion_in(box))) return Label::blocked;
-  const double distance = poses_.distance(X_FM, displacement);
-  if (distance < -displacement) return Label::blocked;
-  return distance > displacement ? Label::free : Label::mixed;
+  const Box& box = cell.box;
+  const double translation = std::hypot(box.half(0), box.half(1), box.half(2));
+  const Posed X_FM = poses_.pose({box.middle(0), box.middle(1), box.middle(2)}, rotation_matrix(cell.q));
+  const CageOverlap overlap = poses_.overlap(X_FM, {translation, cell.angle});
+  cell.arm = overlap.arm;
+  cell.displacement = translation + cell.arm * cell.angle;
+  if (overlap.kind == CageOverlap::Kind::blocked) return Label::blocked;
+  return overlap.kind == CageOverlap::Kind::free ? Label::free : Label::mixed;
 }
 
 Cell CageCells::make_cell(const Box& box) {
-  const CageMotion motion = motion_in(box);
-  const double displacement = motion.translation + poses_.body().radius * motion.angle;
-  return {box, displacement, label_of(box, displacement), {}};
+  double turn = 0;
+  for (int k = 3; k < dims_; ++k) turn += box.half(k) * box.half(k);
+  Cell cell{box,
+            poses_.rotations().rotation({box.middle(3), box.middle(4), box.middle(5)}),
+            std::sqrt(turn),
+            0,
+            0,
+            Label::blocked,
+            false,
+            {}};
+  cell.label = label_of(cell);
+  if (cell.label != Label::blocked) cell.wraps = wraps(cell);
+  return cell;
+}
+
+// Cells that share a face, or may share orientations of different rotation vectors.
+bool CageCells::are_neighbours(const Cell& a, const Cell& b) const {
+  if (share_face(a.box, b.box, dims_)) return true;
+  if (!a.wraps || !b.wraps) return false;
+  for (int k = 0; k < 3; ++k) {
+    if (a.box.high[k] <= b.box.low[k] || b.box.high[k] <= a.box.low[k]) return false;
+  }
+  return poses_.rotations().angle(a.q, b.q, rotations_ == 3) <= a.angle + b.angle;
 }
 
 // A mixed cell => two labelled halves with their neighbours.
 void CageCells::divide(int cell) {
   const Box box = cells_[cell].box;
-  const int dim = longest(box);
+  const int dim = longest(cells_[cell]);
   std::vector<int> candidates = std::move(cells_[cell].neighbours);
   cells_[cell].label = Label::divided, cells_[cell].neighbours.clear();
   for (const int neighbour : candidates) std::erase(cells_[neighbour].neighbours, cell);
@@ -196,7 +209,7 @@ void CageCells::divide(int cell) {
 
 void CageCells::connect(int cell, const std::vector<int>& candidates) {
   for (const int other : candidates) {
-    if (!are_neighbours(cells_[cell].box, cells_[other].box)) continue;
+    if (!are_neighbours(cells_[cell], cells_[other])) continue;
     cells_[cell].neighbours.push_back(other);
     cells_[other].neighbours.push_back(cell);
   }
@@ -242,22 +255,62 @@ CageCells::Costs CageCells::costs_from(const std::vector<int>& sources) const {
   return costs;
 }
 
-// Cells => whether they show the answer; otherwise divides all mixed cells on the cheapest paths from the present pose
-// to the exit.
+// Cells of a cheapest path from the present pose to the exit; in the opposite direction.
+std::vector<int> CageCells::path_to(int exit, const Costs& here) const {
+  std::vector<int> path{exit};
+  std::vector<bool> visited(cells_.size(), false);
+  visited[exit] = true;
+  const int first = start();
+  while (path.back() != first) {
+    const int at = path.back();
+    const std::int64_t before = here[at] - cost_of(cells_[at]);
+    const auto next =
+        std::ranges::find_if(cells_[at].neighbours, [&](int i) { return !visited[i] && here[i] == before; });
+    if (next == cells_[at].neighbours.end()) {
+      path.pop_back();
+      continue;
+    }
+    visited[*next] = true;
+    path.push_back(*next);
+  }
+  return path;
+}
+
+// Whether the motion along a path of cells that leads out is free, because all cells are, and no step relies on a bound
+// of the orientations that they may share; or because the trial of its poses succeeds.
+bool CageCells::leads_out(const std::vector<int>& path, bool all_free) {
+  const auto shares = [&](int a, int b) { return share_face(cells_[a].box, cells_[b].box, dims_); };
+  if (all_free && std::ranges::adjacent_find(path, std::not_fn(shares)) == path.end()) return true;
+  if (!trial_) return false;
+  std::vector<CageWaypoint> points;
+  for (auto cell = path.rbegin(); cell != path.rend(); ++cell) {
+    const Box& box = cells_[*cell].box;
+    points.push_back({{box.middle(0), box.middle(1), box.middle(2)}, cells_[*cell].q});
+  }
+  return trial_(points);
+}
+
+// Cells => whether they show the answer; otherwise divides mixed cells on the cheapest paths from the present pose to
+// the exit.
 bool CageCells::decide() {
   using Verdict = CageAnswer::Verdict;
   const Costs here = costs_from({start()});
   std::vector<int> exits;
   std::int64_t cheapest = kFar;
+  int nearest = 0;
   const int count = static_cast<int>(cells_.size());
   for (int i = 0; i < count; ++i) {
     if (here[i] == kFar || !at_exit(cells_[i].box)) continue;
     exits.push_back(i);
-    cheapest = std::min(cheapest, here[i]);
+    if (here[i] < cheapest) cheapest = here[i], nearest = i;
   }
-  if (cheapest == kFar) answer_.verdict = Verdict::caged;
-  if (cheapest == 0) answer_.verdict = Verdict::can_leave;
-  if (cheapest == kFar || cheapest == 0 || cheapest >= kTooSmall) return true;
+  if (cheapest == kFar) return answer_.verdict = Verdict::caged, true;
+  const bool last = cheapest == 0 || cheapest >= kTooSmall;
+  if (last || answer_.cells > tried_ + tried_ / 10) {
+    tried_ = answer_.cells;
+    if (leads_out(path_to(nearest, here), cheapest == 0)) return answer_.verdict = Verdict::can_leave, true;
+  }
+  if (last) return true;
   const Costs there = costs_from(exits);
   for (int i = 0; i < count; ++i) {
     if (cells_[i].label != Label::mixed || here[i] == kFar || here[i] + there[i] - 1 > cheapest) continue;
@@ -269,8 +322,8 @@ bool CageCells::decide() {
 
 }  // namespace
 
-void prove_caged(CagePoses& poses, long max_cells, CageAnswer& answer) {
-  CageCells cells(poses, max_cells, answer);
+void prove_caged(CagePoses& poses, long max_cells, CageAnswer& answer, const CageTrial& trial) {
+  CageCells cells(poses, max_cells, answer, trial);
   while (!cells.decide()) {
   }
 }

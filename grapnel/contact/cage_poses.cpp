@@ -2,89 +2,96 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace grapnel {
 namespace {
 
-// Ball around balls, with the mean of their bounding box as its centre.
-Ball ball_around(const std::vector<Ball>& balls) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  Vector3d low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-  for (const Ball& ball : balls) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], ball.center[k] - ball.radius);
-      high[k] = std::max(high[k], ball.center[k] + ball.radius);
-    }
-  }
-  Ball all{0.5 * (low + high), 0};
-  for (const Ball& ball : balls) all.radius = std::max(all.radius, norm(ball.center - all.center) + ball.radius);
+std::vector<PlacedContactShape> placed(const std::vector<ContactShape>& shapes) {
+  std::vector<PlacedContactShape> all;
+  for (const ContactShape& shape : shapes) all.push_back({Posed::identity(), shape});
   return all;
 }
 
-std::vector<Ball> balls_of(const std::vector<ContactShape>& shapes) {
-  std::vector<Ball> balls;
-  for (const ContactShape& shape : shapes) balls.push_back({shape.X_BC().p, shape.reach()});
-  return balls;
+// The smallest half width of a shape, up to its rounding [m].
+double thinness(const ContactShape& shape) {
+  const Vector3d& half = shape.half_extents();
+  return std::min({half[0], half[1], half[2]}) + shape.core().rounding;
 }
 
-bool is_sphere(const ContactShape& shape) { return shape.kind() == ContactShape::Kind::sphere; }
-
-bool is_round(const ContactShape& shape) {
-  return is_sphere(shape) || shape.kind() == ContactShape::Kind::capsule ||
-         shape.kind() == ContactShape::Kind::cylinder;
-}
-
-RotationSpace rotation_space(const std::vector<ContactShape>& shapes, const Vector3d& center, double size) {
-  const double negligible = 1e-12 * size;
-  RotationSpace space;
-  if (!std::ranges::all_of(shapes, is_round)) return space;
-  const auto axial = std::ranges::find_if_not(shapes, is_sphere);
-  if (axial == shapes.end()) {
-    if (std::ranges::all_of(shapes, [&](const auto& s) { return norm(s.X_BC().p - center) <= negligible; }))
-      space.dims = 0;
-    return space;
+// A hundredth of the body's radius, or a tenth of the smallest half thickness, so that the allowance remains small
+// beside all shapes.
+double default_resolution(const Cage& cage, double radius) {
+  double least = 0.01 * radius;
+  for (const ContactShape& shape : cage.moving) least = std::min(least, 0.1 * thinness(shape));
+  for (const PlacedContactShape& one : cage.fixed) {
+    if (!is_half_space(one.shape)) least = std::min(least, 0.1 * thinness(one.shape));
   }
-  const Rotationd& R = axial->X_BC().R;
-  const Vector3d axis = R.column(2);
-  const auto coaxial = [&](const ContactShape& shape) {
-    if (norm(cross(axis, shape.X_BC().p - center)) > negligible) return false;
-    return is_sphere(shape) || norm(cross(axis, shape.X_BC().R.column(2))) <= 1e-12;
-  };
-  if (std::ranges::all_of(shapes, coaxial)) space = {2, {R.column(0), R.column(1), axis}};
-  return space;
+  return least;
 }
-
-bool is_half_space(const ContactShape& shape) { return shape.kind() == ContactShape::Kind::half_space; }
 
 }  // namespace
+
+Ball ball_around(const std::vector<PlacedContactShape>& shapes) {
+  Vector3d low{kFarApart, kFarApart, kFarApart}, high = -low;
+  const auto center = [](const PlacedContactShape& one) { return one.X_FB * one.shape.X_BC().p; };
+  for (const PlacedContactShape& one : shapes) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], center(one)[k] - one.shape.reach());
+      high[k] = std::max(high[k], center(one)[k] + one.shape.reach());
+    }
+  }
+  Ball all{0.5 * (low + high), 0};
+  for (const PlacedContactShape& one : shapes)
+    all.radius = std::max(all.radius, norm(center(one) - all.center) + one.shape.reach());
+  return all;
+}
 
 // Cage => bounds of its parts and the allowance (24.3).
 CagePoses::CagePoses(const Cage& cage, double resolution, double allowance) : cage_(cage) {
   if (cage.moving.empty()) throw std::invalid_argument("search_cage: the moving body has no shape");
-  body_ = ball_around(balls_of(cage.moving));
-  rotations_ = rotation_space(cage.moving, body_.center, body_.radius);
-  for (const ContactShape& shape : cage.moving) add_inner_balls(shape);
-  std::vector<Ball> fixed;
+  body_ = ball_around(placed(cage.moving));
+  resolution_ = resolution > 0 ? resolution : default_resolution(cage, body_.radius);
+  rotations_ = rotation_space(cage.moving, body_.center, resolution_);
+  if (rotations_.dims == 3 && rotations_.symmetries.empty()) center_on_symmetries();
+  std::vector<PlacedContactShape> fixed;
+  for (const ContactShape& moving : cage.moving) {
+    const std::size_t first = inner_.size();
+    add_inner_balls(moving);
+    const double arm = rotations_.dims > 0 ? arm_of(moving) : 0;
+    arm_ = std::max(arm_, arm);
+    for (const PlacedContactShape& one : cage.fixed)
+      pairs_.push_back({OverlapPair(one, moving), arm, first, inner_.size()});
+  }
   for (const PlacedContactShape& one : cage.fixed) {
-    for (const ContactShape& moving : cage.moving)
-      pairs_.push_back({one.X_FB, PairContact(one.shape, moving, ContactLaw{}), one.shape, moving});
-    if (!is_half_space(one.shape)) fixed.push_back({one.X_FB * one.shape.X_BC().p, one.shape.reach()});
+    if (!is_half_space(one.shape)) fixed.push_back(one);
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) order_.push_back(i);
   if (!fixed.empty()) {
     const Ball all = ball_around(fixed);
     leave_ = norm(all.center - cage.X_FM * body_.center) + all.radius + body_.radius;
   }
-  resolution_ = resolution > 0 ? resolution : 0.01 * body_.radius;
-  const double overlap = -distance(cage.X_FM, std::numeric_limits<double>::infinity());
-  allowance_ = std::max(allowance, 2 * resolution_ + std::max(0.0, overlap));
+  double overlap = 0;
+  for (const Pair& pair : pairs_) {
+    if (pair.shapes.distance(cage.X_FM, 0).low < 0) overlap = std::max(overlap, -pair.shapes.separation(cage.X_FM));
+  }
+  allowance_ = std::max(allowance, 2 * resolution_ + overlap);
 }
 
-Ball CagePoses::inner_ball() const {
-  const InnerBall& ball = *std::ranges::max_element(inner_, {}, &InnerBall::radius);
-  return {ball.p_M, ball.radius};
+// Takes the mean of the shapes' centres as centre if they have symmetries about it.
+void CagePoses::center_on_symmetries() {
+  Vector3d mean = Vector3d::zero();
+  for (const ContactShape& shape : cage_.moving)
+    mean += (1.0 / static_cast<double>(cage_.moving.size())) * shape.X_BC().p;
+  const RotationSpace about = rotation_space(cage_.moving, mean, resolution_);
+  if (about.symmetries.empty()) return;
+  rotations_ = about, body_ = {mean, 0};
+  for (const ContactShape& shape : cage_.moving)
+    body_.radius = std::max(body_.radius, norm(shape.X_BC().p - mean) + shape.reach());
+}
+
+void CagePoses::use_symmetries() {
+  if (!rotations_.symmetries.empty()) allowance_ += rotations_.error;
 }
 
 Posed CagePoses::pose(const Vector3d& displacement, const Rotationd& rotation) const {
@@ -92,30 +99,51 @@ Posed CagePoses::pose(const Vector3d& displacement, const Rotationd& rotation) c
   return {R, cage_.X_FM * body_.center + displacement - R * body_.center};
 }
 
-// Lower bound of the distance, by spheres.
-double CagePoses::Pair::bound(const Posed& X_FM) const {
-  const Vector3d center = X_FM * moving.X_BC().p, p = X_FB * fixed.X_BC().p;
-  if (is_half_space(fixed)) return dot(X_FB.R * fixed.X_BC().R.column(2), center - p) - moving.reach();
-  return norm(center - p) - moving.reach() - fixed.reach();
+// Largest distance of the core's points from the body's centre.
+double CagePoses::arm_of(const ContactShape& shape) const {
+  const Vector3d p = inverse(shape.X_BC()) * body_.center;
+  const Vector3d& half = shape.core().half;
+  const double x = std::abs(half[0]), z = std::abs(p[2]) + std::abs(half[2]);
+  if (shape.core().round) return std::hypot(std::hypot(p[0], p[1]) + x, z);
+  return std::hypot(std::abs(p[0]) + x, std::abs(p[1]) + std::abs(half[1]), z);
 }
 
-double CagePoses::distance(const Posed& X_FM, double enough) {
-  double least = std::numeric_limits<double>::infinity();
+CageOverlap CagePoses::overlap(const Posed& X_FM, const CageMotion& motion) {
+  CageOverlap found{CageOverlap::Kind::free, -kFarApart, arm_};
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const Pair& pair = pairs_[order_[i]];
-    if (pair.bound(X_FM) + allowance_ > std::min(least, enough)) continue;
-    least = std::min(least, pair.contact.separation(pair.X_FB, X_FM).distance + allowance_);
-    if (least >= -enough) continue;
+    const double displacement = motion.translation + pair.arm * motion.angle;
+    const DistanceRange distance = pair.shapes.distance(X_FM, displacement - allowance_);
+    if (distance.low + allowance_ > displacement) continue;
+    found.kind = CageOverlap::Kind::mixed;
+    const double ratio = -(distance.low + allowance_) / displacement;
+    if (ratio > found.ratio) found.ratio = ratio, found.arm = pair.arm;
+    if (!(distance.high + allowance_ < -displacement) && !note_balls(pair, X_FM, motion, found)) continue;
     std::swap(order_[i], order_[0]);  // probably overlaps in the next pose, too
+    found.kind = CageOverlap::Kind::blocked;
     break;
   }
-  return least;
+  return found;
+}
+
+double CagePoses::free_share(const Posed& X_FM, const CageMotion& motion) const {
+  double share = 1;
+  for (const Pair& pair : pairs_) {
+    const double displacement = motion.translation + pair.arm * motion.angle;
+    const DistanceRange range = pair.shapes.distance(X_FM, share * displacement - allowance_);
+    if (range.low + allowance_ >= share * displacement) continue;
+    const double distance = (range.low < range.high ? pair.shapes.separation(X_FM) : range.low) + allowance_;
+    if (distance < share * displacement) share = distance / displacement;
+    if (share < 0) break;
+  }
+  return share;
 }
 
 // Shape => balls on a grid inside of it, each as large as possible; small ones are left out.
 void CagePoses::add_inner_balls(const ContactShape& shape) {
-  constexpr int kMostPerSide = 7;
+  constexpr int kMostPerSide = 5;
   constexpr double kLeastShare = 0.5;  // of the largest radius
+  if (shape.core().is_point()) return;
   const double rounding = shape.core().rounding;
   const Vector3d half = shape.half_extents() + Vector3d{rounding, rounding, rounding};
   const double largest = std::min({half[0], half[1], half[2]});
@@ -139,23 +167,22 @@ void CagePoses::add_inner_balls(const ContactShape& shape) {
   }
 }
 
-bool CagePoses::overlaps_inner(const PlacedContactShape& fixed, const Posed& X_FM, const CageMotion& motion) const {
-  const Posed X_CM = inverse(fixed.X_FB * fixed.shape.X_BC()) * X_FM;
-  const double rounding = fixed.shape.kind() == ContactShape::Kind::half_space ? 0 : fixed.shape.core().rounding;
-  if (norm(X_CM * body_.center) > fixed.shape.reach() + body_.radius) return false;
-  return std::ranges::any_of(inner_, [&](const InnerBall& ball) {
-    const double moves = motion.translation + ball.arm * motion.angle + allowance_;
-    if (moves >= ball.radius + fixed.shape.reach()) return false;
-    return ball.radius + rounding - fixed.shape.distance(X_CM * ball.p_M).distance > moves;
-  });
-}
-
-bool CagePoses::stays_overlapping(const Posed& X_FM, const CageMotion& motion) {
-  if (!cage_.fixed.empty() && overlaps_inner(cage_.fixed[last_overlap_], X_FM, motion)) return true;
-  for (std::size_t i = 0; i < cage_.fixed.size(); ++i) {
-    if (i == last_overlap_ || !overlaps_inner(cage_.fixed[i], X_FM, motion)) continue;
-    last_overlap_ = i;
-    return true;
+// Whether a ball inside of the moving shape remains in contact with the fixed one; balls near the centre move less than
+// the shape's other points.
+bool CagePoses::note_balls(const Pair& pair, const Posed& X_FM, const CageMotion& motion, CageOverlap& found) const {
+  if (pair.balls == pair.end) return false;
+  const ContactShape& fixed = pair.shapes.fixed();
+  const Posed X_CM = inverse(pair.shapes.X_FA()) * X_FM;
+  const double rounding = is_half_space(fixed) ? 0 : fixed.core().rounding;
+  for (std::size_t i = pair.balls; i < pair.end; ++i) {
+    const InnerBall& ball = inner_[i];
+    const double displacement = motion.translation + ball.arm * motion.angle;
+    if (displacement + allowance_ >= ball.radius + fixed.reach()) continue;
+    const Vector3d p_C = X_CM * ball.p_M;
+    if (norm(p_C) >= ball.radius + fixed.reach()) continue;
+    const double overlap = ball.radius + rounding - fixed.distance(p_C).distance - allowance_;
+    if (overlap > found.ratio * displacement) found.ratio = overlap / displacement, found.arm = ball.arm;
+    if (overlap > displacement) return true;
   }
   return false;
 }

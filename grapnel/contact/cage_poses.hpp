@@ -5,10 +5,12 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
+#include <random>
 #include <vector>
 
+#include "grapnel/contact/cage_overlap.hpp"
 #include "grapnel/contact/caging.hpp"
-#include "grapnel/contact/pair_contact.hpp"
 
 namespace grapnel {
 
@@ -22,13 +24,31 @@ struct Ball {
 /// all (3).
 struct RotationSpace {
   int dims = 3;
-  /// Directions of the rotation vector's components, in the body's frame.
+  /// Directions of the rotation vector's components, in the body's frame. Of two: perpendicular to the third, the axis
+  /// of the body.
   std::array<Vector3d, 3> axes{Vector3d{1, 0, 0}, Vector3d{0, 1, 0}, Vector3d{0, 0, 1}};
+  /// Rotations about the centre after which the shapes are the same, up to `error` [m]; a group, without its identity.
+  std::vector<Quaterniond> symmetries;
+  double error = 0;
+
+  Quaterniond rotation(const std::array<double, 3>& vector) const;
+  /// Smallest angle between two orientations, the first one followed by a symmetry; or between the directions of the
+  /// axis. `with_identity`: also without a symmetry.
+  double angle(const Quaterniond& a, const Quaterniond& b, bool with_identity) const;
 };
 
 /// Bounds of motions of the body: of the translation of its centre [m] and of the rotation [rad].
 struct CageMotion {
   double translation, angle;
+};
+
+/// What all motions from a pose have in common.
+struct CageOverlap {
+  enum class Kind { blocked, free, mixed };  // all overlap by more than the allowance; none does; neither was shown
+  Kind kind;
+  /// Overlap in the pose less the allowance, over the displacement of the shape's points: the largest of all shapes.
+  double ratio;
+  double arm;  // of that shape: a rotation displaces its points by at most the angle times this [m]
 };
 
 class CagePoses {
@@ -39,52 +59,93 @@ class CagePoses {
 
   double resolution() const { return resolution_; }
   double allowance() const { return allowance_; }
-  /// The largest of some balls inside of the moving shapes, in M's frame.
-  Ball inner_ball() const;
   /// Around the moving shapes, in M's frame.
   const Ball& body() const { return body_; }
+  /// A rotation about the centre displaces no core by more than the angle times this [m].
+  double arm() const { return arm_; }
   const RotationSpace& rotations() const { return rotations_; }
   /// Displacement of the centre at which the body has left; zero: it has [m].
   double leave() const { return leave_; }
   /// M's pose after a displacement of the body's centre, in F, and a rotation from the present pose.
   Posed pose(const Vector3d& displacement, const Rotationd& rotation) const;
-  /// The smallest distance of moving and fixed shapes and the allowance; exact if it is between -enough and `enough`
-  /// [m].
-  double distance(const Posed& X_FM, double enough);
-  /// Whether a ball inside of a moving shape overlaps a fixed shape by more than the allowance after all such motions
-  /// from a pose. A ball near the centre moves little, so that this often holds for larger rotations than by
-  /// distance().
-  bool stays_overlapping(const Posed& X_FM, const CageMotion& motion);
+  /// All such motions from a pose.
+  CageOverlap overlap(const Posed& X_FM, const CageMotion& motion);
+  /// The share of a motion that certainly keeps the overlaps within the allowance, at most 1; negative if the pose
+  /// itself does not.
+  double free_share(const Posed& X_FM, const CageMotion& motion) const;
+  /// Uses the symmetries: adds their error to the allowance.
+  void use_symmetries();
 
  private:
-  struct Pair {
-    Posed X_FB;
-    PairContact contact;
-    ContactShape fixed, moving;
-    double bound(const Posed& X_FM) const;
-  };
-
   struct InnerBall {
     Vector3d p_M;
     double radius, arm;  // arm: distance from the body's centre [m]
   };
+  struct Pair {
+    OverlapPair shapes;
+    double arm;
+    std::size_t balls, end;  // inside of the moving shape: indices into inner_
+  };
+  void center_on_symmetries();
+  double arm_of(const ContactShape& shape) const;
   void add_inner_balls(const ContactShape& shape);
-  bool overlaps_inner(const PlacedContactShape& fixed, const Posed& X_FM, const CageMotion& motion) const;
+  bool note_balls(const Pair& pair, const Posed& X_FM, const CageMotion& motion, CageOverlap& found) const;
 
   const Cage& cage_;
   std::vector<InnerBall> inner_;
-  std::size_t last_overlap_ = 0;  // index of a fixed shape
   std::vector<Pair> pairs_;
   std::vector<std::size_t> order_;  // of evaluation
   Ball body_;
   RotationSpace rotations_;
-  double resolution_, allowance_ = 0, leave_ = 0;
+  double resolution_, allowance_ = 0, leave_ = 0, arm_ = 0;
 };
 
-/// Looks for a path that leads out, at most `evaluations` distances. Returns whether there is one; adds the number of
-/// evaluations to `count`.
-bool find_escape(CagePoses& poses, long evaluations, long& count);
-/// Looks for a proof that no path leads out, by cells (24.2). Writes all but allowance and resolution into `answer`.
-void prove_caged(CagePoses& poses, long max_cells, CageAnswer& answer);
+/// A pose of the moving body: displacement of its centre [m], and rotation.
+struct CageWaypoint {
+  Vector3d p;
+  Quaterniond q;
+};
+
+/// A tree of poses that grows into random directions (S. LaValle, J. Kuffner, Int. J. Robotics Research 20 (2001)
+/// 378-400). Its edges are free as a whole, because none of their steps is longer than the distances at its begin
+/// permit (24.1).
+class EscapeTree {
+ public:
+  /// Adds the number of evaluated poses to `count`.
+  EscapeTree(const CagePoses& poses, long& count);
+  /// Whether the tree reaches the exit within a number of evaluations.
+  bool grow(long evaluations);
+  /// Whether it does by growing towards these poses, one after the other, within a number of evaluations.
+  bool follow(const std::vector<CageWaypoint>& goals, long evaluations);
+
+ private:
+  double uniform(double low, double high);
+  CageWaypoint random_goal();
+  double way(const CageWaypoint& from, const CageWaypoint& to) const;
+  const CageWaypoint& nearest(const CageWaypoint& goal) const;
+  bool extend(CageWaypoint at, const CageWaypoint& goal);
+  bool has_left(const CageWaypoint& at) const { return norm(at.p) >= poses_.leave(); }
+
+  const CagePoses& poses_;
+  long& count_;
+  std::mt19937_64 random_{1};
+  std::vector<CageWaypoint> nodes_;
+};
+
+/// A trial of a path that may lead out: whether it does.
+using CageTrial = std::function<bool(const std::vector<CageWaypoint>&)>;
+
+/// Looks for a proof that no path leads out, by cells (24.2). Tries some of the paths that may lead out. Writes all but
+/// allowance and resolution into `answer`.
+void prove_caged(CagePoses& poses, long max_cells, CageAnswer& answer, const CageTrial& trial = {});
+
+/// Sphere around the shapes other than half-spaces; with the mean of their bounding box as its centre.
+Ball ball_around(const std::vector<PlacedContactShape>& shapes);
+/// The rotations of shapes about a centre, with the symmetries whose error is at most `tolerance` [m].
+RotationSpace rotation_space(const std::vector<ContactShape>& shapes, const Vector3d& center, double tolerance);
+/// Bodies inside of the moving one that fewer coordinates describe, or that are smaller: if one of them is caged, the
+/// whole body is. The simplest first.
+std::vector<std::vector<ContactShape>> inner_bodies(const std::vector<ContactShape>& moving,
+                                                    const RotationSpace& rotations);
 
 }  // namespace grapnel

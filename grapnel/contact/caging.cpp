@@ -1,38 +1,78 @@
 #include "grapnel/contact/caging.hpp"
 
+#include <algorithm>
+
 #include "grapnel/contact/cage_poses.hpp"
 
 namespace grapnel {
 namespace {
 
-// Whether a ball inside of the body cannot leave, so that the body cannot either: a search of positions only.
-void prove_inner_ball_caged(const Cage& cage, const CagePoses& poses, long max_cells, CageAnswer& answer) {
-  const Ball ball = poses.inner_ball();
-  Geometry sphere;
-  sphere.shape = Geometry::Shape::sphere, sphere.size = {ball.radius, 0, 0}, sphere.X_BG.p = ball.center;
-  const Cage inner{cage.fixed, {ContactShape(sphere)}, cage.X_FM};
-  CagePoses of_ball(inner, poses.resolution(), poses.allowance());
-  CageAnswer found;
-  prove_caged(of_ball, max_cells, found);
-  answer.cells += found.cells;
-  if (found.verdict == CageAnswer::Verdict::caged) answer.verdict = found.verdict;
-}
+// A body with the tree of its poses that can be reached.
+struct SearchedBody {
+  SearchedBody(const Cage& cage, double resolution, double allowance)
+      : cage_(cage), poses(cage_, resolution, allowance), tree(poses, evaluated) {}
+  SearchedBody(const SearchedBody&) = delete;
+  SearchedBody& operator=(const SearchedBody&) = delete;
+
+  // Grows the tree, with at most this number of evaluated poses => whether it leads out.
+  bool escapes(long evaluations) { return tree.grow(evaluations); }
+
+  // Cells, and the tree along their cheapest paths => answer.
+  CageAnswer search_cells(long max_cells) {
+    evaluated = 0;
+    CageAnswer found;
+    CagePoses of_cells = poses;
+    of_cells.use_symmetries();
+    const long trials = max_cells / 4;
+    prove_caged(of_cells, max_cells, found,
+                [&](const auto& goals) { return evaluated < trials && tree.follow(goals, trials - evaluated); });
+    found.cells += evaluated, found.allowance = of_cells.allowance();
+    return found;
+  }
+
+ private:
+  const Cage cage_;
+
+ public:
+  CagePoses poses;
+  long evaluated = 0;
+  EscapeTree tree;
+};
 
 }  // namespace
 
 // Cage => answer: first a search for a path that leads out, which is quick if there is a wide one; then proofs that
-// there is none: by an inner ball, whose rotations need no search, and by the whole body.
+// there is none: by simpler bodies inside of the body, and by the whole body.
 CageAnswer search_cage(const Cage& cage, const CageSearch& search) {
   using Verdict = CageAnswer::Verdict;
-  CagePoses poses(cage, search.resolution);
+  constexpr long kInnerTree = 2000;  // evaluations that may show that an inner body is no proof
+  SearchedBody whole(cage, search.resolution, 0);
+  const double resolution = whole.poses.resolution(), allowance = whole.poses.allowance();
   CageAnswer answer;
-  answer.resolution = poses.resolution(), answer.allowance = poses.allowance();
-  if (find_escape(poses, search.max_cells / 10, answer.cells)) {
+  answer.resolution = resolution, answer.allowance = allowance;
+  const bool leaves = whole.escapes(search.max_cells / 10);
+  answer.cells = whole.evaluated;
+  if (leaves) {
     answer.verdict = Verdict::can_leave;
     return answer;
   }
-  if (poses.rotations().dims > 0) prove_inner_ball_caged(cage, poses, search.max_cells / 4, answer);
-  if (answer.verdict == Verdict::undecided) prove_caged(poses, search.max_cells, answer);
+  const std::vector<std::vector<ContactShape>> bodies = inner_bodies(cage.moving, whole.poses.rotations());
+  const auto share_of = [&](std::size_t rest) { return (search.max_cells - answer.cells) / static_cast<long>(rest); };
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    SearchedBody inner({cage.fixed, bodies[i], cage.X_FM}, resolution, allowance);
+    const bool is_proof = !inner.escapes(std::min(kInnerTree, share_of(10)));
+    answer.cells += inner.evaluated;
+    if (!is_proof) continue;
+    const CageAnswer found = inner.search_cells(share_of(bodies.size() + 1 - i));
+    answer.cells += found.cells;
+    if (found.verdict != Verdict::caged) continue;
+    answer.verdict = Verdict::caged;
+    return answer;
+  }
+  const CageAnswer found = whole.search_cells(share_of(1));
+  answer.verdict = found.verdict, answer.out_of_cells = found.out_of_cells;
+  answer.cells += found.cells;
+  if (found.verdict == Verdict::can_leave) answer.allowance = found.allowance;
   return answer;
 }
 

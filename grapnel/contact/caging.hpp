@@ -24,9 +24,10 @@ struct Cage {
 
 struct CageSearch {
   /// Cells are not divided once no point of the body moves by more than this within a cell [m]; 0: a hundredth of the
-  /// radius of the sphere around the moving shapes.
+  /// radius of the sphere around the moving shapes, or a tenth of the smallest half thickness of all shapes if that is
+  /// less.
   double resolution = 0;
-  long max_cells = 50'000;  // bound on the number of evaluated poses
+  long max_cells = 200'000;  // bound on the number of evaluated poses
 };
 
 struct CageAnswer {
@@ -45,10 +46,10 @@ struct CageAnswer {
 /// Searches all poses that M can reach from X_FM, by cells of position and rotation vector (24.2). The body has left
 /// when the sphere around its shapes is apart from that around the fixed shapes other than half-spaces. Both answers
 /// hold for all poses, not only for the evaluated ones, because no distance of two shapes changes by more than their
-/// points move (24.1). Proofs that a body is caged are quick for tight cages and for cages that hold a ball
-/// inside of the body; bodies that can turn far before they touch often remain undecided. Rotations that do not change
-/// the moving shapes, as of coaxial cylinders, are not searched. Without fixed shapes the body can leave. @throws
-/// std::invalid_argument without moving shapes.
+/// points move (24.1). Proofs that a body is caged are quick for cages that hold a ball inside of the body; bodies that
+/// can turn far before they touch often remain undecided. Rotations that do not change the moving shapes, as of coaxial
+/// cylinders, are not searched. Without fixed shapes the body can leave. @throws std::invalid_argument without moving
+/// shapes.
 CageAnswer search_cage(const Cage& cage, const CageSearch& search = {});
 
 }  // namespace grapnel

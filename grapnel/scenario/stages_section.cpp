@@ -12,7 +12,8 @@ struct Described<CageSearchSetup> {
       field<&T::resolution>(
           "resolution", "m",
           "Smallest displacement that the search distinguishes; overlaps of up to twice this count as "
-          "free. Absent: a hundredth of the radius of the target's shapes.")
+          "free. Absent: a hundredth of the radius of the target's shapes, or a tenth of the smallest half thickness "
+          "of a shape if that is less.")
           .above(0)
           .optional(),
       field<&T::poses>("poses", "", "Largest number of evaluated poses of one search.")
