@@ -116,11 +116,15 @@ class PressureContact {
     Vector3d center;
     double radius;
   };
-  /// Relative to origin_, which is its centre.
+  /// Relative to origin_, which is its centre: a sphere and a box around the overlap.
   struct Region {
     double radius;
     Vector3d axes[3];  // of the box
     Vector3d half;     // half extents along them
+    /// By how much a linear function with the gradient g varies along each axis, from the centre to the box's side.
+    Vector3d rises(const Vector3d& g) const {
+      return {half[0] * dot(g, axes[0]), half[1] * dot(g, axes[1]), half[2] * dot(g, axes[2])};
+    }
   };
   bool collect(const ContactShapes& shapes, const Posed& X_AB);
   bool find_direction(const ContactShapes& shapes, const Posed& X_AB);
@@ -132,6 +136,7 @@ class PressureContact {
   void keep_lowest(std::size_t first, std::size_t count);
   void prune(std::size_t first);
   Cell cell_of_polygon(double margin) const;
+  bool may_meet(std::size_t i, std::size_t j) const;
   bool begin_polygon(const Field& across, double margin);
   double region_reach(const Vector3d& normal, double margin) const;
   bool cut(const Field& across, const Field& base, std::size_t i, std::size_t j);
@@ -149,6 +154,7 @@ class PressureContact {
   FieldTable fields_;                        // of A's faces near the contact, then of B's
   std::size_t count_a_ = 0;                  // of A's
   std::vector<Cell> cells_;                  // of fields_
+  std::vector<Vector3d> rises_;              // of fields_, in the region's box
   std::size_t lowest_a_ = 0, lowest_b_ = 0;  // the least of A's and of B's fields at the origin
   std::vector<std::uint8_t> is_least_;       // scratch of prune()
   bool too_many_ = false;                    // faces near the contact; some are left out
@@ -162,7 +168,7 @@ class PressureContact {
   std::vector<std::uint8_t> has_apex_;
   std::vector<double> volume_;  // of energy(): of each field's cell
   Region region_{};             // contains the overlap
-  bool boxed_ = false;          // polygons are cut to the region's box; otherwise its sphere is used
+  bool boxed_ = false;          // polygons are cut to the region's box
   Vector3d direction_{};        // A to B, with a small overlap along it
   double overlap_ = 0;          // along direction_ [m]: a bound of the depth
   double bound_ = 0;            // of the pressure [Pa]

@@ -23,6 +23,8 @@ void sides_of(const Vector3d& n, Vector3d& u, Vector3d& v) {
   v = cross(n, u);
 }
 
+constexpr double kWider = 1.001;  // faces of the shapes may lie in the sides of the region's box
+
 bool is_simple(const ContactShape& shape) { return shape.faces().size() <= 6; }
 
 // Farthest distance along n of the posed shape B, in A's frame.
@@ -45,7 +47,7 @@ Vector3d turned_extents(const Rotationd& R, const Vector3d& half) {
 
 PressureContact::PressureContact(const ContactShapes& shapes) {
   const std::size_t faces = shapes.a.faces().size() + shapes.b.faces().size();
-  fields_.reserve(faces), cells_.reserve(faces), is_least_.reserve(faces), least_.reserve(faces);
+  fields_.reserve(faces), cells_.reserve(faces), rises_.reserve(faces), is_least_.reserve(faces), least_.reserve(faces);
   for (std::vector<double>& numbers : lines_) numbers.reserve(faces);
   apex_.reserve(faces), has_apex_.reserve(faces), volume_.reserve(faces);
   // Every cut adds one corner, except for rounding errors: by fields, the region's box, and bounds of the pressure.
@@ -121,12 +123,12 @@ double PressureContact::overlap(const ContactShapes& shapes, const Posed& X_AB) 
   return overlap_;
 }
 
-// Shapes => the sphere around what boxes around both have in common, or the one of narrow().
+// Shapes => the sphere and the box around what boxes around both have in common, or those of narrow().
 void PressureContact::find_region(const ContactShapes& shapes, const Posed& X_AB) {
   const Vector3d& a = shapes.a.half_extents();
   boxed_ = !is_simple(shapes.a) || !is_simple(shapes.b);
   origin_ = Vector3d::zero();
-  region_ = {norm(a), {}, Vector3d::zero()};
+  region_ = {norm(a), {Vector3d::unit(0), Vector3d::unit(1), Vector3d::unit(2)}, a};
   if (shapes.b.kind() != ContactShape::Kind::half_space) {
     const Vector3d b = turned_extents(X_AB.R, shapes.b.half_extents());
     Vector3d half;
@@ -134,14 +136,14 @@ void PressureContact::find_region(const ContactShapes& shapes, const Posed& X_AB
       const double low = std::max(-a[k], X_AB.p[k] - b[k]), high = std::min(a[k], X_AB.p[k] + b[k]);
       origin_[k] = 0.5 * (low + high), half[k] = 0.5 * (high - low);
     }
-    region_.radius = norm(half);
+    region_.radius = norm(half), region_.half = half;
   }
   narrow(shapes, X_AB);
 }
 
-// Direction and overlap => a smaller sphere and, for shapes of many faces, a box around it: for each lateral direction
-// t and any factor s >= 0, points x of the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap), and
-// likewise for B.
+// Direction and overlap => a smaller sphere and a box around it, always for shapes of many faces: for each lateral
+// direction t and any factor s >= 0, points x of the overlap satisfy dot(t, x) <= h_A(t + s n) - s (h_A(n) - overlap),
+// and likewise for B.
 void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   const Vector3d& n = direction_;
   const bool plane = shapes.b.kind() == ContactShape::Kind::half_space;
@@ -165,12 +167,16 @@ void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
     center += 0.5 * (limit[0] - limit[1]) * t;
     half[k] = 0.5 * (limit[0] + limit[1]);
   }
-  half = 1.001 * half;  // faces of the shapes may lie in the box's sides
+  // Faces of the shapes may lie in the box's sides, and limits have rounding errors of up to 300 times those of
+  // positions.
+  const double rounding = 1e-12 * (norm(shapes.a.half_extents()) + (plane ? 0.0 : norm(shapes.b.half_extents())));
+  half = 1.001 * half + Vector3d{rounding, rounding, rounding};
   const double radius = norm(half);
   if (boxed_ || radius < region_.radius) origin_ = center, region_ = {radius, {side[0], side[1], n}, half};
 }
 
-// Shapes => the fields of the faces near the overlap, A's before B's; false if there is no overlap.
+// Shapes => the fields of the faces near the overlap, A's before B's; false if there is no overlap. A field that
+// exceeds the greatest pressure in the region is the least one nowhere, and bounds no part of the overlap.
 bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
   fields_.resize(0);
   if (!find_direction(shapes, X_AB)) return false;
@@ -178,7 +184,9 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
   bound_ = shapes.pressure * overlap_ * (1 + 1e-9);
   const auto add = [&](double slope, const Vector3d& normal, double offset) {
     const Field field{slope * normal, slope * offset};
-    if (field.constant - slope * region_reach(normal, 0) <= bound_) fields_.push_back(field);
+    const Vector3d rises = region_.rises(normal);
+    const double reach = std::abs(rises[0]) + std::abs(rises[1]) + std::abs(rises[2]);
+    if (field.constant - kWider * slope * reach <= bound_) fields_.push_back(field);
   };
   cells_.clear();
   for (const FacePlane& face : shapes.a.faces())
@@ -193,6 +201,8 @@ bool PressureContact::collect(const ContactShapes& shapes, const Posed& X_AB) {
   }
   prune(count_a_);
   find_lowest();
+  rises_.resize(fields_.size());
+  for (std::size_t k = 0; k < fields_.size(); ++k) rises_[k] = region_.rises(fields_[k].gradient);
   return true;
 }
 
@@ -281,12 +291,22 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
   ++elements.patches;
 }
 
+// Whether two fields may be equal and at most the greatest pressure somewhere in the region's box.
+bool PressureContact::may_meet(std::size_t i, std::size_t j) const {
+  const Vector3d sum = rises_[i] + rises_[j], difference = rises_[i] - rises_[j];
+  const double least = std::abs(sum[0]) + std::abs(sum[1]) + std::abs(sum[2]);
+  const double apart = std::abs(difference[0]) + std::abs(difference[1]) + std::abs(difference[2]);
+  const double at_i = fields_.constant[i], at_j = fields_.constant[j];
+  return at_i + at_j - kWider * least <= 2 * bound_ && std::abs(at_i - at_j) <= kWider * apart;
+}
+
 void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, ContactElements& elements) {
   if (!collect(shapes, X_AB)) return;
   const double parallel = 1e-12 * shapes.pressure;
   for (std::size_t i = 0; i < count_a_; ++i) {
     const Field a = fields_[i];
     for (std::size_t j = count_a_; j < fields_.size(); ++j) {
+      if (!may_meet(i, j)) continue;
       const double apart = cells_[i].radius + cells_[j].radius;
       const Vector3d between = cells_[i].center - cells_[j].center;
       if (dot(between, between) > apart * apart) continue;

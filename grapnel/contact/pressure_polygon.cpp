@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "grapnel/contact/contact_element.hpp"
 
@@ -58,10 +60,8 @@ PressureContact::Cell PressureContact::cell_of_polygon(double margin) const {
   return cell;
 }
 
-// Farthest distance from the origin along a unit vector of points that polygons may have: of the box enlarged by a
-// margin, or of a cube around the sphere, which reaches at most sqrt(3) of its radius.
+// Farthest distance from the origin along a unit vector of points in the box enlarged by a margin.
 double PressureContact::region_reach(const Vector3d& normal, double margin) const {
-  if (!boxed_) return 1.7321 * region_.radius + margin;
   double reach = 0;
   for (int k = 0; k < 3; ++k) reach += std::abs(dot(normal, region_.axes[k])) * (region_.half[k] + margin);
   return reach;
@@ -74,37 +74,30 @@ bool PressureContact::clip(const Line& line) {
   if (2 * n > clipped_.size()) reserve_corners(4 * n);
   double* const value = inside_.data();
   const Corner* const from = polygon_.data();
-  std::size_t outside = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    value[i] = line.at(from[i]);
-    outside += value[i] < 0 ? 1 : 0;
-  }
+  for (std::size_t i = 0; i < n; ++i) value[i] = line.at(from[i]);
+  if (n > 64) return clip_scattered();
+  std::uint64_t outside = 0;  // one bit per corner
+  for (std::size_t i = 0; i < n; ++i) outside |= std::uint64_t{value[i] < 0} << i;
   if (outside == 0) return true;
-  if (outside == n) return false;
-  std::size_t runs = 0, last = 0, first = 0;  // first of those outside, first of those inside
-  bool before = value[n - 1] < 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool is_outside = value[i] < 0;
-    runs += is_outside && !before ? 1 : 0;
-    last = is_outside && !before ? i : last;
-    first = !is_outside && before ? i : first;
-    before = is_outside;
-  }
-  if (runs > 1) return clip_scattered();
+  const std::uint64_t all = ~std::uint64_t{0} >> (64 - n), before = (outside << 1 | outside >> (n - 1)) & all;
+  if (outside == all) return false;
+  const std::uint64_t begins = outside & ~before;
+  if (!std::has_single_bit(begins)) return clip_scattered();
+  const std::size_t last = std::countr_zero(begins);              // the first one outside
+  const std::size_t first = std::countr_zero(before & ~outside);  // the first one inside
+  const std::size_t kept = n - std::popcount(outside);
   const auto between = [&](std::size_t i, std::size_t j) {
     const double part = value[i] / (value[i] - value[j]);
     return Corner{from[i].s + part * (from[j].s - from[i].s), from[i].t + part * (from[j].t - from[i].t)};
   };
   // From the corner `first` on, all inside, then both new ones.
-  Corner* to = clipped_.data();
-  std::size_t end = first;
-  for (std::size_t i = 0; i < n - outside; ++i) {
-    end = first + i < n ? first + i : first + i - n;
-    *to++ = from[end];
-  }
-  *to++ = between(end, last);
-  *to++ = between(first, first > 0 ? first - 1 : n - 1);
-  corners_ = n - outside + 2;
+  Corner* const to = clipped_.data();
+  const std::size_t until_end = std::min(kept, n - first);
+  std::copy(from + first, from + first + until_end, to);
+  std::copy(from, from + (kept - until_end), to + until_end);
+  to[kept] = between(last > 0 ? last - 1 : n - 1, last);
+  to[kept + 1] = between(first, first > 0 ? first - 1 : n - 1);
+  corners_ = kept + 2;
   polygon_.swap(clipped_);
   return true;
 }
@@ -128,8 +121,8 @@ bool PressureContact::clip_scattered() {
   return corners_ >= 3;
 }
 
-// The plane on which `across` is zero => plane_, and its section with a cube around the region enlarged by a margin, or
-// with the region's box => polygon_; false if the plane misses the region.
+// The plane on which `across` is zero => plane_, and polygon_, which contains its section with the region: the section
+// with the region's box enlarged by a margin, or its part above a square. False if the plane misses the region.
 bool PressureContact::begin_polygon(const Field& across, double margin) {
   const Vector3d& w = across.gradient;
   const double radius = region_.radius + 1.7321 * margin;
@@ -145,12 +138,7 @@ bool PressureContact::begin_polygon(const Field& across, double margin) {
   corners_ = 4;
   polygon_[0] = {radius, radius}, polygon_[1] = {-radius, radius};
   polygon_[2] = {-radius, -radius}, polygon_[3] = {radius, -radius};
-  if (!boxed_) {
-    const double highest = std::abs(height.constant) + (std::abs(height.along_s) + std::abs(height.along_t)) * radius;
-    if (highest <= radius) return true;
-    return clip({radius - height.constant, -height.along_s, -height.along_t}) &&
-           clip({radius + height.constant, height.along_s, height.along_t});
-  }
+  if (!boxed_) return true;
   for (int k = 0; k < 3; ++k) {
     const Vector3d& axis = region_.axes[k];
     const double half = region_.half[k] + margin;
