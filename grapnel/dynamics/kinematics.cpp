@@ -21,10 +21,25 @@ void forward_kinematics(const Model& model, const State& state, Kinematics& kine
   place_bodies(model, kinematics);
 }
 
+namespace {
+
+// Exactly.
+bool is_identity(const Posed& X) {
+  const Rotationd& R = X.R;
+  return R(0, 0) == 1 && R(1, 1) == 1 && R(2, 2) == 1 && R(0, 1) == 0 && R(0, 2) == 0 && R(1, 2) == 0 && X.p[0] == 0 &&
+         X.p[1] == 0 && X.p[2] == 0;
+}
+
+}  // namespace
+
 void place_bodies(const Model& model, Kinematics& kinematics) {
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const BodyPlacement& at = model.bodies()[i].placement;
     const LinkMotion<double>& link = kinematics.links[at.link];
+    if (is_identity(at.X_LB)) {  // most bodies
+      kinematics.X_WB[i] = link.X_WL, kinematics.V_WB[i] = link.V_WL;
+      continue;
+    }
     kinematics.X_WB[i] = link.X_WL * at.X_LB;
     kinematics.V_WB[i] = shift(link.V_WL, link.X_WL.R * at.X_LB.p);
   }
