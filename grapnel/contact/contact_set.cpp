@@ -130,20 +130,40 @@ void ContactSet::let_pass(int group, const Kinematics& kinematics, double t, boo
 
 double ContactSet::margin(double t, const Kinematics& kinematics) {
   double least = std::numeric_limits<double>::infinity();
-  for (Pair& pair : pairs_) least = std::min(least, margin_of(pair, t, kinematics));
+  for (Pair& pair : pairs_) {
+    if (pair.watched) least = std::min(least, margin_of(pair, t, kinematics));
+  }
   return least;
 }
 
-double ContactSet::clear_time(const Kinematics& kinematics) const {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const Pair& pair : pairs_) {
-    if (pair.mode != Mode::apart) return 0;
-    const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
-    const double gap = pair.contact.gap_bound(a.X_WB, b.X_WB);
-    if (!(gap > 0)) return 0;
-    shortest = std::min(shortest, gap / pair.contact.speed_bound(a, b));
+// Of a pair that is apart; otherwise the gap is zero.
+ContactSet::Clearance ContactSet::clearance_of(const Pair& pair, const Kinematics& kinematics) {
+  if (pair.mode != Mode::apart) return {};
+  const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+  return {pair.contact.gap_bound(a.X_WB, b.X_WB), pair.contact.speed_bound(a, b),
+          pair.contact.between_centers(a.X_WB, b.X_WB)};
+}
+
+void ContactSet::begin_step(const Kinematics& kinematics) {
+  for (Pair& pair : pairs_) {
+    pair.watched = true;
+    pair.at_begin = clearance_of(pair, kinematics);
   }
-  return shortest;
+}
+
+// A gap that falls from the value at the begin and rises to that at the end, both at the greatest rate, is the least
+// possible one.
+bool ContactSet::end_step(const Kinematics& kinematics, double duration) {
+  bool any = false;
+  for (Pair& pair : pairs_) {
+    const Clearance begin = pair.at_begin, end = clearance_of(pair, kinematics);
+    const double travel = std::max(std::max(begin.speed, end.speed) * duration, norm(end.between - begin.between));
+    const double fall = kFaster * travel;
+    pair.watched = !(begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > fall);
+    pair.at_begin = end;
+    any = any || pair.watched;
+  }
+  return any;
 }
 
 double ContactSet::least_overlap(const Kinematics& kinematics) {
@@ -185,9 +205,13 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
   std::fill(groups_.begin(), groups_.end(), GroupContact{});
   for (Pair& pair : pairs_) {
     if (pair.mode != Mode::touching) continue;
-    const ContactForce& force =
-        pair.contact.evaluate(motion_of(pair.body_a, kinematics), motion_of(pair.body_b, kinematics), pair.stick);
-    if (!force.touches) continue;
+    const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+    const ContactForce& force = pair.contact.evaluate(a, b, pair.stick);
+    if (!force.touches) {
+      double& slip_speed = groups_[pair.group].slip_speed;
+      if (!force.beyond_model) slip_speed = std::max(slip_speed, pair.contact.graze(a, b, pair.stick).slip_speed);
+      continue;
+    }
     if (pair.body_a >= 0) wrenches.push_back({pair.body_a, force.p_WC, force.on_a});
     if (pair.body_b >= 0) wrenches.push_back({pair.body_b, force.p_WC, force.on_b});
     add_to_group(pair, force,

@@ -127,11 +127,15 @@ class ContactSet {
   /// Lets the shapes of a group pass through each other: pairs that overlap now act once they have been apart. With
   /// `but_touching`, pairs in contact remain in contact.
   void let_pass(int group, const Kinematics& kinematics, double t, bool but_touching = false);
-  /// Positive while all modes are valid [m]: gaps of pairs that are apart, depths of others.
+  /// Positive while the modes of all watched pairs are valid [m]: gaps of pairs that are apart, depths of others.
   double margin(double t, const Kinematics& kinematics);
-  /// A time [s] in which no pair closes, if no velocity exceeds the present ones: the least ratio of a bound of the gap
-  /// to a bound of its rate. Zero if a pair is not apart or may be close; infinite without pairs.
-  double clear_time(const Kinematics& kinematics) const;
+  /// Begins a step in this state, and watches all pairs.
+  void begin_step(const Kinematics& kinematics);
+  /// Ends a step of this duration [s] in this state, in which the next one begins. Of this step, those pairs are
+  /// watched whose modes may change: all that are not apart, and those that may close if no velocity inside of the step
+  /// exceeds kFaster times the largest one of its ends and the mean. Returns whether there are any.
+  bool end_step(const Kinematics& kinematics, double duration);
+  static constexpr double kFaster = 3;
   /// The least overlap of the pairs that touch [m]; infinite without any. Their forces end with a kink where it is
   /// zero.
   double least_overlap(const Kinematics& kinematics);
@@ -188,16 +192,24 @@ class ContactSet {
     std::size_t next = 0;                            // place of the next one
     bool full = false;
   };
+  /// A lower bound of a gap [m], a bound of its rate [m/s], and the position of both shapes relative to each other.
+  struct Clearance {
+    double gap = 0, speed = 0;
+    Vector3d between = Vector3d::zero();
+  };
   struct Pair {
     int body_a, body_b, group;
     PairContact contact;
     Mode mode = Mode::unknown;
+    bool watched = true;      // its margin counts
+    Clearance at_begin = {};  // of the step
     /// Present deformation, and what the integrated numbers must be less for it.
     StickState stick = {}, base = {};
     HardHistory hard = {};
     bool is_hard() const { return contact.law().hard; }
   };
   double margin_of(Pair& pair, double t, const Kinematics& kinematics);
+  static Clearance clearance_of(const Pair& pair, const Kinematics& kinematics);
   void part(Pair& pair, double t, const Kinematics& kinematics);
   static bool is_crowded(const Pair& pair, double t);
   bool add_hard_points(std::size_t index, double t, const Kinematics& kinematics, std::vector<HardPoint>& points);

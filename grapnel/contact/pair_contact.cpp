@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -129,39 +130,110 @@ Vector3d PairContact::find_center() {
   return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
 }
 
+namespace {
+
+// The approach speed of both shapes along the contact's normal n, as a function of the position in A.
+struct Approach {
+  Vector3d n;
+  double parting;  // at A's origin
+  Vector3d gradient;
+  double at(const Vector3d& p) const { return -(parting + dot(gradient, p)); }
+};
+
+// The normal forces of a patch on B, before division by sums; moment about A's origin; dissipated power.
+struct PatchSums {
+  PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
+  Vector3d moment = Vector3d::zero();
+  double power = 0;
+};
+
+// The part of an element's force along n that is not elastic.
+double dissipative_force(const ContactElement& e, const ContactLaw& law, double approach) {
+  return contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth / law.damping_depth,
+                                   approach) -
+         e.elastic;
+}
+
+PatchSums sum_points(std::span<const ContactElement> elements, const ContactLaw& law, const Approach& approach) {
+  PatchSums sums;
+  PatchForce& patch = sums.patch;
+  for (const ContactElement& e : elements) {
+    const double speed = approach.at(e.point), dissipative = dissipative_force(e, law, speed);
+    const Vector3d force = e.elastic * e.normal + dissipative * approach.n;
+    const double normal = std::max(0.0, dot(force, approach.n));
+    patch.p_WC += normal * e.point, patch.normal += force;
+    patch.normal_force += normal, patch.area += e.area;
+    patch.depth = std::max(patch.depth, e.depth);
+    sums.moment += cross(e.point, force);
+    sums.power += dissipative * speed;
+  }
+  return sums;
+}
+
+// The same for elements of one normal: moments of the elastic and of the dissipative forces.
+PatchSums sum_plane(std::span<const ContactElement> elements, const ContactLaw& law, const Approach& approach) {
+  PatchSums sums;
+  PatchForce& patch = sums.patch;
+  const Vector3d normal_of_patch = elements.front().normal;
+  const double along = dot(normal_of_patch, approach.n);
+  double elastic = 0, lost = 0;
+  Vector3d elastic_moment = Vector3d::zero(), lost_moment = Vector3d::zero();
+  for (const ContactElement& e : elements) {
+    const double speed = approach.at(e.point), dissipative = dissipative_force(e, law, speed);
+    const double normal = std::max(0.0, e.elastic * along + dissipative);
+    patch.p_WC += normal * e.point;
+    patch.normal_force += normal, patch.area += e.area;
+    patch.depth = std::max(patch.depth, e.depth);
+    elastic += e.elastic, lost += dissipative;
+    elastic_moment += e.elastic * e.point, lost_moment += dissipative * e.point;
+    sums.power += dissipative * speed;
+  }
+  patch.normal = elastic * normal_of_patch + lost * approach.n;
+  sums.moment = cross(elastic_moment, normal_of_patch) + cross(lost_moment, approach.n);
+  return sums;
+}
+
+}  // namespace
+
 // The elements, the contact's normal n, and the relative twist of B at A's origin, in A => elastic forces along the
 // elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, to the power and to
 // their patches. At edges, elements' normals differ from n; damping along them would resist sliding.
 void PairContact::add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
-  const ContactLaw& law = shapes_.law;
-  const double parting = dot(V_AB.linear, n);  // at A's origin
-  const Vector3d gradient = cross(n, V_AB.angular);
-  const double per_depth = 1 / law.damping_depth;
-  double power = 0, total = 0;
+  const Approach approach{n, dot(V_AB.linear, n), cross(n, V_AB.angular)};
+  const std::span<const ContactElement> all = elements_.list;
   Vector3d sum = Vector3d::zero(), moment = Vector3d::zero();
-  for (std::size_t i = 0; i < elements_.list.size();) {
-    const int number = elements_.list[i].patch;
-    PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
-    for (; i < elements_.list.size() && elements_.list[i].patch == number; ++i) {
-      const ContactElement& e = elements_.list[i];
-      const double approach = -(parting + dot(gradient, e.point));
-      const double dissipative =
-          contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth * per_depth, approach) -
-          e.elastic;
-      const Vector3d force = e.elastic * e.normal + dissipative * n;
-      const double normal = std::max(0.0, dot(force, n));
-      patch.p_WC += normal * e.point, patch.normal += force;
-      patch.normal_force += normal, patch.area += e.area;
-      patch.depth = std::max(patch.depth, e.depth);
-      moment += cross(e.point, force);
-      power += dissipative * approach;
-    }
-    sum += patch.normal, total += patch.normal_force;
-    force_.patches[number] = patch;
+  double power = 0, total = 0;
+  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+    while (end < all.size() && all[end].patch == all[begin].patch) ++end;
+    const std::span<const ContactElement> elements = all.subspan(begin, end - begin);
+    // Elements with an area have one normal.
+    const PatchSums sums = elements.front().area > 0 ? sum_plane(elements, shapes_.law, approach)
+                                                     : sum_points(elements, shapes_.law, approach);
+    sum += sums.patch.normal, moment += sums.moment;
+    total += sums.patch.normal_force, power += sums.power;
+    force_.patches[elements.front().patch] = sums.patch;
   }
   on_b.linear += sum, on_b.angular += moment;
   force_.damping_power += power, force_.normal_force += total;
 }
+
+namespace {
+
+// Whether the rates of slip and deformation are continuous at a distance too (PairContact::graze).
+bool grazes(const ContactShapes& shapes) { return shapes.a.kind() == Kind::sphere; }
+
+// Factor of these rates: otherwise they begin at zero with the depth, so that the derivative of the state is
+// continuous. Where bodies slip fast, they rise over ten times the depth, so that rounding errors of the depth change
+// them less. `speed2`: square of the slip speed.
+double onset_at(double depth, double speed2, const ContactShapes& shapes) {
+  constexpr double kOnset = 1e-3;  // depth per stiction displacement up to which they rise, without slip
+  if (grazes(shapes)) return 1;
+  const double relative = speed2 / (shapes.law.stiction_speed * shapes.law.stiction_speed);
+  return contact_law::smooth_step(depth /
+                                  (kOnset * shapes.law.stiction_displacement * (1 + 9 * relative / (1 + relative))));
+}
+
+}  // namespace
 
 // Normal forces, the contact's normal, relative twist at A's origin and deformation, in A => friction on B at the
 // centre of the elastic forces, added to the wrench about A's origin, and the rate of the deformation. Force and couple
@@ -172,12 +244,7 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d& center = force_.p_WC;
   const auto tangential = [&](const Vector3d& x) { return x - dot(x, n) * n; };
   const Vector3d u = tangential(V_AB.linear + cross(V_AB.angular, center));
-  // Rates begin at zero with the depth, so that the derivative of the state is continuous. Where bodies slip fast, they
-  // rise over ten times the depth, so that rounding errors of the depth change them less.
-  constexpr double kOnset = 1e-3;  // depth per stiction displacement up to which they rise, without slip
-  const double relative = dot(u, u) / (law.stiction_speed * law.stiction_speed);
-  const double onset_depth = kOnset * law.stiction_displacement * (1 + 9 * relative / (1 + relative));
-  onset_ = contact_law::smooth_step(force_.depth / onset_depth);
+  onset_ = onset_at(force_.depth, dot(u, u), shapes_);
   force_.slip_speed = onset_ * norm(u);
   add_rolling(n, V_AB.angular, on_b);
   if (!(law.static_friction > 0)) return;
@@ -244,16 +311,19 @@ void PairContact::finish(const Posed& X_WA, const Vector3d& mean_rate, const Sti
   }
 }
 
-// Poses, twists and deformation => forces. The deformation is that of the second core relative to the first.
-const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick) {
+void PairContact::clear_force() {
   force_.touches = force_.beyond_model = false;
   force_.on_a = force_.on_b = Wrenchd::zero();
   force_.p_WC = Vector3d::zero();
   force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
   force_.friction_use = 0;
   force_.stick_rate = {};
-  onset_ = 0;
   force_.patches.clear();
+}
+
+// Poses, twists and deformation => forces. The deformation is that of the second core relative to the first.
+const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick) {
+  clear_force();
   if (gap_bound(a.X_WB, b.X_WB) > 0) return force_;
 
   // Relative pose and twist of the cores, the twist at A's origin in A.
@@ -273,6 +343,23 @@ const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody&
   add_normal_forces(n, V_AB, on_b);
   add_friction(n, V_AB, {transposed_times(X_WA.R, stick.slip), stick.spin}, on_b);
   finish(X_WA, 0.5 * (first.V_WB.angular + second.V_WB.angular), stick, on_b);
+  return force_;
+}
+
+// Poses, twists and deformation => rates of a sphere in the limit of a small overlap: those of the second shape moved
+// along the normal. Of other shapes the nearest points, and with them the rates, may jump.
+const ContactForce& PairContact::graze(const MovingBody& a, const MovingBody& b, const StickState& stick) {
+  clear_force();
+  if (!grazes(shapes_)) return force_;
+  const double overlap = 1e-9 * std::min(shapes_.a.reach(), shapes_.b.reach());
+  const ShapeSeparation s = separation(a.X_WB, b.X_WB);
+  MovingBody moved = b;
+  moved.X_WB.p -= (s.distance + overlap) * s.normal;
+  evaluate(a, moved, stick);
+  const double slip_speed = force_.slip_speed;
+  const StickState rate = force_.stick_rate;
+  clear_force();
+  force_.slip_speed = slip_speed, force_.stick_rate = rate;
   return force_;
 }
 
@@ -371,6 +458,10 @@ double PairContact::overlap(const Posed& X_WA, const Posed& X_WB) {
   gather(X_AB);
   const double deepest = largest_depth(elements_);
   return deepest > 0 ? deepest : -gap(X_WA, X_WB);
+}
+
+Vector3d PairContact::between_centers(const Posed& X_WA, const Posed& X_WB) const {
+  return (exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC().p - (exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC().p;
 }
 
 // The gap changes by the relative velocity of the nearest points, along their line. One of them is on the second shape,

@@ -67,7 +67,10 @@ class PairContact {
 
   /// Forces in this state; valid until the next call. Does not allocate.
   const ContactForce& evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
-  /// The result of the last evaluate(); no contact before the first.
+  /// Where evaluate() gives no force: no force, but for a sphere the slip speed and the rate of the deformation in the
+  /// limit of a small overlap, so that both are continuous. For other pairs they begin at zero with the depth.
+  const ContactForce& graze(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
+  /// The result of the last evaluate() or graze(); no contact before the first.
   const ContactForce& last() const { return force_; }
   /// The elastic energy [J]. For polyhedra it takes a few times as long as the forces. Its relative accuracy is that of
   /// the pose: about 1e-16 times the ratio of size to depth.
@@ -87,6 +90,8 @@ class PairContact {
   /// Positive where the shapes overlap: the depth, or a bound of it if that is faster; otherwise a negative bound of
   /// the gap or less than zero [m]. Continuous at zero.
   double overlap(const Posed& X_WA, const Posed& X_WB);
+  /// Between the centres of both shapes, or the centre of one and a point of a half-space, in W.
+  Vector3d between_centers(const Posed& X_WA, const Posed& X_WB) const;
   /// A bound of the speed at which the gap changes [m/s].
   double speed_bound(const MovingBody& a, const MovingBody& b) const;
   const ContactLaw& law() const { return shapes_.law; }
@@ -95,6 +100,7 @@ class PairContact {
   Posed relative_pose(const Posed& X_WA, const Posed& X_WB) const;
   CorePair cores(const Posed& X_AB) const;
   void gather(const Posed& X_AB);
+  void clear_force();
   Vector3d find_center();
   void add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
   void add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b);

@@ -37,9 +37,14 @@ double ShapeForces::margin(double t, const State& state) {
   return shapes_.contacts.margin(shapes_.begin + t, kinematics_);
 }
 
-double ShapeForces::clear_time(const State& state) {
+void ShapeForces::begin_step(const State& state) {
   forward_kinematics(model_, state, kinematics_);
-  return shapes_.contacts.clear_time(kinematics_);
+  shapes_.contacts.begin_step(kinematics_);
+}
+
+bool ShapeForces::end_step(const State& state, double duration) {
+  forward_kinematics(model_, state, kinematics_);
+  return shapes_.contacts.end_step(kinematics_, duration);
 }
 
 void ShapeForces::find_rubbing() {

@@ -83,9 +83,10 @@ class ShapeForces {
 
   // Events:
 
-  /// ContactSet::margin() and clear_time() in a state, `t` since the beginning.
+  /// ContactSet::margin(), begin_step() and end_step() in a state, `t` since the beginning.
   double margin(double t, const State& state);
-  double clear_time(const State& state);
+  void begin_step(const State& state);
+  bool end_step(const State& state, double duration);
 
   /// Number of deformations that are integrated now: those of the pairs in contact with friction.
   int stick_numbers() const { return ContactSet::kStickCount * static_cast<int>(rubbing_.size()); }

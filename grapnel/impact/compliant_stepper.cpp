@@ -12,8 +12,6 @@ namespace {
 // Maximum shift of the end of a step that is repeated for an event, relative to its length; beyond: repeat again.
 constexpr double kLanded = 1e-14;
 constexpr int kMaxLandings = 4, kMaxLookups = 60;
-// As in motion phases: velocities in a step exceed the larger one of its ends by less than this factor (section 23).
-constexpr double kFaster = 3;
 // Corrections of Newton's method at which rounding errors of overlaps may stop it, relative to the tolerances: overlaps
 // are differences of positions of several metres.
 constexpr double kShapeRounding = 0.1;
@@ -97,9 +95,7 @@ StiffIntegrator::Result StiffIntegrator::step() {
 // Whether no shapes can touch in the last step, whose margin then needs no search.
 bool StiffIntegrator::shapes_stay_clear() {
   if (!system_.has_shapes()) return true;
-  const double begin = clear_time_;
-  clear_time_ = system_.shape_clear_time(time(), y());
-  return std::min(begin, clear_time_) > kFaster * (time() - radau_.begin());
+  return !system_.end_shape_step(time(), y(), time() - radau_.begin());
 }
 
 void StiffIntegrator::values_at_stage(int stage, bool clear, std::vector<double>& g) {
@@ -204,7 +200,7 @@ void StiffIntegrator::replace(std::span<const double> y, std::span<const double>
 void StiffIntegrator::restart() {
   radau_.restart(first_step_);
   if (directions_.empty()) return;
-  if (system_.has_shapes()) clear_time_ = system_.shape_clear_time(time(), y());
+  if (system_.has_shapes()) system_.begin_shape_step(time(), y());
   system_.event_directions(directions_);
   values(time(), y(), begin_);
 }

@@ -69,7 +69,6 @@ class StiffIntegrator {
   double first_step_, end_, stop_;
   std::vector<double> at_;
   std::vector<int> crossed_, directions_;
-  double clear_time_ = 0;        // in which no pair of shapes closes, at the last step's end [s]
   long evaluations_before_ = 0;  // before replace()
   std::vector<double> begin_, before_, now_,
       there_;  // event functions: at the step's beginning, and during the search in it

@@ -414,9 +414,14 @@ std::vector<double> CompliantSystem::arranged(std::span<const double> numbers, c
   return all;
 }
 
-double CompliantSystem::shape_clear_time(double t, std::span<const double> y) {
+void CompliantSystem::begin_shape_step(double t, std::span<const double> y) {
   place(t, y);
-  return shapes_->clear_time(now_);
+  shapes_->begin_step(now_);
+}
+
+bool CompliantSystem::end_shape_step(double t, std::span<const double> y, double duration) {
+  place(t, y);
+  return shapes_->end_step(now_, duration);
 }
 
 // y, state => forces of shapes there; they act in the kernel's next accelerations.

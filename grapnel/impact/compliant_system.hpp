@@ -108,8 +108,9 @@ class CompliantSystem {
     double moment, impulse, stick, integral;
   };
   std::vector<double> arranged(std::span<const double> numbers, const ShapeNumbers& added) const;
-  /// ContactSet::clear_time() at a point.
-  double shape_clear_time(double t, std::span<const double> y);
+  /// ContactSet::begin_step() and end_step() at a point.
+  void begin_shape_step(double t, std::span<const double> y);
+  bool end_shape_step(double t, std::span<const double> y, double duration);
   /// Impulse of fixed surfaces so far, about W's origin.
   Momentumd from_fixed(std::span<const double> y) const;
 

@@ -152,11 +152,13 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || setup_.contacts || !setup_.slips.empty() || base_.acts_from_outside() ||
+                  setup_.orbit.has_value() || !setup_.slips.empty() || base_.acts_from_outside() ||
                   base_.wrench_count() > 0;
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
+  only_contacts_ = setup_.contacts && !has_external_ && setup_.closures.empty();
+  has_external_ = has_external_ || setup_.contacts;
 }
 
 Tolerances PhaseDynamics::tolerances(double relative, double absolute) const {
@@ -278,8 +280,14 @@ void PhaseDynamics::act_on_orbit(const OrbitPoint& at) {
   }
 }
 
-// Kinematics, and the wrenches of loads, the orbit's field, slipping grasps, attitude control and contacts.
+// Kinematics, and the wrenches of loads, the orbit's field, slipping grasps, attitude control and contacts; of contacts
+// that are apart, and nothing else, neither.
 void PhaseDynamics::act_from_outside(double t) {
+  if (is_left_alone()) {
+    wrenches_.clear();
+    setup_.contacts->evaluate(workspace_.kinematics, wrenches_);
+    return;
+  }
   forward_kinematics(model_, now_, workspace_.kinematics);
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
@@ -359,7 +367,7 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
   in.prescribed = prescribed, in.acceleration = acceleration_;
-  if (steady_wrenches_ > 0 || setup_.contacts) in.link_wrench = workspace_.link_wrench;
+  if (steady_wrenches_ > 0 || (setup_.contacts && !is_left_alone())) in.link_wrench = workspace_.link_wrench;
   if (solver_) {
     solver_->accelerations(in, setup_.loop_feedback, workspace_, vdot_, workspace_.force);
   } else {
@@ -376,7 +384,7 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
   in.prescribed = commanded_, in.acceleration = acceleration_;
-  if (steady_wrenches_ > 0 || setup_.contacts) in.link_wrench = workspace_.link_wrench;
+  if (steady_wrenches_ > 0 || (setup_.contacts && !is_left_alone())) in.link_wrench = workspace_.link_wrench;
   if (law_solver_) {
     law_solver_->accelerations(in, setup_.loop_feedback, *law_workspace_, law_vdot_, law_workspace_->force);
   } else {
@@ -447,7 +455,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   load(t, y);
   double least = modes_.moving_margin(now_.q, now_.v);
   if (setup_.contacts) {
-    forward_kinematics(model_, now_, workspace_.kinematics);
+    place_bodies_now();
     least = std::min(least, setup_.contacts->margin(t, workspace_.kinematics));
   }
   if (modes_.any_held()) {
@@ -459,18 +467,34 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   return std::min(least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
 }
 
-double PhaseDynamics::clear_time(double t, std::span<const double> y) {
-  const bool moves_as_prescribed = std::any_of(prescribed_.begin(), prescribed_.end(), [](auto p) { return p != 0; });
-  if (!setup_.contacts || !modes_.empty() || base_.switches() || moves_as_prescribed) return 0;
+// The present state => the poses of all bodies in the workspace; their twists are zero.
+void PhaseDynamics::place_bodies_now() {
+  link_motion<double>(model_.tree(), now_.q, {}, workspace_.kinematics.links);
+  place_bodies(model_, workspace_.kinematics);
+}
+
+void PhaseDynamics::begin_step(double t, std::span<const double> y) {
+  if (!setup_.contacts) return;
   load(t, y);
   forward_kinematics(model_, now_, workspace_.kinematics);
-  return setup_.contacts->clear_time(workspace_.kinematics);
+  setup_.contacts->begin_step(workspace_.kinematics);
+}
+
+bool PhaseDynamics::end_step(double t, std::span<const double> y, double duration) {
+  const bool moves_as_prescribed = std::any_of(prescribed_.begin(), prescribed_.end(), [](auto p) { return p != 0; });
+  if (!setup_.contacts || !modes_.empty() || base_.switches() || moves_as_prescribed) {
+    begin_step(t, y);
+    return true;
+  }
+  load(t, y);
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  return setup_.contacts->end_step(workspace_.kinematics, duration);
 }
 
 double PhaseDynamics::least_overlap(double t, std::span<const double> y) {
   if (!setup_.contacts || !setup_.contacts->touches()) return std::numeric_limits<double>::infinity();
   load(t, y);
-  forward_kinematics(model_, now_, workspace_.kinematics);
+  place_bodies_now();
   return setup_.contacts->least_overlap(workspace_.kinematics);
 }
 
@@ -559,7 +583,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
     exchanged[kExchangeCount * tree_of_[body] + kExchangedWork] +=
         (std::abs(motor_[j]) + std::abs(friction_[j])) * std::abs(rate);
   }
-  if (has_external_) add_external(integrals);
+  if (has_external_ && !is_left_alone()) add_external(integrals);
   add_joint_integrals(integrals);
   add_contact_integrals(integrals);
   add_slip_integrals(integrals);

@@ -199,9 +199,12 @@ class PhaseDynamics {
   /// Positive while the modes are valid: for wheels distances from maximum rates, and accelerations of held wheels; for
   /// thrusters distances from their levels; for joints JointModes' margins; for contacts ContactSet's.
   double switch_margin(double t, std::span<const double> y);
-  /// A time [s] in which no mode changes, if no velocity exceeds those in y: ContactSet::clear_time(). Zero if other
-  /// modes than those of contacts can change, or joints or roots move as prescribed, for their velocities may rise.
-  double clear_time(double t, std::span<const double> y);
+  /// Begins a step in y at t: from now on switch_margin() watches all contacts.
+  void begin_step(double t, std::span<const double> y);
+  /// Ends a step of this duration in y at t, in which the next one begins. Returns whether modes may change in it; for
+  /// times in it, switch_margin() is that of the contacts in question (ContactSet::end_step). Always if other modes
+  /// than those of contacts can change, or joints or roots move as prescribed, for their velocities may rise.
+  bool end_step(double t, std::span<const double> y, double duration);
   /// The least overlap of touching contacts in y, where their forces end [m]: ContactSet::least_overlap().
   double least_overlap(double t, std::span<const double> y);
   /// Chooses the modes of joints and actuators, in y at t; does nothing if none can change.
@@ -268,6 +271,8 @@ class PhaseDynamics {
   int exchange_count() const { return phase_integral::kExchangeCount * static_cast<int>(trees_.size()); }
   int damper_integral_count() const { return has_dampers_ ? static_cast<int>(trees_.size()) : 0; }
   int joint_integral_count() const { return phase_integral::kJointCount * static_cast<int>(measured_.size()); }
+  /// Whether nothing acts from outside, since contacts, the only external effect, are apart.
+  bool is_left_alone() const { return only_contacts_ && !setup_.contacts->touches(); }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void check_control();
@@ -312,6 +317,7 @@ class PhaseDynamics {
   Vector3d arms_ahead();
   std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
+  void place_bodies_now();
   void recover(double t);
   void follow(double t);
   ProjectionResult close_loops(double t);
@@ -387,6 +393,7 @@ class PhaseDynamics {
   std::vector<double> loaded_;  // scratch of project(): q and v before
   bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed
+  bool only_contacts_ = false;  // no external effects but contacts
   bool has_external_ = false;   // gravity, an orbit, loads, contacts, slips, attitude control, a held or fixed root
 };
 

@@ -202,7 +202,7 @@ class PhaseRun {
     if (!usable()) return;
     if (may_stop() && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
-    clear_time_ = dynamics_.clear_time(begin, stepper_.state());
+    dynamics_.begin_step(begin, stepper_.state());
     while (stepper_.status() == StepStatus::running) {
       step();
       if (!usable()) return;
@@ -211,7 +211,10 @@ class PhaseRun {
         const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
         hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
-      if (dynamics_.switches() && !stays_clear()) {
+      // Velocities inside of an accepted step do not exceed those at its ends by more than ContactSet::kFaster: it is
+      // shorter than half a period of any vibration that exceeds its tolerance.
+      const double duration = std::abs(stepper_.time() - stepper_.previous_time());
+      if (dynamics_.switches() && dynamics_.end_step(stepper_.time(), stepper_.state(), duration)) {
         const auto g = [&](double t, std::span<const double> y) { return dynamics_.switch_margin(t, y); };
         switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
@@ -230,16 +233,6 @@ class PhaseRun {
       if (switched && may_stop() && margin(reached, y_) <= 0) return end_at(reached, y_);
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
-  }
-
-  // Whether all contacts are so far away that none can begin in the last step, whose events need no search. An
-  // accepted step is shorter than half a period of any vibration that exceeds its tolerance, so that velocities inside
-  // exceed the larger one of its ends by less than this factor.
-  bool stays_clear() {
-    constexpr double kFaster = 3;
-    const double begin = clear_time_;
-    clear_time_ = dynamics_.clear_time(stepper_.time(), stepper_.state());
-    return std::min(begin, clear_time_) > kFaster * std::abs(stepper_.time() - stepper_.previous_time());
   }
 
   // The last step => where the next step must end, if a contact probably ends soon. Forces have a kink there, and error
@@ -310,7 +303,8 @@ class PhaseRun {
     const double end = dynamics_.next_edge(t, smooth_end);
     count_steps(t);
     stepper_.start(dynamics_, t, y_, end);
-    clear_time_ = 0, parting_.reset();
+    dynamics_.begin_step(t, y_);
+    parting_.reset();
     fresh_ = true;
   }
 
@@ -433,7 +427,6 @@ class PhaseRun {
   double next_check_ = 0, between_checks_ = 0;
   static constexpr int kParts = 4;  // of a step, to extrapolate overlaps
   std::optional<double> parting_;   // end of the next step, where a contact ends
-  double clear_time_ = 0;           // at the begin of the last step; zero: its events must be searched for [s]
   std::optional<double> stop_time_;
 };
 

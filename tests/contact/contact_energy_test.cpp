@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "contact/contact_cases.hpp"
 #include "grapnel/contact/contact_set.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
@@ -94,9 +97,9 @@ TEST(ContactOverlap, IsPositiveExactlyWhereShapesOverlap) {
   }
 }
 
-// Of turning bodies the velocities at the nearest points change, so these stay apart for a third of it.
-TEST(ContactWatch, PairsDoNotTouchBeforeTheirClearTime) {
-  int tested = 0;
+// Bodies that move and turn uniformly: velocities at their nearest points change.
+TEST(ContactWatch, PairsThatAreNotWatchedStayApartThroughoutTheStep) {
+  int clear = 0, watched = 0, close = 0;
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(7000 + i);
@@ -108,35 +111,86 @@ TEST(ContactWatch, PairsDoNotTouchBeforeTheirClearTime) {
     const ShapeSeparation s = PairContact(a, b, elastic_law()).separation(X_WA, X_WB);
     X_WB.p += random.uniform(0.8, 3) * s.normal;
     ContactSet set({{0, a}, {1, b}}, {{0, 1, elastic_law()}}, 1);
-    Kinematics kinematics;
-    kinematics.X_WB = {X_WA, X_WB};
-    const bool turns = i % 2 == 1;
-    const Vector3d w_A = random.vector(1), w_B = random.vector(1);
-    kinematics.V_WB = {{turns ? w_A : Vector3d::zero(), random.vector(1)}, {turns ? w_B : Vector3d::zero(), -s.normal}};
-    set.begin(0, kinematics);
-    const double clear = set.clear_time(kinematics);
-    ASSERT_GE(clear, 0);
-    if (clear == 0) continue;
-    const double span = turns ? clear / 3 : clear;
-    for (int k = 1; k <= 50; ++k) {
-      Kinematics later = kinematics;
-      for (int body = 0; body < 2; ++body)
-        later.X_WB[body] = moved(kinematics.X_WB[body], kinematics.V_WB[body], span * k / 51);
-      EXPECT_GT(set.margin(0, later), 0) << k;
+    Kinematics begin;
+    begin.X_WB = {X_WA, X_WB};
+    begin.V_WB = {{random.vector(1), random.vector(1)}, {random.vector(1), -s.normal}};
+    set.begin(0, begin);
+    for (const double duration : {0.05, 0.1, 0.2, 0.4, 0.8, 1.6}) {
+      const auto at = [&](double t) {
+        Kinematics later = begin;
+        for (int body = 0; body < 2; ++body) later.X_WB[body] = moved(begin.X_WB[body], begin.V_WB[body], t);
+        return later;
+      };
+      double least = std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= 50; ++k) least = std::min(least, set.separation(0, at(duration * k / 50)).distance);
+      set.begin_step(begin);
+      const bool is_watched = set.end_step(at(duration), duration);
+      EXPECT_TRUE(is_watched || least > 0) << duration;
+      EXPECT_EQ(std::isinf(set.margin(0, at(duration))), !is_watched);
+      ++(is_watched ? watched : clear);
+      close += least <= 0;
     }
-    ++tested;
   }
-  EXPECT_GT(tested, 30);
+  EXPECT_GT(clear, 100);
+  EXPECT_GT(watched, 100);
+  EXPECT_GT(close, 5);
 }
 
-TEST(ContactWatch, HasNoClearTimeInContact) {
+// Bodies at rest at both ends of a step, of which one has passed the other.
+TEST(ContactWatch, PairsThatMoveFromRestToRestAreWatched) {
+  const ContactShape ball(primitive(Geometry::Shape::sphere, {0.1, 0, 0}));
+  Kinematics kinematics;
+  kinematics.X_WB = {Posed::identity(), {Rotationd::identity(), {0.5, 0, 0}}};
+  kinematics.V_WB = {Twistd::zero(), Twistd::zero()};
+  ContactSet set({{0, ball}, {1, ball}}, {{0, 1, elastic_law()}}, 1);
+  set.begin(0, kinematics);
+  set.begin_step(kinematics);
+  EXPECT_FALSE(set.end_step(kinematics, 1));
+  kinematics.X_WB[1].p = {-0.5, 0, 0};
+  EXPECT_TRUE(set.end_step(kinematics, 1));
+}
+
+TEST(ContactWatch, PairsInContactAreWatched) {
   const ContactShape ball(primitive(Geometry::Shape::sphere, {0.1, 0, 0}));
   Kinematics kinematics;
   kinematics.X_WB = {Posed::identity(), {Rotationd::identity(), {0.199, 0, 0}}};
   kinematics.V_WB = {Twistd::zero(), Twistd::zero()};
   ContactSet set({{0, ball}, {1, ball}}, {{0, 1, elastic_law()}}, 1);
   set.begin(0, kinematics);
-  EXPECT_EQ(set.clear_time(kinematics), 0);
+  set.begin_step(kinematics);
+  EXPECT_TRUE(set.end_step(kinematics, 1e-3));
+  EXPECT_NEAR(set.margin(0, kinematics), 0.001, 1e-12);
+}
+
+// Slip and deformation of a sphere that just touches another shape, and at a small distance.
+TEST(ContactWatch, RatesOfASphereAreContinuousWhereContactBegins) {
+  const CaseShape kinds[] = {CaseShape::sphere, CaseShape::capsule, CaseShape::cylinder,
+                             CaseShape::box,    CaseShape::hull,    CaseShape::half_space};
+  ContactLaw law = elastic_law();
+  law.static_friction = 0.4, law.kinetic_friction = 0.3;
+  for (int i = 0; i < 40; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(8000 + i);
+    const ContactShape a = random_contact_shape(CaseShape::sphere, random);
+    const ContactShape b = random_contact_shape(kinds[i % 6], random);
+    PairContact pair(a, b, law);
+    MovingBody first{{random.rotation(), random.vector(1)}, {random.vector(1), random.vector(1)}};
+    MovingBody second{overlapping_pose(a, b, first.X_WB, 1e-8, random), {random.vector(1), random.vector(1)}};
+    const StickState stick{random.vector(0.3), 0.1};
+    const ContactForce touching = pair.evaluate(first, second, stick);
+    ASSERT_TRUE(touching.touches);
+    second.X_WB.p += 2e-8 * pair.separation(first.X_WB, second.X_WB).normal;
+    EXPECT_FALSE(pair.evaluate(first, second, stick).touches);
+    const ContactForce& apart = pair.graze(first, second, stick);
+    EXPECT_FALSE(apart.touches);
+    EXPECT_EQ(apart.normal_force, 0);
+    EXPECT_EQ(norm(apart.on_b.linear) + norm(apart.on_b.angular), 0);
+    EXPECT_NEAR(apart.slip_speed, touching.slip_speed, 1e-5);
+    const double rate = norm(touching.stick_rate.slip) + std::abs(touching.stick_rate.spin);
+    EXPECT_GT(rate, 10);
+    EXPECT_LT(norm(apart.stick_rate.slip - touching.stick_rate.slip), 1e-4 * rate);
+    EXPECT_NEAR(apart.stick_rate.spin, touching.stick_rate.spin, 1e-4 * rate);
+  }
 }
 
 }  // namespace

@@ -90,6 +90,34 @@ Twistd twist_of(const Scene& scene, const State& state, int body) {
   return forward_kinematics(scene.model, state).V_WB[body];
 }
 
+// Each accepted step takes twelve evaluations, each rejected one eleven; events would take three more.
+TEST(ContactPhase, PairsThatStayFarApartNeedNoSearchForEvents) {
+  Scene s({free_body("box", 2, Symmetric3d::diagonal(0.01, 0.02, 0.025)), ball("ball")});
+  s.add(primitive(Shape::box, {0.2, 0.2, 0.2})), s.add(primitive(Shape::sphere, {kRadius, 0, 0}));
+  s.pair(0, 1, linear_law(1e4));
+  s.place(0, {0, 0, 0}, moving({0.1, 0, 0}, {1, 2, 3})), s.place(1, {3, 0, 0}, moving({0, 0.1, 0}));
+  s.tolerance = 1e-10;
+  const PhaseOutcome outcome = s.run(1);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  EXPECT_GE(outcome.steps, 3);
+  EXPECT_EQ(outcome.rhs_evaluations, 2 + 12 * outcome.steps + 11 * outcome.rejected);
+}
+
+// A ball without friction keeps its slip velocity, from the first to the last instant of the contact.
+TEST(ContactPhase, SlipBeginsAndEndsWithTheContactWithoutShortSteps) {
+  Scene s({ball("ball")});
+  s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add_floor();
+  const double k = 1e4, v = 0.3, along = 0.5;
+  s.pair(0, 1, linear_law(k));
+  s.place(0, {0, 0, kRadius + 0.05}, moving({along, 0, -v}));
+  s.tolerance = 1e-11;
+  const PhaseOutcome outcome = s.run(0.4);
+  ASSERT_TRUE(outcome.finished) << outcome.failure;
+  EXPECT_NEAR(outcome.integrals.contacts[0].slip, along * M_PI / std::sqrt(k / kMass), 1e-9);
+  EXPECT_LE(outcome.steps, 25);
+  EXPECT_LE(outcome.rejected, 6);
+}
+
 // A linear spring: half a period of contact, and the speed reversed.
 TEST(ContactPhase, LinearBallReboundsAfterHalfAPeriod) {
   Scene s({ball("ball")});
