@@ -54,7 +54,7 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
 }
 
 void ApproachPlanner::report_contacts() {
-  if (problem_.contacts.empty()) return;
+  if (problem_.contacts.empty() || problem_.grasps.empty()) return;  // without grasps there is no capture to disturb
   plan_.report.assumes =
       "targets touch each other and obstacles as predicted without the servicer, and the servicer touches nothing";
   for (const TargetContact& contact : targets_.contacts) {
