@@ -67,7 +67,7 @@ class PairContact {
 
   /// Forces in this state; valid until the next call. Does not allocate.
   const ContactForce& evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
-  /// Where evaluate() gives no force: no force, but for a sphere the slip speed and the rate of the deformation in the
+  /// Where evaluate() gives no force: no force; of a sphere the slip speed and the rate of the deformation in the
   /// limit of a small overlap, so that both are continuous. For other pairs they begin at zero with the depth.
   const ContactForce& graze(const MovingBody& a, const MovingBody& b, const StickState& stick = {});
   /// The result of the last evaluate() or graze(); no contact before the first.

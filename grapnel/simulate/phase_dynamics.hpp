@@ -202,7 +202,7 @@ class PhaseDynamics {
   /// Begins a step in y at t: from now on switch_margin() watches all contacts.
   void begin_step(double t, std::span<const double> y);
   /// Ends a step of this duration in y at t, in which the next one begins. Returns whether modes may change in it; for
-  /// times in it, switch_margin() is that of the contacts in question (ContactSet::end_step). Always if other modes
+  /// times in it, switch_margin() is that of the contacts that may change (ContactSet::end_step). Always if other modes
   /// than those of contacts can change, or joints or roots move as prescribed, for their velocities may rise.
   bool end_step(double t, std::span<const double> y, double duration);
   /// The least overlap of touching contacts in y, where their forces end [m]: ContactSet::least_overlap().

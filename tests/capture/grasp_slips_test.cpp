@@ -265,7 +265,7 @@ TEST(GraspSlips, AForceSlidesInAnOrbit) {
 
 // --- Closed loops ---
 
-// Both arms reach their limits at once, and slip along parallel lines.
+// Both arms reach their limits at the same time, and slip along parallel lines.
 TEST(GraspSlips, BothGraspsOfALoopSlipTogether) {
   const CaptureResult r = run(held_by_two("force: 2, beyond: slips", "force: 2, beyond: slips"));
   expect_completed(r);
