@@ -137,7 +137,7 @@ TEST(AutomaticStepper, StepsAcrossSamples) {
 }
 
 TEST(AutomaticStepper, LimitsHold) {
-  AutomaticStepper few({.size = 3}, {.rtol = 1e-10, .atol = 1e-10}, {.max_steps = 40});
+  AutomaticStepper few({.size = 3}, {.rtol = 1e-10, .atol = 1e-10}, {.max_steps = 20});
   const Vector start = {Follower::s(0), Follower::ds(0), 0};
   EXPECT_EQ(integrate(few, Follower{1e-5}, 0, start, 1).status, StepStatus::too_many_steps);
   AutomaticStepper shorter({.size = 3}, {.rtol = 1e-10, .atol = 1e-10}, {.max_step = 0.01});
