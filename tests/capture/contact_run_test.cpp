@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "grapnel/capture/simulate_capture.hpp"
@@ -73,6 +74,20 @@ TEST(ContactRun, ABoxReboundsFromABrakedArm) {
   EXPECT_NEAR(contact.damping_loss, 0.5 * reduced * 0.01 * 0.75, 1e-7);
   EXPECT_GT(contact.peak_force, 0);
   EXPECT_LT(contact.largest_depth, 0.1);
+}
+
+// Half a period of a mass on a spring: its peaks lie between the steps.
+TEST(ContactRun, PeaksOfAnElasticContactAreExact) {
+  const CaptureResult r = run(scene(
+      "{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
+      "contacts: {pairs: [[arm, box]], material: pad}\nmotion: {duration: 3, joints: braked}\n", "restitution: 1"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  const ContactPairReport& contact = pair(r, "arm", "box");
+  const double reduced = 105.0 * 20 / 125, stiffness = 2e4, period = std::sqrt(reduced / stiffness);
+  EXPECT_NEAR(contact.peak_force, 0.1 * stiffness * period, 1e-9);
+  EXPECT_NEAR(contact.largest_depth, 0.1 * period, 1e-13);
+  EXPECT_NEAR(contact.peak_time, contact.first_time.value() + std::acos(0.0) * period, 1e-5);
+  EXPECT_NEAR(contact.duration, 2 * std::acos(0.0) * period, 1e-9);
 }
 
 TEST(ContactRun, WithoutContactsTheBoxPassesThrough) {
