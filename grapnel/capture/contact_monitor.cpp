@@ -138,17 +138,17 @@ void ContactMonitor::end_phase(double) {
   if (!set_) return;
   check_impacts(*set_);
   for (std::size_t g = 0; g < reports_.size(); ++g) {
-    ContactPairReport& report = reports_[g];
-    const ContactIntegrals& sum = integrals_[g];
-    report.impulse += sum.impulse, report.slip_distance += sum.slip;
-    report.damping_loss += sum.damping, report.friction_loss += sum.friction;
-    note_history(g, set_->history(g), time_);
+    add_motion(g, integrals_[g], set_->history(g), time_);
   }
   set_ = nullptr;
 }
 
-void ContactMonitor::note_history(std::size_t group, const GroupHistory& history, double time) {
+// A phase or an impact that ended at `time`: its integrals, and the history until then => added to the report.
+void ContactMonitor::add_motion(std::size_t group, const ContactIntegrals& sum, const GroupHistory& history,
+                                double time) {
   ContactPairReport& report = reports_[group];
+  report.impulse += sum.impulse, report.slip_distance += sum.slip;
+  report.damping_loss += sum.damping, report.friction_loss += sum.friction;
   if (report.hard) {
     report.impulse += history.impact_impulse - report.hard->impulse;  // since the last call
     report.hard = impacts_of(history);
@@ -164,9 +164,6 @@ void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
   if (!impact.touched) return;
   for (std::size_t g = 0; g < reports_.size(); ++g) {
     ContactPairReport& report = reports_[g];
-    const ShapeIntegrals& sum = impact.integrals[g];
-    report.impulse += sum.impulse, report.slip_distance += sum.slip;
-    report.damping_loss += sum.damping, report.friction_loss += sum.friction;
     const ShapePeak& peak = impact.peaks[g];
     report.largest_depth = std::max(report.largest_depth, peak.depth);
     report.beyond_model = report.beyond_model || peak.beyond_model;
@@ -175,7 +172,7 @@ void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
       report.peak_point = frame_.place(report.peak_time) + peak.p_WC;
     }
     report.elastic_energy = impact.elastic_energy[g];
-    note_history(g, impact.contacts.history(g), end);
+    add_motion(g, impact.integrals[g], impact.contacts.history(g), end);
   }
   if (!(impact.energy_error <= residual_)) residual_ = impact.energy_error;
   exchanged_ = std::max(exchanged_, impact.energy_exchanged);

@@ -37,7 +37,7 @@ class ContactMonitor final : public MotionObserver {
   void search_peaks(const PhaseStep& step);
   void check_energy(std::size_t group);
   void check_impacts(const ContactSet& contacts);
-  void note_history(std::size_t group, const GroupHistory& history, double time);
+  void add_motion(std::size_t group, const ContactIntegrals& sum, const GroupHistory& history, double time);
 
   MovingFrame frame_;
   std::vector<ContactPairReport> reports_;  // integrals and histories: of completed phases

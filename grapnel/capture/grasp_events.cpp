@@ -434,7 +434,7 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const ContactEvent event = begin_contact_event(run, closing);
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   for (std::size_t n = 0; n < closing.size(); ++n) {  // pairs in contact continue to push, unless the target was moved
-    const bool moved = norm(event.contact.displacement[bodies.held.size() + n]) > 0;
+    const bool moved = norm(event.contact.displacement[bodies.holding().size() + n]) > 0;
     if (!run.problem.grasps[closing[n]].contact)
       run.contacts.close(closing[n], bodies.free, bodies.state, bodies.time, !moved);
   }

@@ -1,10 +1,9 @@
 #include "grapnel/capture/run_monitor.hpp"
 
-#include "grapnel/capture/contact_monitor.hpp"
-
 #include <algorithm>
 
 #include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/contact_monitor.hpp"
 #include "grapnel/capture/internal_loads.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 

@@ -371,7 +371,7 @@ void Run::check_balances(double t, std::span<const double> y) {
   double work = result_.held_work + result_.drive_work;
   if (system_.shapes_act()) {
     system_.shapes().note_integrals(system_.now(), y.subspan(system_.shape_offset()));
-    for (const ShapeIntegrals& sum : system_.shapes().results().integrals) work += sum.work;
+    for (const ContactIntegrals& sum : system_.shapes().results().integrals) work += sum.work;
     work += system_.shapes().results().strike_work;
   }
   const double missing = std::abs((after - before) + result_.elastic_energy_after + lost + in_springs - work);

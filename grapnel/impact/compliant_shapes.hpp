@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "grapnel/contact/contact_integrals.hpp"
 #include "grapnel/contact/contact_set.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/state.hpp"
@@ -15,15 +16,6 @@
 namespace grapnel {
 
 class Model;
-
-/// Integrals of a group of pairs over an impact.
-struct ShapeIntegrals {
-  double work = 0;      // of the forces on both bodies [J]
-  double damping = 0;   // dissipated by normal forces [J]
-  double friction = 0;  // dissipated by friction [J]
-  double impulse = 0;   // of the magnitude of the normal forces [N s]
-  double slip = 0;      // path of the largest slip velocity [m]
-};
 
 /// Largest values of a group at all stages of all steps.
 struct ShapePeak {
@@ -55,7 +47,7 @@ struct ImpactShapes {
   /// Whether a pair touched. Otherwise there are no results, and the impact is the same as without shapes, bit by bit.
   bool touched = false;
   // Per group:
-  std::vector<ShapeIntegrals> integrals = {};
+  std::vector<ContactIntegrals> integrals = {};
   std::vector<ShapePeak> peaks = {};
   std::vector<double> elastic_energy = {};  // at the end [J]
   // Per pair of bodies:
@@ -69,7 +61,7 @@ struct ImpactShapes {
 };
 
 /// The forces of shapes for a CompliantSystem, in doubles. Its integrated numbers are the deformations of the pairs
-/// that stick or slip (23.7a); per group ShapeIntegrals, per pair of bodies ShapeImpulse.
+/// that stick or slip (23.7a); per group ContactIntegrals, per pair of bodies ShapeImpulse.
 class ShapeForces {
  public:
   /// `point`: in W, about which impulses are integrated.

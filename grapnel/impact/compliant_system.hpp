@@ -27,7 +27,7 @@ double largest_deformation(const CompliantContact& contact, double mass, double 
 ///
 /// From the first contact between shapes on (begin_shapes()), after the impulses of interfaces: per pair of trees that
 /// shapes may push the impulse exchanged (ImpulseChannel); the deformations of the pairs in contact with friction. At
-/// the end: per group of shapes ShapeIntegrals.
+/// the end: per group of shapes ContactIntegrals.
 class CompliantSystem {
  public:
   /// `set`: of the packs in which several points are evaluated simultaneously; none: doubles, sequentially, as always

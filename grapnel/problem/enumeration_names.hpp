@@ -42,7 +42,7 @@ struct Described<PlanSetup::Objective>
 template <>
 struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
 template <>
-struct Described<PlanSetup::Contacts> : Enumeration<PlanSetup::Contacts, "Contacts", "avoided", "allowed"> {};
+struct Described<PlanSetup::Contacts> : Enumeration<PlanSetup::Contacts, "PlanContacts", "avoided", "allowed"> {};
 template <>
 struct Described<PlanSetup::IdleJoints> : Enumeration<PlanSetup::IdleJoints, "IdleJoints", "used", "held"> {};
 template <>

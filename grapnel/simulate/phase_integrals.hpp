@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "grapnel/contact/contact_integrals.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
@@ -37,15 +38,6 @@ struct JointIntegrals {
   double motor_work = 0;     // [J]; mechanical
   double friction_work = 0;  // [J]; negative; without stops
   double copper_loss = 0;    // [J]; zero if its motor's torque constant is unknown
-};
-
-/// Integrals of a group of contacts.
-struct ContactIntegrals {
-  double work = 0;      // of the forces on both bodies [J]
-  double damping = 0;   // dissipated by normal forces [J]
-  double friction = 0;  // dissipated by friction [J]
-  double impulse = 0;   // of the magnitude of the normal forces [N s]
-  double slip = 0;      // path of the largest slip velocity [m]
 };
 
 /// Integrals of a slipping grasp.

@@ -6,12 +6,9 @@
 
 #include <string>
 
+#include "capture/scenario_run.hpp"
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/approach/predicted_contacts.hpp"
-#include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/result/verdicts.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "scenario/scenario_files.hpp"
 
 namespace grapnel::testing {
 namespace contact_plan_test {
@@ -26,22 +23,9 @@ constexpr double kCapture = 20;  // [s]
 // A base with an arm that slides along x, the end-effector on a ball, and a box of 20 kg on the same axis.
 std::string sliding(const std::string& box, const std::string& rest, double position_envelope = 1e-3) {
   return "schema: grapnel-scenario/1\n"
-         "name: sliding\n"
-         "robot:\n"
-         "  name: r\n"
-         "  base: {name: base, mass: 100, inertia: [10, 10, 10], geometry: {shape: box, size: [0.5, 0.5, 0.5]}}\n"
-         "  links:\n"
-         "    - name: arm\n"
-         "      parent: base\n"
-         "      joint: {name: slide, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, 0, 0]}}\n"
-         "      mass: 5\n"
-         "      inertia: [0.1, 0.1, 0.1]\n"
-         "      geometry: {shape: sphere, radius: 0.1, position: [0.2, 0, 0]}\n"
-         "  end_effectors:\n"
-         "    - {name: tip, link: arm, position: [0.3, 0, 0], envelope: {position: " +
-         std::to_string(position_envelope) +
-         "}}\n"
-         "initial: {joints: [0]}\n"
+         "name: sliding\n" +
+         sliding_arm(", geometry: {shape: box, size: [0.5, 0.5, 0.5]}",
+                     ", envelope: {position: " + std::to_string(position_envelope) + "}") +
          "targets:\n"
          "  - {name: box, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: " +
          box + ", grasp_points: [{name: face, position: [-0.18, 0, 0]}]}\n" + rest +

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "scenario/scenario_files.hpp"
+#include "capture/scenario_run.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
@@ -20,19 +18,8 @@ using ::testing::HasSubstr;
 std::string scene(const std::string& target, const std::string& rest,
                   const std::string& material = "restitution: 0.5") {
   return "schema: grapnel-scenario/1\n"
-         "name: touching\n"
-         "robot:\n"
-         "  name: r\n"
-         "  base: {name: base, mass: 100, inertia: [10, 10, 10]}\n"
-         "  links:\n"
-         "    - name: arm\n"
-         "      parent: base\n"
-         "      joint: {name: slide, type: prismatic, axis: [1, 0, 0], origin: {position: [0.5, 0, 0]}}\n"
-         "      mass: 5\n"
-         "      inertia: [0.1, 0.1, 0.1]\n"
-         "      geometry: {shape: sphere, radius: 0.1, position: [0.2, 0, 0]}\n"
-         "  end_effectors: [{name: tip, link: arm, position: [0.3, 0, 0]}]\n"
-         "initial: {joints: [0]}\n"
+         "name: touching\n" +
+         sliding_arm() +
          "targets:\n"
          "  - {name: box, mass: 20, inertia: [1, 1, 1], geometry: {shape: box, size: [0.4, 0.4, 0.4]}, state: " +
          target +
@@ -40,17 +27,6 @@ std::string scene(const std::string& target, const std::string& rest,
          "materials:\n  - {name: pad, stiffness: 2e4, " +
          material + ", friction: 0.3}\n" + rest;
 }
-CaptureResult run(const std::string& text) {
-  const test::TemporaryFolder folder;
-  return simulate_capture(load_scenario(folder.write("scenario.yaml", text)));
-}
-const ContactPairReport& pair(const CaptureResult& r, const std::string& a, const std::string& b) {
-  for (const ContactPairReport& one : r.contacts) {
-    if ((one.body_a == a && one.body_b == b) || (one.body_a == b && one.body_b == a)) return one;
-  }
-  throw std::out_of_range(a + ", " + b);
-}
-
 double load(const CaptureResult& r, const std::string& of, const std::string& quantity, const std::string& phase) {
   for (const PeakLoad& l : r.peak_loads) {
     if (l.of == of && l.quantity == quantity && l.phase == phase) return l.peak;
@@ -64,7 +40,7 @@ TEST(ContactRun, ABoxReboundsFromABrakedArm) {
                                     "motion: {duration: 3, joints: braked}\n"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
-  const ContactPairReport& contact = pair(r, "arm", "box");
+  const ContactPairReport& contact = pair_of(r, "arm", "box");
   EXPECT_EQ(contact.touches, 1);
   EXPECT_FALSE(contact.touches_at_end);
   EXPECT_NEAR(contact.first_time.value(), (1.1 - 0.2 - 0.8) / 0.1, 1e-9);
@@ -82,7 +58,7 @@ TEST(ContactRun, PeaksOfAnElasticContactAreExact) {
       "{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}",
       "contacts: {pairs: [[arm, box]], material: pad}\nmotion: {duration: 3, joints: braked}\n", "restitution: 1"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  const ContactPairReport& contact = pair(r, "arm", "box");
+  const ContactPairReport& contact = pair_of(r, "arm", "box");
   const double reduced = 105.0 * 20 / 125, stiffness = 2e4, period = std::sqrt(reduced / stiffness);
   EXPECT_NEAR(contact.peak_force, 0.1 * stiffness * period, 1e-9);
   EXPECT_NEAR(contact.largest_depth, 0.1 * period, 1e-13);
@@ -115,7 +91,7 @@ TEST(ContactRun, ABoxFallsOnAnObstacleAndRests) {
                                     "damping: 200"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
-  EXPECT_TRUE(pair(r, "box", "floor").touches_at_end);
+  EXPECT_TRUE(pair_of(r, "box", "floor").touches_at_end);
   ASSERT_TRUE(r.post_impact_end);
   EXPECT_LT(norm(r.post_impact_end->targets[0].velocity), 1e-7);          // measured 6e-9
   EXPECT_LT(norm(r.post_impact_end->targets[0].angular_velocity), 1e-7);  // measured 3e-8
@@ -131,7 +107,7 @@ TEST(ContactRun, AGripperPassesThroughItsTargetUntilTheyAreApart) {
                                     "post_impact: {duration: 4, joints: braked, release: [{after: 2}]}\n"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
-  EXPECT_EQ(pair(r, "arm", "box").peak_force, 0);
+  EXPECT_EQ(pair_of(r, "arm", "box").peak_force, 0);
 }
 
 // ---- Hard contacts ----
@@ -148,7 +124,7 @@ TEST(HardContactRun, ABoxReboundsInAnInstant) {
                                       "hard: true, restitution: 0.5"));
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     EXPECT_TRUE(r.ledger.pass());
-    const ContactPairReport& contact = pair(r, "arm", "box");
+    const ContactPairReport& contact = pair_of(r, "arm", "box");
     ASSERT_TRUE(contact.hard);
     EXPECT_EQ(contact.hard->impacts, 1);
     EXPECT_EQ(contact.touches, 1);
@@ -180,7 +156,7 @@ TEST(HardContactRun, ABoxBouncesUntilItRests) {
                                     "hard: true, restitution: 0.4"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
-  const ContactPairReport& contact = pair(r, "box", "floor");
+  const ContactPairReport& contact = pair_of(r, "box", "floor");
   ASSERT_TRUE(contact.hard);
   EXPECT_GT(contact.hard->impacts, 3);
   EXPECT_TRUE(contact.hard->persistent_since);
@@ -213,9 +189,9 @@ TEST(HardContactRun, BoxesPileUp) {
           "motion: {duration: 1.74}\n");
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
-  EXPECT_GT(pair(r, "base", "floor").hard->impacts, 5);
-  EXPECT_GT(pair(r, "base", "large").hard->impacts, 2);
-  EXPECT_TRUE(pair(r, "base", "floor").hard->persistent_since);
+  EXPECT_GT(pair_of(r, "base", "floor").hard->impacts, 5);
+  EXPECT_GT(pair_of(r, "base", "large").hard->impacts, 2);
+  EXPECT_TRUE(pair_of(r, "base", "floor").hard->persistent_since);
 }
 
 // A held box meets a wall: each joint and grasp transmits the change of momentum of the bodies behind it.
@@ -232,7 +208,7 @@ TEST(HardContactRun, LoadsOfJointsAndGraspsIncludeItsImpulses) {
   const CaptureResult r = run(text);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   const double impulse = 125 * 0.1 * 1.5;
-  EXPECT_NEAR(pair(r, "box", "wall").hard->impulse, impulse, 1e-11);
+  EXPECT_NEAR(pair_of(r, "box", "wall").hard->impulse, impulse, 1e-11);
   EXPECT_NEAR(load(r, "tip", "impulse", "post_impact"), impulse * 105 / 125, 1e-11);
   EXPECT_NEAR(load(r, "slide", "impulse", "post_impact"), impulse * 100 / 125, 1e-11);
   EXPECT_NEAR(load(r, "slide", "driving_impulse", "post_impact"), impulse * 100 / 125, 1e-11);
@@ -263,7 +239,7 @@ TEST(HardContactRun, LoadsOfGraspsOfALoopIncludeItsImpulses) {
       "impact: {law: plastic, joints: free}\npost_impact: {duration: 1, joints: free}\n");
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   const double impulse = 30 * 0.1 * 1.5;
-  EXPECT_NEAR(pair(r, "box", "wall").hard->impulse, impulse, 1e-11);
+  EXPECT_NEAR(pair_of(r, "box", "wall").hard->impulse, impulse, 1e-11);
   for (const char* tip : {"tip-1", "tip-2"})
     EXPECT_NEAR(load(r, tip, "impulse", "post_impact"), impulse * 5 / 30, 1e-11) << tip;
   EXPECT_NEAR(load(r, "slide-left", "driving_impulse", "post_impact"), 0, 1e-11);
@@ -282,7 +258,7 @@ TEST(HardContactRun, JointsAreAsInImpacts) {
   text.replace(text.find(tip), tip.size(), "position: [0.3, 0, 0], envelope: {position: 1e-3}}");
   const CaptureResult r = run(text);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_NEAR(pair(r, "arm", "box").hard->impulse, 105.0 * 20 / 125 * 0.1 * 1.5, 1e-12);
+  EXPECT_NEAR(pair_of(r, "arm", "box").hard->impulse, 105.0 * 20 / 125 * 0.1 * 1.5, 1e-12);
 }
 
 // With a compliant surface the contact is compliant.
@@ -294,7 +270,7 @@ TEST(HardContactRun, ACompliantSurfaceDecides) {
       scene("{at: start, position: [1.1, 0, 0], velocity: [-0.1, 0, 0]}", rest, "hard: true, restitution: 0.5");
   const CaptureResult r = run(text);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  const ContactPairReport& contact = pair(r, "arm", "box");
+  const ContactPairReport& contact = pair_of(r, "arm", "box");
   EXPECT_FALSE(contact.hard);
   EXPECT_EQ(contact.touches, 1);
   EXPECT_GT(contact.peak_force, 0);

@@ -5,9 +5,7 @@
 
 #include <string>
 
-#include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "scenario/scenario_files.hpp"
+#include "capture/scenario_run.hpp"
 
 namespace grapnel::testing::held_box {
 
@@ -75,11 +73,6 @@ inline std::string held_by_two(const std::string& first, const std::string& seco
          "}}]\n"
          "impact: {duration: 1e-2, joints: braked}\npost_impact: {duration: 4, joints: braked}\n" +
          pushed("[0, 0, 0, 0, 0, 0, 0], [10, 100, 0, 0, 0, 0, 0]");
-}
-
-inline CaptureResult run(const std::string& text) {
-  const test::TemporaryFolder folder;
-  return simulate_capture(load_scenario(folder.write("scenario.yaml", text)));
 }
 
 }  // namespace grapnel::testing::held_box

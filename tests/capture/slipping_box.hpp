@@ -1,11 +1,9 @@
 #pragma once
 
 /// @file
-/// Closed forms of a box (held_box.hpp) that slips in its grasp, and checks of such results.
+/// Closed forms of a box (held_box.hpp) that slips in its grasp.
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include <string>
 
 #include "capture/held_box.hpp"
@@ -36,17 +34,6 @@ inline Slide slide(double force, double friction) {
 }
 inline Slide turn(double moment, double friction) {
   return {moment / kServicerTurn - friction / kReducedTurn, friction / kReducedTurn};
-}
-
-inline void expect_completed(const CaptureResult& r) {
-  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_TRUE(r.ledger.pass()) << [&] {
-    std::string failed;
-    for (const LedgerEntry& e : r.ledger.entries) {
-      if (e.applies && !(e.value <= e.bound)) failed += fmt::format("{}: {} > {}\n", e.name, e.value, e.bound);
-    }
-    return failed;
-  }();
 }
 
 }  // namespace grapnel::testing::held_box

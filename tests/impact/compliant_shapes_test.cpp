@@ -187,7 +187,7 @@ struct ThreeBodies {
   struct Outcome {
     ImpactSolution o;
     double energy_error, energy_exchanged;
-    ShapeIntegrals integrals;
+    ContactIntegrals integrals;
     int touches;
   };
   Outcome run(double tolerance, double longest = 0.1) const {
