@@ -59,7 +59,7 @@ void ContactMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamic
   kinematics_ = Kinematics(system.model);
   integrals_.assign(reports_.size(), {});
   stored_.assign(reports_.size(), std::nan(""));
-  search_ = PeakSearch(2 * reports_.size(), 2 * reports_.size());
+  peaks_ = ContactPeaks(reports_.size());
 }
 
 // Step => the integrals so far, peaks, and the energy balance of each pair in contact.
@@ -85,28 +85,19 @@ void ContactMonitor::step(const PhaseStep& step) {
 
 // Step => the largest force and depth of each pair so far.
 void ContactMonitor::search_peaks(const PhaseStep& step) {
-  const std::size_t n = reports_.size();
-  const auto evaluate = [&](double t) {
+  peaks_.step(*set_, step.begin, step.end, step.fresh, [&](double t) {
     forward_kinematics(system_->model, step.state_at(t), kinematics_);
     wrenches_.clear();
     set_->evaluate(kinematics_, wrenches_);
-  };
-  search_.step(step.begin, step.end, step.fresh, [&](double t, std::span<double> values) {
-    evaluate(t);
-    for (std::size_t g = 0; g < n; ++g) {
-      const GroupContact& group = set_->group(g);
-      values[g] = group.normal_force, values[n + g] = group.depth;
-      reports_[g].beyond_model = reports_[g].beyond_model || group.beyond_model;
-    }
   });
-  for (std::size_t g = 0; g < n; ++g) {
-    const Peak &force = search_.peaks()[g], &depth = search_.peaks()[n + g];
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    const ContactPeak& peak = peaks_.peaks()[g];
     ContactPairReport& report = reports_[g];
-    report.largest_depth = std::max(report.largest_depth, depth.magnitude);
-    if (!(force.magnitude > report.peak_force)) continue;
-    evaluate(force.time);
-    report.peak_force = force.magnitude, report.peak_time = force.time;
-    report.peak_point = frame_.place(force.time) + set_->group(g).p_WC;
+    report.largest_depth = std::max(report.largest_depth, peak.depth);
+    report.beyond_model = report.beyond_model || peak.beyond_model;
+    if (!(peak.force > report.peak_force)) continue;
+    report.peak_force = peak.force, report.peak_time = peak.time;
+    report.peak_point = frame_.place(peak.time) + peak.p_WC;
   }
 }
 
@@ -164,7 +155,7 @@ void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
   if (!impact.touched) return;
   for (std::size_t g = 0; g < reports_.size(); ++g) {
     ContactPairReport& report = reports_[g];
-    const ShapePeak& peak = impact.peaks[g];
+    const ContactPeak& peak = impact.peaks[g];
     report.largest_depth = std::max(report.largest_depth, peak.depth);
     report.beyond_model = report.beyond_model || peak.beyond_model;
     if (peak.force > report.peak_force) {

@@ -8,7 +8,7 @@
 
 #include "grapnel/capture/contact_series.hpp"
 #include "grapnel/capture/motion_observer.hpp"
-#include "grapnel/capture/peak_search.hpp"
+#include "grapnel/contact/contact_peaks.hpp"
 #include "grapnel/impact/compliant_shapes.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/contact_pairs.hpp"
@@ -47,7 +47,7 @@ class ContactMonitor final : public MotionObserver {
   ContactSet* set_ = nullptr;
   Kinematics kinematics_;
   std::vector<ExternalWrench> wrenches_;     // scratch
-  PeakSearch search_;                        // forces of all pairs, then depths
+  ContactPeaks peaks_;                       // of the phase
   std::vector<ContactIntegrals> integrals_;  // of the phase, per pair
   std::vector<double> stored_;               // elastic energy at the begin, per pair [J]
   double time_ = 0;                          // reached [s]

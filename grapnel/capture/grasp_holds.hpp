@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "grapnel/capture/compliant_run.hpp"
-#include "grapnel/capture/peak_search.hpp"
+#include "grapnel/integrate/peak_search.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/impact_result.hpp"

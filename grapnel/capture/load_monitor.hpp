@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "grapnel/capture/compliant_run.hpp"
+#include "grapnel/capture/effort_watch.hpp"
 #include "grapnel/capture/internal_loads.hpp"
-#include "grapnel/capture/peak_search.hpp"
 #include "grapnel/contact/clearance_result.hpp"
 #include "grapnel/result/capture_result.hpp"
 

@@ -411,13 +411,12 @@ void Run::change_shapes(StiffIntegrator& integrator) {
   integrator.replace(y, sizes(), tolerances());
 }
 
-// Last step => peaks at its stages, and the energy balance of shapes at its end.
+// Last step => peaks in it, and the energy balance of shapes at its end.
 void Run::observe_shapes(StiffIntegrator& integrator) {
-  for (int stage = 0; stage < integrator.stages(); ++stage) {
-    const double t = integrator.time_of_stage(stage);
-    system_.load(t, stage == integrator.stages() - 1 ? integrator.y() : integrator.at(t));
-    system_.shapes().note_peaks(t);
-  }
+  const double end = integrator.time();
+  system_.shapes().note_peaks(integrator.step_begin(), end,
+                              [&](double t) { system_.load(t, t < end ? integrator.at(t) : integrator.y()); });
+  system_.load(end, integrator.y());
   system_.shapes().note_integrals(system_.now(), integrator.y().subspan(system_.shape_offset()));
 }
 

@@ -10,6 +10,7 @@ namespace grapnel {
 ShapeForces::ShapeForces(const Model& model, ImpactShapes& shapes, const Vector3d& point)
     : model_(model),
       shapes_(shapes),
+      peaks_(shapes.contacts.groups()),
       kinematics_(model),
       sticks_(shapes.contacts.stick_count(), 0.0),
       stick_rates_(sticks_.size()),
@@ -112,14 +113,10 @@ void ShapeForces::add_impulse(int body_a, int body_b, const Vector3d& p_WC, cons
   for (int k = 0; k < 3; ++k) at[k] += F.angular[k], at[3 + k] += F.linear[k];
 }
 
-void ShapeForces::note_peaks(double t) {
-  for (std::size_t g = 0; g < shapes_.peaks.size(); ++g) {
-    const GroupContact& group = shapes_.contacts.group(g);
-    ShapePeak& peak = shapes_.peaks[g];
-    peak.depth = std::max(peak.depth, group.depth);
-    peak.beyond_model = peak.beyond_model || group.beyond_model;
-    if (group.normal_force > peak.force) peak.force = group.normal_force, peak.time = t, peak.p_WC = group.p_WC;
-  }
+// The modes of pairs change between steps, so each step begins with new values.
+void ShapeForces::note_peaks(double begin, double end, const std::function<void(double t)>& evaluate) {
+  peaks_.step(shapes_.contacts, begin, end, true, evaluate);
+  shapes_.peaks.assign(peaks_.peaks().begin(), peaks_.peaks().end());
 }
 
 // Work of the forces + change of elastic energy + dissipated energy = 0 for each group (23.1). The first call is at the

@@ -4,10 +4,12 @@
 /// Contacts between shapes within a compliant impact (docs/theory, section 12, Contacts between shapes): the pairs of a
 /// ContactSet act by the laws of section 23 while grasps and contact points deform.
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "grapnel/contact/contact_integrals.hpp"
+#include "grapnel/contact/contact_peaks.hpp"
 #include "grapnel/contact/contact_set.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/state.hpp"
@@ -16,15 +18,6 @@
 namespace grapnel {
 
 class Model;
-
-/// Largest values of a group at all stages of all steps.
-struct ShapePeak {
-  double force = 0;                  // sum of the normal forces [N]
-  double time = 0;                   // of this force, since the beginning [s]
-  Vector3d p_WC = Vector3d::zero();  // centre of the normal forces then, in W
-  double depth = 0;                  // [m]
-  bool beyond_model = false;
-};
 
 /// Impulse between two bodies over an impact; -1: fixed in W.
 struct ShapeImpulse {
@@ -48,7 +41,7 @@ struct ImpactShapes {
   bool touched = false;
   // Per group:
   std::vector<ContactIntegrals> integrals = {};
-  std::vector<ShapePeak> peaks = {};
+  std::vector<ContactPeak> peaks = {};      // times since the beginning of the impact
   std::vector<double> elastic_energy = {};  // at the end [J]
   // Per pair of bodies:
   std::vector<ShapeImpulse> impulses = {};
@@ -110,8 +103,8 @@ class ShapeForces {
   /// Adds a wrench on body b, or an impulse, to the numbers or rates of ShapeImpulse among the integrals.
   void add_impulse(int body_a, int body_b, const Vector3d& p_WC, const Wrenchd& on_b,
                    std::span<double> integrals) const;
-  /// Updates the peaks by the last evaluation, at time t since the beginning.
-  void note_peaks(double t);
+  /// Updates the peaks by a step; `evaluate` evaluates all pairs at a time since the beginning.
+  void note_peaks(double begin, double end, const std::function<void(double t)>& evaluate);
   /// Updates the integrals and the energy balances, by a state and the integrals there.
   void note_integrals(const State& state, std::span<const double> integrals);
 
@@ -122,6 +115,7 @@ class ShapeForces {
 
   const Model& model_;
   ImpactShapes& shapes_;
+  ContactPeaks peaks_;
   Kinematics kinematics_;
   std::vector<std::size_t> rubbing_;          // the pairs in contact with friction
   std::vector<double> sticks_, stick_rates_;  // of all pairs: numbers of ContactSet::set_stick()

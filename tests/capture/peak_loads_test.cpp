@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/capture/peak_search.hpp"
+#include "grapnel/capture/effort_watch.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
