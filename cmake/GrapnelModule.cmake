@@ -1,5 +1,5 @@
 # Modules in dependency order: a module may use only those before it.
-set(GRAPNEL_MODULES text spatial pack describe model finite_elements import dynamics contact integrate constraint impact simulate identify lanes plan result control report
+set(GRAPNEL_MODULES text spatial pack describe model finite_elements import dynamics integrate contact constraint impact simulate identify lanes plan result control report
     problem approach capture scenario campaign plant api)
 
 # Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name
