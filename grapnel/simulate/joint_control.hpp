@@ -19,7 +19,7 @@ namespace grapnel {
 /// pd: tau = kp (theta_d - theta_m) + kd (rate_d - rate_m) (4.1).
 /// computed_torque: the torques that, including the base's response, give all joints under this control the
 /// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
-/// state and the external forces, but not friction, which acts as a disturbance.
+/// state and the external forces, but neither friction nor contacts between shapes: they disturb it.
 /// prescribed: theta = theta_d - n exactly, with any torque.
 /// controller: tau is the output of PhaseSetup::controller (controller.hpp).
 /// impedance: a name in files only. A law of all joints (grapnel/control/) is the controller while it acts, else pd.

@@ -375,7 +375,8 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   }
 }
 
-// The forces of the commanded accelerations, by the model that the laws use.
+// The forces of the commanded accelerations, by the model that the laws use, in which no contacts act: a controller
+// does not measure them.
 const std::vector<double>& PhaseDynamics::commanded_forces() {
   if (!setup_.law_model) {
     solve(commanded_);
@@ -408,8 +409,11 @@ void PhaseDynamics::accelerate(double t) {
     // The controller's model of the robot: without friction, moving as commanded. The kernel computes the torques and,
     // without disturbances or limits, also the accelerations.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + spring_[j];
+    const bool in_contact = setup_.contacts && setup_.contacts->touches();
+    if (in_contact) gather_external(model_, std::span(wrenches_).first(steady_wrenches_), workspace_);
     const std::vector<double>& forces = commanded_forces();
-    as_commanded = !has_friction_ && !modes_.any_held() && !setup_.law_model;
+    if (in_contact) gather_external(model_, wrenches_, workspace_);
+    as_commanded = !has_friction_ && !modes_.any_held() && !setup_.law_model && !in_contact;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
       if (output_of(setup_.drives[j].control) != ControlOutput::acceleration) continue;
       const double torque = forces[velocity_of(j)];

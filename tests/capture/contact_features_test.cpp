@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "capture/scenario_run.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "scenario/scenario_files.hpp"
@@ -236,6 +237,27 @@ TEST(ContactFeatures, TwoTargetsMeetWithTheirRestitution) {
   EXPECT_NEAR(r.contacts[0].damping_loss, 0.5 * reduced * 0.01 * (1 - 0.36), 1e-8);
   EXPECT_NEAR(r.post_impact_end->targets[0].velocity[0], 0.06 - impulse / 6, 1e-7);
   EXPECT_NEAR(r.post_impact_end->targets[1].velocity[0], -0.04 + impulse / 3, 1e-7);
+}
+
+// --- Controllers ---
+
+// A robot fixed to the ground moves its finger to a point 0.02 m inside of a wall. Its control does not know the wall's
+// force: at rest m k_p e = k d with e + d = 0.02 m, as for a spring of stiffness m k_p.
+TEST(ContactFeatures, ComputedTorqueDoesNotKnowTheForceOfAContact) {
+  constexpr double kMass = 5, kGain = 400, kStiffness = 4e3, kReach = 0.02;
+  std::string text =
+      "schema: grapnel-scenario/1\nname: pressing\n" + sliding_arm(", mode: fixed") +
+      "obstacles: [{name: wall, half_space: true, position: [0.83, 0, 0], rpy: [0, -1.5707963267948966, 0]}]\n"
+      "materials: [{name: pad, stiffness: 4e3, dissipation: 0.5}]\n"
+      "contacts: {pairs: [[arm, wall]], material: pad}\n"
+      "motion: {duration: 8, joints: computed_torque, kp: 400, kd: 40, move: {joints: [0.05], duration: 2}}\n";
+  for (const char* control : {"", "control: {period: 0.001}\n"}) {
+    SCOPED_TRACE(control);
+    const CaptureResult r = testing::run(text + control);
+    expect_sound(r);
+    const double depth = kMass * kGain * kReach / (kStiffness + kMass * kGain);
+    EXPECT_NEAR(r.post_impact_end->joints.position.at(0), 0.05 - kReach + depth, 1e-7);
+  }
 }
 
 }  // namespace contact_features_test
