@@ -407,6 +407,52 @@ Drawing thrusters(const RunSource& run) {
   return {{given, used}, 1};
 }
 
+// Pairs of bodies that touch: normal force and depth, and the impulse of hard contacts in an instant.
+Drawing contacts(const RunSource& run) {
+  SeriesPanel force, depth, impulse;
+  force.quantity = "normal force", force.unit = "N";
+  depth.quantity = "penetration", depth.unit = "m";
+  impulse.quantity = "impulse of impacts", impulse.unit = "N s";
+  const std::vector<std::string> pairs = names_in(run.series, "contacts", "normal_force");
+  if (pairs.empty()) throw std::runtime_error("the run has no contacts between shapes");
+  for (const std::string& pair : pairs) {
+    const std::string group = "contacts/" + pair + "/";
+    const Series &pressing = wanted(run, group + "normal_force"), &overlap = wanted(run, group + "depth");
+    const Series* struck = find_series(run.series, group + "impact_impulse");
+    const bool strikes = struck != nullptr && !all_zero(struck->data);
+    if (all_zero(pressing.data) && !strikes) continue;
+    const std::string color = color_of(force.curves.size());
+    force.curves.push_back({pair, component(pressing, 0), color});
+    depth.curves.push_back({pair, component(overlap, 0), color});
+    if (strikes) impulse.curves.push_back({pair, component(*struck, 0), color});
+  }
+  if (force.curves.empty()) throw std::runtime_error("no bodies touch at a sample of the run");
+  depth.legend = impulse.legend = false;
+  Drawing drawing{{force, depth}, 1};
+  if (!impulse.curves.empty()) drawing.panels.push_back(impulse);
+  return drawing;
+}
+
+// A capture by contacts: how firmly each target is held, and how fast it still moves in the gripper.
+Drawing grip(const RunSource& run) {
+  constexpr std::array<std::array<const char*, 3>, 4> kQuantities{{{"grip_force", "grip force", "N"},
+                                                                   {"friction_margin", "friction margin", "1"},
+                                                                   {"speed", "relative speed", "m/s"},
+                                                                   {"rate", "relative rate", "rad/s"}}};
+  const std::vector<std::string> targets = names_in(run.series, "stages", "grip_force");
+  if (targets.empty()) throw std::runtime_error("the run has no stages of a capture");
+  Drawing drawing;
+  for (const auto& [name, quantity, unit] : kQuantities) {
+    SeriesPanel panel;
+    panel.quantity = quantity, panel.unit = unit;
+    for (std::size_t t = 0; t < targets.size(); ++t)
+      panel.curves.push_back({targets[t], component(wanted(run, "stages/" + targets[t] + "/" + name), 0), color_of(t)});
+    panel.legend = drawing.panels.empty();
+    drawing.panels.push_back(std::move(panel));
+  }
+  return drawing;
+}
+
 // The panels of a drawing, or empty if the run has not recorded them.
 void append(Drawing (*draw)(const RunSource&), const RunSource& run, std::size_t most, Panels& panels) {
   try {
@@ -428,6 +474,7 @@ Drawing summary(const RunSource& run) {
   append(joints, run, 2, page.panels);
   append(base, run, 2, page.panels);
   append(torques, run, 1, page.panels);
+  append(contacts, run, 1, page.panels);
   append(clearance, run, 1, page.panels);
   append(wheels, run, 1, page.panels);
   append(gyros, run, 1, page.panels);
@@ -444,9 +491,9 @@ struct Kind {
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 15> kKinds{{
-    {"summary", "a capture on one page: distances, energy, joints, base, efforts, clearance, actuators, loops",
-     summary},
+constexpr std::array<Kind, 17> kKinds{{
+    {"summary",
+     "a capture on one page: distances, energy, joints, base, efforts, contacts, clearance, actuators, loops", summary},
     {"joints", "joint angles and rates", joints},
     {"velocities", "velocities of end-effectors and of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
@@ -460,6 +507,8 @@ constexpr std::array<Kind, 15> kKinds{{
     {"loops", "defects of closed loops, on a logarithmic axis", loops},
     {"torques", "motor torques and joint friction", torques},
     {"forces", "forces and moments on the grasps", forces},
+    {"contacts", "normal force and penetration of bodies that touch, and impulses of their impacts", contacts},
+    {"grip", "grip force, margin of friction and motion of the target in the gripper", grip},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
     {"gyros", "angles and torques of control moment gyros' gimbals, and the singularity measure of the array", gyros},

@@ -14,6 +14,7 @@ namespace fs = std::filesystem;
 using test::Outcome;
 using test::read_text;
 using testing::HasSubstr;
+using testing::Not;
 
 class Figures : public test::ProgramRun {
  protected:
@@ -70,6 +71,20 @@ TEST_F(Figures, CaptureFitsOnOnePage) {
             0);
   const std::string page = drawn("r", "summary");
   for (const char* panel : {"distance", "energy", "joint angle", "joint rate"}) EXPECT_THAT(page, HasSubstr(panel));
+}
+
+// Pairs that never touch have no curve; the latch ends the contacts.
+TEST_F(Figures, ContactsAndGripOverTime) {
+  ASSERT_EQ(run("run " + scenario("cubesat-two-finger.yaml") + " --no-report --quiet -o r").code, 0);
+  const Outcome list = run("figure r --list");
+  EXPECT_THAT(list.out, HasSubstr("contacts "));
+  EXPECT_THAT(list.out, HasSubstr("grip "));
+  const std::string contacts = drawn("r", "contacts"), grip = drawn("r", "grip");
+  for (const char* text : {"normal force", "penetration", "left--cubesat"}) EXPECT_THAT(contacts, HasSubstr(text));
+  EXPECT_THAT(contacts, Not(HasSubstr("impulse of impacts")));
+  for (const char* text : {"grip force", "friction margin", "relative speed", "cubesat"})
+    EXPECT_THAT(grip, HasSubstr(text));
+  EXPECT_THAT(drawn("r", "summary"), HasSubstr("normal force"));
 }
 
 // Two consecutive apostrophes must not end a gnuplot string.
