@@ -42,6 +42,14 @@ constexpr double kDiverges = 1.5;
 // Rates at rounding level [rad/s or m/s], and the multiple of a sensor's deviation that counts as noise.
 constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
 
+// Contacts between shapes that have begun so far, and impacts of hard ones.
+long touches_in(const ContactSet* contacts) {
+  long touches = 0;
+  for (std::size_t g = 0; contacts && g < contacts->groups(); ++g)
+    touches += contacts->history(g).touches + contacts->history(g).impacts;
+  return touches;
+}
+
 }  // namespace
 
 // ---- Oscillation ----
@@ -204,6 +212,7 @@ StabilityMonitor::StabilityMonitor(const CaptureProblem& problem) : problem_(pro
 void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                                    bool moved_by_law, bool after_impact) {
   name_ = name, system_ = &system, dynamics_ = &dynamics, moved_by_law_ = moved_by_law;
+  touches_ = touches_in(dynamics.setup().contacts.get()), disturbed_ = false;
   signals_.clear();
   const PhaseSetup& setup = dynamics.setup();
   const Model& model = system.model;
@@ -272,6 +281,10 @@ bool StabilityMonitor::is_forced(double begin, double end) const {
 void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_is_saturated) {
   constexpr double kAtLimit = 1 - 1e-9;
   const PhaseSetup& setup = dynamics_->setup();
+  if (const long touches = touches_in(setup.contacts.get()); touches != touches_) {
+    touches_ = touches;
+    forget_before_contact();
+  }
   const double now = stores_energy_ ? energy(reached.state) : 0;
   const bool forced = moved_by_law_ || is_forced(begin, reached.time);
   for (Signal& signal : signals_) {
@@ -314,18 +327,43 @@ void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
   rest.at_rest = within;
 }
 
+// Forced oscillations decide only if they are unstable or the only ones.
+StabilityReport StabilityMonitor::judge(const Signal& signal) const {
+  const double noise = std::max(signal.noise, kSettled * signal.largest / kNoiseDeviations);
+  StabilityReport report = evaluate_oscillation(signal.oscillation, noise, stores_energy_);
+  const StabilityReport forced = evaluate_oscillation(signal.forced, noise, stores_energy_, true);
+  if (report.verdict != Stability::unstable && (forced.verdict == Stability::unstable || signal.oscillation.empty()))
+    report = forced;
+  report.phase = name_, report.of = signal.of;
+  if (report.verdict == Stability::unstable) return report;
+  if (signal.unstable) return *signal.unstable;
+  if (disturbed_ && report.verdict == Stability::not_evaluated)
+    report.reason = signal.oscillation.empty() && signal.forced.empty()
+                        ? "a contact began at the end of the phase"
+                        : report.reason + ", since the last contact began";
+  return report;
+}
+
+// A contact that begins excites vibrations, whose growth from those before is no instability. What was unstable before
+// it is, and the largest rate remains the scale of what has settled.
+void StabilityMonitor::forget_before_contact() {
+  for (Signal& signal : signals_) {
+    const StabilityReport report = judge(signal);
+    if (report.verdict == Stability::unstable) signal.unstable = report;
+    signal.largest = std::max({signal.largest, signal.oscillation.largest(), signal.forced.largest()});
+    signal.oscillation = signal.forced = {};
+  }
+  disturbed_ = true;
+}
+
 // Signals => one report per phase, of the signal with the worst verdict and, among equals, the largest ratio of
-// amplitudes. Forced oscillations decide only if they are unstable or the only ones.
+// amplitudes.
 void StabilityMonitor::end_phase() {
   if (signals_.empty()) return;
   StabilityReport decides;
   double ratio = -1;
   for (const Signal& signal : signals_) {
-    StabilityReport report = evaluate_oscillation(signal.oscillation, signal.noise, stores_energy_);
-    const StabilityReport forced = evaluate_oscillation(signal.forced, signal.noise, stores_energy_, true);
-    const bool decides_forced = forced.verdict == Stability::unstable || signal.oscillation.empty();
-    if (report.verdict != Stability::unstable && decides_forced) report = forced;
-    report.phase = name_, report.of = signal.of;
+    const StabilityReport report = judge(signal);
     const double own = report.amplitude_before > 0 ? report.amplitude_after / report.amplitude_before : 0;
     if (ratio >= 0 && (report.verdict > decides.verdict || (report.verdict == decides.verdict && own <= ratio)))
       continue;

@@ -98,8 +98,13 @@ class StabilityMonitor {
     double limit = 0;  // of the drive [N m or N]; of base control about the axis
     double noise = 0;  // of the sensor [rad/s or m/s]
     Oscillation oscillation;
-    Oscillation forced;  // in steps in which joints follow a moving reference, or noise
+    Oscillation forced;                            // in steps in which joints follow a moving reference, or noise
+    // Before the last contact began:
+    std::optional<StabilityReport> unstable = {};
+    double largest = 0;  // magnitude of the rate [rad/s or m/s]
   };
+  StabilityReport judge(const Signal& signal) const;
+  void forget_before_contact();
   double energy(const State& state) const;
   bool is_forced(double begin, double end) const;
 
@@ -108,6 +113,8 @@ class StabilityMonitor {
   const CaptureSystem* system_ = nullptr;
   const PhaseDynamics* dynamics_ = nullptr;
   bool stores_energy_ = false, moved_by_law_ = false;
+  long touches_ = 0;        // contacts between shapes that have begun, impacts included
+  bool disturbed_ = false;  // one has begun in this phase
   std::vector<Signal> signals_;
   std::vector<StabilityReport> reports_;
   bool seeks_rest_ = false;

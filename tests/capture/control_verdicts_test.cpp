@@ -16,6 +16,7 @@
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "scenario/scenario_files.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {
@@ -301,6 +302,26 @@ TEST(Rest, OfTheMotionAfterwards) {
   EXPECT_FALSE(strict.rest->at_rest);
   EXPECT_TRUE(std::isnan(strict.rest->time));
   EXPECT_THAT(strict.warnings, Contains(HasSubstr("at rest: NO; at the end base at ")));
+}
+
+// ---- Contacts between shapes ----
+
+// A base at rest under attitude control, which two pads that meet a target shake: no instability.
+TEST(Stability, AContactExcitesVibrationsOfAStableLoop) {
+  const test::TemporaryFolder folder;
+  const std::string box = "size: [0.25, 0.25, 0.25]}}\n", move = "duration: 2.5}\n";
+  const std::string text =
+      test::edited(test::bytes_of(GRAPNEL_SOURCE_DIR "/scenarios/parallel-gripper.yaml"),
+                   {{box, box + "  wheels:\n"
+                                "    - {name: x, axis: [1, 0, 0], inertia: 1e-3, torque: 0.02, rate: 600}\n"
+                                "    - {name: y, axis: [0, 1, 0], inertia: 1e-3, torque: 0.02, rate: 600}\n"
+                                "    - {name: z, axis: [0, 0, 1], inertia: 1e-3, torque: 0.02, rate: 600}\n"},
+                    {move, move + "  base_control: {actuators: wheels, kp: 0.02, kd: 0.1}\n"}});
+  const CaptureResult r = simulate_capture(load_scenario(folder.write("wheels.yaml", text)));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  ASSERT_EQ(r.stability.size(), 1U);
+  EXPECT_NE(r.stability[0].verdict, Stability::unstable) << r.stability[0].reason;
+  EXPECT_THAT(r.warnings, Not(Contains(HasSubstr("unstable"))));
 }
 
 }  // namespace control_verdicts_test
