@@ -24,6 +24,15 @@ struct Box {
   double middle(int k) const { return 0.5 * (high[k] + low[k]); }
 };
 
+// Angle between two orientations, accurate near zero.
+double angle_between(const Quaterniond& a, const Quaterniond& b) {
+  const auto distance = [&](double sign) {
+    const double w = a.w - sign * b.w, x = a.x - sign * b.x, y = a.y - sign * b.y, z = a.z - sign * b.z;
+    return std::sqrt(w * w + x * x + y * y + z * z);
+  };
+  return 4 * std::asin(std::min(1.0, 0.5 * std::min(distance(1), distance(-1))));
+}
+
 // Smallest magnitude of the rotation vectors of a box.
 double least_angle(const Box& box, int rotations) {
   double least = 0;
@@ -55,7 +64,7 @@ struct Cell {
   double arm;           // CageOverlap
   double displacement;  // bound for the points of the shape of `arm` in all motions from the middle [m]
   Label label;
-  bool wraps;                   // contains orientations that others in the search space are equal to
+  bool wraps;                   // contains half turns, which opposite rotation vectors describe, too
   std::vector<int> neighbours;  // cells that are neither divided nor blocked
 };
 
@@ -72,7 +81,6 @@ class CageCells {
 
   Cell make_cell(const Box& box);
   Label label_of(Cell& cell);
-  bool is_needed(const Cell& cell) const;
   bool wraps(const Cell& cell) const;
   int longest(const Cell& cell) const;
   bool at_exit(const Box& box) const;
@@ -132,25 +140,15 @@ bool CageCells::at_exit(const Box& box) const {
   return false;
 }
 
-// Whether a cell has an orientation for which no equal one has a smaller angle: rotation vectors beyond pi are not
-// needed, and one of several that a symmetry makes equal is sufficient.
-bool CageCells::is_needed(const Cell& cell) const {
-  const double least = least_angle(cell.box, rotations_);
-  if (least > kPi) return false;
-  return !(poses_.rotations().angle(cell.q, Quaterniond::identity(), false) + cell.angle < least);
-}
-
-// Whether the cell may have an orientation for which an equal one has the same angle, so that paths may continue there.
+// Whether the cell may contain half turns, so that paths may continue at the opposite rotation vector. Paths of a body
+// of revolution can avoid the orientation opposite to the present one.
 bool CageCells::wraps(const Cell& cell) const {
-  if (rotations_ == 0) return false;
-  const double most = poses_.rotations().angle(cell.q, Quaterniond::identity(), true) + cell.angle;
-  if (rotations_ == 3 && most >= kPi) return true;
-  return poses_.rotations().angle(cell.q, Quaterniond::identity(), false) - cell.angle <= most;
+  return rotations_ == 3 && angle_between(cell.q, Quaterniond::identity()) + cell.angle >= kPi;
 }
 
 // Cell => its label, by distances and overlaps at its middle (24.2).
 Label CageCells::label_of(Cell& cell) {
-  if (!is_needed(cell)) return Label::blocked;
+  if (least_angle(cell.box, rotations_) > kPi) return Label::blocked;  // not needed
   ++answer_.cells;
   const Box& box = cell.box;
   const double translation = std::hypot(box.half(0), box.half(1), box.half(2));
@@ -185,7 +183,7 @@ bool CageCells::are_neighbours(const Cell& a, const Cell& b) const {
   for (int k = 0; k < 3; ++k) {
     if (a.box.high[k] <= b.box.low[k] || b.box.high[k] <= a.box.low[k]) return false;
   }
-  return poses_.rotations().angle(a.q, b.q, rotations_ == 3) <= a.angle + b.angle;
+  return angle_between(a.q, b.q) <= a.angle + b.angle;
 }
 
 // A mixed cell => two labelled halves with their neighbours.

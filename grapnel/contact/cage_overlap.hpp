@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "grapnel/contact/caging.hpp"
 #include "grapnel/contact/pair_contact.hpp"
 
 namespace grapnel {

@@ -52,8 +52,7 @@ CagePoses::CagePoses(const Cage& cage, double resolution, double allowance) : ca
   if (cage.moving.empty()) throw std::invalid_argument("search_cage: the moving body has no shape");
   body_ = ball_around(placed(cage.moving));
   resolution_ = resolution > 0 ? resolution : default_resolution(cage, body_.radius);
-  rotations_ = rotation_space(cage.moving, body_.center, resolution_);
-  if (rotations_.dims == 3 && rotations_.symmetries.empty()) center_on_symmetries();
+  rotations_ = rotation_space(cage.moving, body_.center);
   std::vector<PlacedContactShape> fixed;
   for (const ContactShape& moving : cage.moving) {
     const std::size_t first = inner_.size();
@@ -76,22 +75,6 @@ CagePoses::CagePoses(const Cage& cage, double resolution, double allowance) : ca
     if (pair.shapes.distance(cage.X_FM, 0).low < 0) overlap = std::max(overlap, -pair.shapes.separation(cage.X_FM));
   }
   allowance_ = std::max(allowance, 2 * resolution_ + overlap);
-}
-
-// Takes the mean of the shapes' centres as centre if they have symmetries about it.
-void CagePoses::center_on_symmetries() {
-  Vector3d mean = Vector3d::zero();
-  for (const ContactShape& shape : cage_.moving)
-    mean += (1.0 / static_cast<double>(cage_.moving.size())) * shape.X_BC().p;
-  const RotationSpace about = rotation_space(cage_.moving, mean, resolution_);
-  if (about.symmetries.empty()) return;
-  rotations_ = about, body_ = {mean, 0};
-  for (const ContactShape& shape : cage_.moving)
-    body_.radius = std::max(body_.radius, norm(shape.X_BC().p - mean) + shape.reach());
-}
-
-void CagePoses::use_symmetries() {
-  if (!rotations_.symmetries.empty()) allowance_ += rotations_.error;
 }
 
 Posed CagePoses::pose(const Vector3d& displacement, const Rotationd& rotation) const {

@@ -27,14 +27,8 @@ struct RotationSpace {
   /// Directions of the rotation vector's components, in the body's frame. Of two: perpendicular to the third, the axis
   /// of the body.
   std::array<Vector3d, 3> axes{Vector3d{1, 0, 0}, Vector3d{0, 1, 0}, Vector3d{0, 0, 1}};
-  /// Rotations about the centre after which the shapes are the same, up to `error` [m]; a group, without its identity.
-  std::vector<Quaterniond> symmetries;
-  double error = 0;
 
   Quaterniond rotation(const std::array<double, 3>& vector) const;
-  /// Smallest angle between two orientations, the first one followed by a symmetry; or between the directions of the
-  /// axis. `with_identity`: also without a symmetry.
-  double angle(const Quaterniond& a, const Quaterniond& b, bool with_identity) const;
 };
 
 /// Bounds of motions of the body: of the translation of its centre [m] and of the rotation [rad].
@@ -73,8 +67,6 @@ class CagePoses {
   /// The share of a motion that certainly keeps the overlaps within the allowance, at most 1; negative if the pose
   /// itself does not.
   double free_share(const Posed& X_FM, const CageMotion& motion) const;
-  /// Uses the symmetries: adds their error to the allowance.
-  void use_symmetries();
 
  private:
   struct InnerBall {
@@ -86,7 +78,6 @@ class CagePoses {
     double arm;
     std::size_t balls, end;  // inside of the moving shape: indices into inner_
   };
-  void center_on_symmetries();
   double arm_of(const ContactShape& shape) const;
   void add_inner_balls(const ContactShape& shape);
   bool note_balls(const Pair& pair, const Posed& X_FM, const CageMotion& motion, CageOverlap& found) const;
@@ -141,11 +132,9 @@ void prove_caged(CagePoses& poses, long max_cells, CageAnswer& answer, const Cag
 
 /// Sphere around the shapes other than half-spaces; with the mean of their bounding box as its centre.
 Ball ball_around(const std::vector<PlacedContactShape>& shapes);
-/// The rotations of shapes about a centre, with the symmetries whose error is at most `tolerance` [m].
-RotationSpace rotation_space(const std::vector<ContactShape>& shapes, const Vector3d& center, double tolerance);
-/// Bodies inside of the moving one that fewer coordinates describe, or that are smaller: if one of them is caged, the
-/// whole body is. The simplest first.
-std::vector<std::vector<ContactShape>> inner_bodies(const std::vector<ContactShape>& moving,
-                                                    const RotationSpace& rotations);
+/// The rotations that change shapes about a centre.
+RotationSpace rotation_space(const std::vector<ContactShape>& shapes, const Vector3d& center);
+/// Balls inside of the moving body: if one of them is caged, the whole body is. The largest first.
+std::vector<ContactShape> inner_balls(const std::vector<ContactShape>& moving);
 
 }  // namespace grapnel

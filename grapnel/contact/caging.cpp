@@ -21,12 +21,10 @@ struct SearchedBody {
   CageAnswer search_cells(long max_cells) {
     evaluated = 0;
     CageAnswer found;
-    CagePoses of_cells = poses;
-    of_cells.use_symmetries();
     const long trials = max_cells / 4;
-    prove_caged(of_cells, max_cells, found,
+    prove_caged(poses, max_cells, found,
                 [&](const auto& goals) { return evaluated < trials && tree.follow(goals, trials - evaluated); });
-    found.cells += evaluated, found.allowance = of_cells.allowance();
+    found.cells += evaluated;
     return found;
   }
 
@@ -42,10 +40,10 @@ struct SearchedBody {
 }  // namespace
 
 // Cage => answer: first a search for a path that leads out, which is quick if there is a wide one; then proofs that
-// there is none: by simpler bodies inside of the body, and by the whole body.
+// there is none: by balls inside of the body, and by the whole body.
 CageAnswer search_cage(const Cage& cage, const CageSearch& search) {
   using Verdict = CageAnswer::Verdict;
-  constexpr long kInnerTree = 2000;  // evaluations that may show that an inner body is no proof
+  constexpr long kInnerTree = 2000;  // evaluations that may show that a ball is no proof
   SearchedBody whole(cage, search.resolution, 0);
   const double resolution = whole.poses.resolution(), allowance = whole.poses.allowance();
   CageAnswer answer;
@@ -56,14 +54,15 @@ CageAnswer search_cage(const Cage& cage, const CageSearch& search) {
     answer.verdict = Verdict::can_leave;
     return answer;
   }
-  const std::vector<std::vector<ContactShape>> bodies = inner_bodies(cage.moving, whole.poses.rotations());
+  std::vector<ContactShape> balls;  // a body of concentric spheres is one itself
+  if (whole.poses.rotations().dims > 0) balls = inner_balls(cage.moving);
   const auto share_of = [&](std::size_t rest) { return (search.max_cells - answer.cells) / static_cast<long>(rest); };
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    SearchedBody inner({cage.fixed, bodies[i], cage.X_FM}, resolution, allowance);
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    SearchedBody inner({cage.fixed, {balls[i]}, cage.X_FM}, resolution, allowance);
     const bool is_proof = !inner.escapes(std::min(kInnerTree, share_of(10)));
     answer.cells += inner.evaluated;
     if (!is_proof) continue;
-    const CageAnswer found = inner.search_cells(share_of(bodies.size() + 1 - i));
+    const CageAnswer found = inner.search_cells(share_of(balls.size() + 1 - i));
     answer.cells += found.cells;
     if (found.verdict != Verdict::caged) continue;
     answer.verdict = Verdict::caged;
@@ -72,7 +71,6 @@ CageAnswer search_cage(const Cage& cage, const CageSearch& search) {
   const CageAnswer found = whole.search_cells(share_of(1));
   answer.verdict = found.verdict, answer.out_of_cells = found.out_of_cells;
   answer.cells += found.cells;
-  if (found.verdict == Verdict::can_leave) answer.allowance = found.allowance;
   return answer;
 }
 
