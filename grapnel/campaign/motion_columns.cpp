@@ -114,17 +114,17 @@ class MotionColumnBuilder {
   }
 
   void detumbling() {
-    const auto report = [](auto value) {
-      return [value](const StudyCase&, const CaptureResult& r) {
-        return r.detumbling ? static_cast<double>(value(*r.detumbling)) : NAN;
+    const FindIn<LawReport> found = [](const CaptureResult& r) { return r.law(LawReport::Law::detumbling); };
+    const auto report = [found](auto value) {
+      return [found, value](const StudyCase&, const CaptureResult& r) {
+        const LawReport* law = found(r);
+        return law ? static_cast<double>(value(*law)) : NAN;
       };
     };
-    using D = DetumblingReport;
     list_.add("detumbling/at_rest", "1", "whether the held target came to rest",
-              report([](const D& d) { return d.ended == LawEnd::at_rest; }));
+              report([](const LawReport& law) { return law.ended == LawEnd::at_rest; }));
     list_.add("detumbling/duration", "s", "duration of the detumbling, for any end",
-              report([](const D& d) { return d.end - d.begin; }));
-    const FindIn<D> found = [](const CaptureResult& r) { return r.detumbling ? &*r.detumbling : nullptr; };
+              report([](const LawReport& law) { return law.end - law.begin; }));
     for (const char* key : {"largest_torque", "least_scale"}) list_.field(std::string("detumbling/") + key, key, found);
   }
 

@@ -10,7 +10,8 @@ constexpr double kNoTurning = 1e-9;
 
 class BaseKeepingControl : public CoordinatedLaw {
  public:
-  explicit BaseKeepingControl(const CaptureProblem& problem) : problem_(problem) {}
+  explicit BaseKeepingControl(const CaptureProblem& problem)
+      : CoordinatedLaw(LawReport::Law::base_keeping), problem_(problem) {}
 
   void begin_post_impact(const CaptureSystem& system, const State& known) override {
     R_WD_ = root_pose(system.model, known, system.base).R;
@@ -21,19 +22,16 @@ class BaseKeepingControl : public CoordinatedLaw {
     system_ = &system;
     const KeepBaseSetup setup = problem_.post_impact->keep_base_attitude.value_or(KeepBaseSetup{});
     law_ = BaseKeepingLaw{system.base, setup.R_WD.value_or(R_WD_), setup.rate, setup.posture, setup.posture_rate};
-    if (!report_) begin_report(state, time);
+    if (!report_) describe_start(state, time);
     law_.rank = report_->rank;
     return std::make_shared<BaseKeeping>(law_model, law_,
                                          LawScope{system.robot_joints, {}, problem_.gravity, steady_joints(system)});
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
-    BaseHoldReport& r = *report_;
-    lower_to(r.least_share, r.least_share_time, command.scale, sample.time);
-    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
-    r.within_limits = r.within_limits && command.within_limits;
+    note_command(sample.time, command);
     const Rotationd R_WB = root_pose(system_->model, sample.state, system_->base).R;
-    raise_to(r.largest_angle, r.largest_angle_time, norm(attitude_deviation(law_, R_WB)), sample.time);
+    raise_to(report_->largest_angle, report_->largest_angle_time, norm(attitude_deviation(law_, R_WB)), sample.time);
   }
 
   void describe(const State& state, double time) override {
@@ -43,15 +41,11 @@ class BaseKeepingControl : public CoordinatedLaw {
     report_->angular_velocity_after = norm(kinematics.V_WB[system_->base].angular);
   }
 
-  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
-  void write(CaptureResult& result) const override { result.base_keeping = report_; }
-
  private:
-  void begin_report(const State& state, double time) {
+  void describe_start(const State& state, double time) {
     EffortResponse response(system_->model, system_->robot_joints, {}, steady_joints(*system_));
     const BaseKeepingCommand first = base_keeping_command(law_, state, {}, problem_.gravity, response);
-    BaseHoldReport& report = report_.emplace();
-    report.begin = time;
+    LawReport& report = begin_report(time);
     for (int i = 0; i < 3; ++i) report.rank += first.singular_values[i] > kNoTurning * first.singular_values[0];
     describe(state, time);
   }
@@ -59,8 +53,7 @@ class BaseKeepingControl : public CoordinatedLaw {
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
   Rotationd R_WD_ = Rotationd::identity();
-  BaseKeepingLaw law_;                    // of the current piece
-  std::optional<BaseHoldReport> report_;  // of all pieces
+  BaseKeepingLaw law_;  // of the current piece
 };
 
 }  // namespace

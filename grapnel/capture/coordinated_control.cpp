@@ -30,6 +30,17 @@ constexpr LawEntry kLaws[] = {
 
 }  // namespace
 
+void CoordinatedLaw::write(CaptureResult& result) const {
+  std::erase_if(result.laws, [&](const LawReport& r) { return r.law == law_ && r.in_approach == in_approach_; });
+  if (report_) result.laws.push_back(*report_);
+}
+
+void CoordinatedLaw::note_command(double time, const JointLawCommand& command) {
+  lower_to(report_->least_share, report_->least_share_time, command.scale, time);
+  lower_to(report_->least_condition, report_->least_condition_time, command.condition, time);
+  report_->within_limits = report_->within_limits && command.within_limits;
+}
+
 std::unique_ptr<CoordinatedLaw> coordinated_law_of_post_impact(const CaptureProblem& problem) {
   if (!problem.post_impact) return {};
   for (const LawEntry& law : kLaws) {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "grapnel/capture/compliant_run.hpp"
@@ -21,7 +22,7 @@ class CoordinatedLaw {
   /// Receives conditions that end a law: a margin that falls to zero, the kind of end, and the joint.
   using Consider = std::function<void(double margin, LawEnd end, const std::string& joint)>;
 
-  CoordinatedLaw() = default;
+  explicit CoordinatedLaw(LawReport::Law law, bool in_approach = false) : law_(law), in_approach_(in_approach) {}
   CoordinatedLaw(const CoordinatedLaw&) = delete;
   CoordinatedLaw& operator=(const CoordinatedLaw&) = delete;
   virtual ~CoordinatedLaw() = default;
@@ -49,10 +50,26 @@ class CoordinatedLaw {
   /// Records the current state in the report.
   virtual void describe(const State& state, double time) = 0;
   /// Ends the law.
-  virtual void end(LawEnd how, const std::string& joint) = 0;
+  void end(LawEnd how, const std::string& joint) { report_->ended = how, report_->joint = joint; }
   /// Records the time at which the release of its target ended the law.
-  virtual void released_at(double time) { static_cast<void>(time); }
-  virtual void write(CaptureResult& result) const = 0;
+  void released_at(double time) { report_->end = time; }
+  /// Its report replaces that of the same law in an earlier phase. A law without a report leaves none.
+  virtual void write(CaptureResult& result) const;
+
+ protected:
+  LawReport& begin_report(double time) {
+    LawReport& report = report_.emplace();
+    report.law = law_, report.in_approach = in_approach_, report.begin = time;
+    return report;
+  }
+  /// Records what the limits left of a command.
+  void note_command(double time, const JointLawCommand& command);
+
+  std::optional<LawReport> report_;  // of all pieces
+
+ private:
+  LawReport::Law law_;
+  bool in_approach_;
 };
 
 /// The problem must outlive the returned objects. Null if it has no such law.

@@ -13,7 +13,9 @@ constexpr double kTumblesNoMore = 1e-6;
 class DetumblingOfRun : public CoordinatedLaw {
  public:
   explicit DetumblingOfRun(const CaptureProblem& problem)
-      : problem_(problem), target_(held_target(problem, problem.post_impact->detumble->target)) {}
+      : CoordinatedLaw(LawReport::Law::detumbling),
+        problem_(problem),
+        target_(held_target(problem, problem.post_impact->detumble->target)) {}
 
   bool has_work(const CaptureSystem& system) const override { return is_held(problem_, system, target_); }
 
@@ -47,9 +49,9 @@ class DetumblingOfRun : public CoordinatedLaw {
     }
     for (const HeldGrasp& grasp : system.grasps) name_limits(grasp);
     const bool begins = !report_;
-    if (begins) begin_report(state, time);
+    if (begins) describe_start(state, time);
     auto law = std::make_shared<Detumbling>(law_model, law_, std::move(scope));
-    if (begins) report_->first_scale = law->at(time, state, {}).scale;
+    if (begins) report_->first_share = law->at(time, state, {}).scale;
     return law;
   }
 
@@ -63,10 +65,8 @@ class DetumblingOfRun : public CoordinatedLaw {
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
     note_torque(sample);
-    DetumblingReport& r = *report_;
-    lower_to(r.least_scale, r.least_scale_time, command.scale, sample.time);
-    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
-    r.within_limits = r.within_limits && command.within_limits;
+    note_command(sample.time, command);
+    LawReport& r = *report_;
     if (command.limiting < 0 || !(command.demand > r.largest_demand)) return;
     r.largest_demand = command.demand, r.largest_demand_time = sample.time;
     r.limiting = limited_[command.limiting];
@@ -81,19 +81,17 @@ class DetumblingOfRun : public CoordinatedLaw {
     report_->speed_after = norm(motion.velocity);
   }
 
-  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
-  void released_at(double time) override { report_->end = time; }
   void write(CaptureResult& result) const override {
-    result.detumbling = report_;
+    CoordinatedLaw::write(result);
     if (report_) warn(*report_, result.warnings);
   }
 
  private:
-  void begin_report(const State& state, double time) {
+  void describe_start(const State& state, double time) {
     forward_kinematics(system_->model, state, kinematics_);
     const TargetMotion3d motion = target_motion(system_->model, kinematics_, law_.bodies);
-    DetumblingReport& report = report_.emplace();
-    report.target = target_, report.begin = time, report.torque_bound = law_.torque;
+    LawReport& report = begin_report(time);
+    report.target = target_, report.torque_bound = law_.torque;
     report.angular_momentum_before = norm(motion.angular_momentum), report.speed_before = norm(motion.velocity);
     report.expected_duration = detumbling_time(motion.angular_momentum, law_.torque);
     describe(state, time);  // until better estimates exist
@@ -109,7 +107,7 @@ class DetumblingOfRun : public CoordinatedLaw {
   }
 
   // Warns if limits prevent the commanded torque, or the rest within the phase.
-  void warn(const DetumblingReport& r, std::vector<std::string>& warnings) const {
+  void warn(const LawReport& r, std::vector<std::string>& warnings) const {
     if (!r.within_limits) {
       warnings.push_back(
           fmt::format("post_impact.detumble: at t = {:.6g} s the law exceeds the limits: even without braking, "
@@ -117,14 +115,14 @@ class DetumblingOfRun : public CoordinatedLaw {
                       "{:.3g} times {}; efforts were scaled down, and the target did not follow its reference",
                       r.largest_demand_time, r.target, r.largest_demand, r.limiting));
     }
-    const double left = problem_.post_impact->duration, takes = r.expected_duration / r.first_scale;
+    const double left = problem_.post_impact->duration, takes = r.expected_duration / r.first_share;
     if (r.ended == LawEnd::at_rest || !(takes > left)) return;
     warnings.push_back(
-        r.first_scale > 0
+        r.first_share > 0
             ? fmt::format(
                   "post_impact.detumble: at the start of the law, limits reduce its torque to {:.3g} of {:.6g} N m, so "
                   "that '{}' comes to rest after about {:.4g} s; post_impact ends after {:.6g} s",
-                  r.first_scale, r.torque_bound, r.target, takes, left)
+                  r.first_share, r.torque_bound, r.target, takes, left)
             : fmt::format(
                   "post_impact.detumble: at the start of the law, limits reduce its torque from {:.6g} N m to zero",
                   r.torque_bound));
@@ -157,7 +155,6 @@ class DetumblingOfRun : public CoordinatedLaw {
   DetumblingLaw law_;                 // of the current piece
   std::vector<std::string> limited_;  // names of the limits that DetumblingCommand::limiting counts
   Kinematics kinematics_;
-  std::optional<DetumblingReport> report_;  // of all pieces
 };
 
 }  // namespace

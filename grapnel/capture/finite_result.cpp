@@ -93,7 +93,7 @@ Path path_in(const Type& type, const void* value, bool also_unknown) {
 class Finder {
  public:
   template <class T>
-  void check(const char* key, const T& value, bool also_unknown = false) {
+  void check(const std::string& key, const T& value, bool also_unknown = false) {
     if (!found_.empty()) return;
     if (const Path path = path_in(type_of<T>(), &value, also_unknown)) found_ = key + *path;
   }
@@ -117,11 +117,8 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.check("phases", result.phases);
   finder.check("post_impact.end", result.post_impact_end);
   finder.check("post_impact.grasp_loads", result.grasp_loads);
-  finder.check("post_impact.detumbling", result.detumbling);
-  finder.check("post_impact.base_keeping", result.base_keeping);
-  finder.check("approach.impedance", result.approach_impedance);
-  finder.check("post_impact.impedance", result.impedance);
-  finder.check("post_impact.grasp_force", result.grasp_force);
+  for (const LawReport& law : result.laws)
+    finder.check(std::string(law.in_approach ? "approach." : "post_impact.") + name_of(law.law), law);
   for (const WheelReport& wheel : result.wheels) finder.check("wheels.rate_after", wheel.rate_after);
   if (result.gyros) finder.check("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
   finder.check("joints", result.joints);

@@ -12,7 +12,10 @@ namespace {
 class GraspForceOfRun : public CoordinatedLaw {
  public:
   explicit GraspForceOfRun(const CaptureProblem& problem)
-      : problem_(problem), setup_(*problem.post_impact->grasp_force), target_(held_target(problem, setup_.target)) {}
+      : CoordinatedLaw(LawReport::Law::grasp_force),
+        problem_(problem),
+        setup_(*problem.post_impact->grasp_force),
+        target_(held_target(problem, setup_.target)) {}
 
   void begin_post_impact(const CaptureSystem&, const State&) override { begins_ = true; }
 
@@ -57,28 +60,22 @@ class GraspForceOfRun : public CoordinatedLaw {
     }
     law.X_BT = *X_BT_ * inverse(own_frame(system, law.target));
     law_ = std::make_shared<GraspForce>(law_model, std::move(law), std::move(scope));
-    if (!report_) begin_report(state, time);
+    if (!report_) describe_start(state, time);
     describe(state, time);
     return law_;
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
-    GraspForceReport& r = *report_;
-    lower_to(r.least_scale, r.least_scale_time, command.scale, sample.time);
-    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
-    r.within_limits = r.within_limits && command.within_limits;
+    note_command(sample.time, command);
     forward_kinematics(system_->model, sample.state, kinematics_);
     note_forces(sample);
     if (law_->law().brakes) return;
     const HoldDeviation d = hold_deviation(law_->law(), system_->model, kinematics_);
-    r.largest_distance = std::max(r.largest_distance, d.distance);
-    r.largest_angle = std::max(r.largest_angle, d.angle);
+    report_->largest_distance = std::max(report_->largest_distance, d.distance);
+    report_->largest_angle = std::max(report_->largest_angle, d.angle);
   }
 
   void describe(const State&, double time) override { report_->end = time; }
-  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
-  void released_at(double time) override { report_->end = time; }
-  void write(CaptureResult& result) const override { result.grasp_force = report_; }
 
  private:
   // Grasps of the target that transmit loads, as indices in CaptureSystem::grasps.
@@ -91,12 +88,12 @@ class GraspForceOfRun : public CoordinatedLaw {
     return places;
   }
 
-  void begin_report(const State& state, double time) {
-    GraspForceReport& report = report_.emplace();
-    report.target = target_, report.begin = time;
+  void describe_start(const State& state, double time) {
+    LawReport& report = begin_report(time);
+    report.target = target_;
     for (const GraspForceSetup::Pair& pair : setup_.pairs) report.pairs.push_back({pair.between, 0, 0, 0, time});
     law_->at(time, state, {});
-    report.internal_rank = law_->internal_rank();
+    report.rank = law_->internal_rank();
   }
 
   // Records the loads of the grasps, from the loop solver, and their references.
@@ -120,7 +117,7 @@ class GraspForceOfRun : public CoordinatedLaw {
     if (law.pairs.empty()) return;
     const Eigen::VectorXd squeeze = least_norm_solution(map.pairs, inside);
     for (std::size_t p = 0; p < law.pairs.size(); ++p) {
-      GraspForceReport::Pair& pair = report_->pairs[pairs_[p]];
+      LawReport::Squeeze& pair = report_->pairs[pairs_[p]];
       pair.reference = squeeze_at(law.pairs[p], sample.time), pair.force = squeeze[p];
       raise_to(pair.largest_error, pair.largest_error_time, std::abs(pair.force - pair.reference), sample.time);
     }
@@ -138,7 +135,6 @@ class GraspForceOfRun : public CoordinatedLaw {
   std::vector<std::size_t> pairs_;   // of the law's pairs, in the setup
   std::shared_ptr<GraspForce> law_;
   Kinematics kinematics_;
-  std::optional<GraspForceReport> report_;  // of all pieces
 };
 
 }  // namespace

@@ -99,7 +99,8 @@ void set_approach_references(const CaptureProblem& problem, const CaptureSystem&
 // Impedance control of end-effectors in a phase: the approach, or the motion after the impact.
 class ImpedanceOfRun : public CoordinatedLaw {
  public:
-  ImpedanceOfRun(const CaptureProblem& problem, bool approach) : problem_(problem), approach_(approach) {}
+  ImpedanceOfRun(const CaptureProblem& problem, bool approach)
+      : CoordinatedLaw(LawReport::Law::impedance, approach), problem_(problem), approach_(approach) {}
 
   bool has_work(const CaptureSystem& system) const override { return !approach_ || system.grasps.empty(); }
 
@@ -111,7 +112,7 @@ class ImpedanceOfRun : public CoordinatedLaw {
                 : set_hold_references(system, known, time, p.law);
       for (const ImpedanceEndEffector& end_effector : p.law.end_effectors)
         references_.push_back(end_effector.reference);
-      report_.emplace().begin = time;
+      begin_report(time);
     } else {
       for (std::size_t h = 0; h < references_.size(); ++h) p.law.end_effectors[h].reference = references_[h];
     }
@@ -122,10 +123,8 @@ class ImpedanceOfRun : public CoordinatedLaw {
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
-    ImpedanceReport& r = *report_;
-    lower_to(r.least_share, r.least_share_time, command.scale, sample.time);
-    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
-    r.within_limits = r.within_limits && command.within_limits;
+    note_command(sample.time, command);
+    LawReport& r = *report_;
     const Impedance::Deviation d = law_->deviation(sample.time, sample.state);
     raise_to(r.largest_distance, r.largest_distance_time, d.distance, sample.time);
     raise_to(r.largest_angle, r.largest_angle_time, d.angle, sample.time);
@@ -136,18 +135,11 @@ class ImpedanceOfRun : public CoordinatedLaw {
     report_->end = time, report_->distance_after = d.distance, report_->angle_after = d.angle;
   }
 
-  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
-  void released_at(double time) override { report_->end = time; }
-  void write(CaptureResult& result) const override {
-    (approach_ ? result.approach_impedance : result.impedance) = report_;
-  }
-
  private:
   const CaptureProblem& problem_;
   const bool approach_;
   std::vector<EndEffectorReference> references_;
-  std::shared_ptr<Impedance> law_;         // of the current piece
-  std::optional<ImpedanceReport> report_;  // of all pieces
+  std::shared_ptr<Impedance> law_;  // of the current piece
 };
 
 }  // namespace

@@ -116,54 +116,21 @@ enum class LawEnd {
   released      // its target was released
 };
 
-/// End-effectors under impedance control, in one phase.
-struct ImpedanceReport {
-  double begin = 0;
-  double end = 0;
-  LawEnd ended = LawEnd::running;
-  std::string joint;            // joint whose range ended the law
-  double largest_distance = 0;  // of an end-effector from its reference [m]
-  double largest_distance_time = 0;
-  double distance_after = 0;  // largest of the end-effectors
-  double largest_angle = 0;   // [rad]
-  double largest_angle_time = 0;
-  double angle_after = 0;
-  double least_share = 1;
-  double least_share_time = 0;
-  bool within_limits = true;
-  double least_condition = 1;
-  double least_condition_time = 0;
-};
-
-/// A target that several grasps hold and squeeze.
-struct GraspForceReport {
-  /// One pair of grasps.
-  struct Pair {
+/// A control law that moves all joints together, in the approach or after the impact. A law reports the members that
+/// drive_fields.cpp lists for it; the others keep their defaults. The deviations are those of the end-effectors
+/// (impedance), of the target (grasp_force) or of the base (base_keeping) from their references.
+struct LawReport {
+  enum class Law { detumbling, base_keeping, impedance, grasp_force };
+  /// Two grasps that squeeze a target.
+  struct Squeeze {
     std::vector<std::string> between;
     double reference = 0;      // at the end [N]
     double force = 0;          // by the multipliers of the closed loops, at the end [N]
     double largest_error = 0;  // [N]
     double largest_error_time = 0;
   };
-  std::string target;
-  double begin = 0;
-  double end = 0;
-  LawEnd ended = LawEnd::running;
-  std::string joint;
-  std::vector<Pair> pairs;
-  int internal_rank = 0;            // number of internal directions that the efforts control
-  double other_internal_force = 0;  // largest other internal wrench of the grasps, in the law's metric [N]
-  double largest_distance = 0;      // of the target from its reference position [m]
-  double largest_angle = 0;         // [rad]
-  double least_scale = 1;
-  double least_scale_time = 0;
-  bool within_limits = true;
-  double least_condition = 1;
-  double least_condition_time = 0;
-};
-
-/// A target that is brought to rest through its grasps.
-struct DetumblingReport {
+  Law law = Law::detumbling;
+  bool in_approach = false;
   std::string target;
   double begin = 0;
   double end = 0;
@@ -176,29 +143,21 @@ struct DetumblingReport {
   double speed_before = 0;
   double speed_after = 0;
   double expected_duration = 0;
-  double first_scale = 1;
-  double least_scale = 1;
-  double least_scale_time = 0;
-  bool within_limits = true;
+  double first_share = 1;
   double largest_demand = 0;
   double largest_demand_time = 0;
   std::string limiting;
-  double least_condition = 1;
-  double least_condition_time = 0;
-};
-
-/// A base whose attitude the joints control.
-struct BaseHoldReport {
-  double begin = 0;
-  double end = 0;
-  LawEnd ended = LawEnd::running;
-  std::string joint;  // joint whose range ended the law
-  double largest_angle = 0;
+  std::vector<Squeeze> pairs;
+  int rank = 0;                     // number of directions that the joints control, at the start
+  double other_internal_force = 0;  // largest other internal wrench of the grasps, in the law's metric [N]
+  double largest_distance = 0;      // [m]
+  double largest_distance_time = 0;
+  double distance_after = 0;
+  double largest_angle = 0;  // [rad]
   double largest_angle_time = 0;
   double angle_after = 0;
   double angular_velocity_after = 0;
-  int rank = 0;
-  double least_share = 1;
+  double least_share = 1;  // of the command that the limits admit
   double least_share_time = 0;
   bool within_limits = true;
   double least_condition = 1;
@@ -435,20 +394,23 @@ struct CaptureResult {
   const ImpactReport* impact() const { return impacts.empty() ? nullptr : impacts.data(); }
   std::vector<ImpactReport> later_impacts() const { return {impacts.begin() + !impacts.empty(), impacts.end()}; }
   std::vector<ReleaseReport> releases;
-  std::vector<LossReport> losses;                      // in the order of time
-  std::vector<SlipReport> slips;                       // likewise
-  std::vector<LoopReport> loops;                       // per phase with closed loops
-  std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
-  std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase
-  bool without_impact = false;                         // the scenario has none: motion alone
-  std::vector<MotionPhaseReport> phases;               // completed phases after the impact, or of motion alone
-  std::optional<PhaseEnd> post_impact_end;             // of the last of them
-  std::optional<DetumblingReport> detumbling;          // in it
-  std::optional<BaseHoldReport> base_keeping;          // in it
-  std::optional<ImpedanceReport> approach_impedance;   // in the approach
-  std::optional<ImpedanceReport> impedance;            // after the impact
-  std::optional<GraspForceReport> grasp_force;         // likewise
-  std::optional<IdentificationReport> identification;  // in it
+  std::vector<LossReport> losses;           // in the order of time
+  std::vector<SlipReport> slips;            // likewise
+  std::vector<LoopReport> loops;            // per phase with closed loops
+  std::vector<GraspLoad> grasp_loads;       // per phase and grasp
+  std::vector<PeakLoad> peak_loads;         // over all phases: per load and phase
+  bool without_impact = false;              // the scenario has none: motion alone
+  std::vector<MotionPhaseReport> phases;    // completed phases after the impact, or of motion alone
+  std::optional<PhaseEnd> post_impact_end;  // of the last of them
+  std::vector<LawReport> laws;              // one per law, in the approach and after the impact
+  /// The report of a law; null: it did not act.
+  const LawReport* law(LawReport::Law which, bool in_approach = false) const {
+    const auto at = std::find_if(laws.begin(), laws.end(), [&](const LawReport& report) {
+      return report.law == which && report.in_approach == in_approach;
+    });
+    return at == laws.end() ? nullptr : &*at;
+  }
+  std::optional<IdentificationReport> identification;  // after the impact
   std::vector<WheelReport> wheels;                     // of the base, in the robot's order
   std::optional<GyrosReport> gyros;                    // of the base, where it has any
   std::vector<ActuatorUse> actuators;                  // of the base, of other kinds

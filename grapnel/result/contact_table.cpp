@@ -1,86 +1,69 @@
-#include "grapnel/result/contact_table.hpp"
-
+// Tables of contacts between shapes and of the stages of captures by them.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
+#include <iterator>
 #include <vector>
 
-#include "grapnel/result/text_table.hpp"
+#include "grapnel/result/described_table.hpp"
+#include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/result_table_parts.hpp"
 
 namespace grapnel {
 namespace {
 
-// "base, debris *"; the mark: beyond the contact model.
-std::string pair_name(const ContactPairReport& pair) {
-  return pair.body_a + ", " + pair.body_b + (pair.beyond_model ? " *" : "");
-}
+constexpr const char* kBeyondModel = " *";  // marks a pair beyond the contact model
 
 // The pairs that touched, in the order of the problem.
-std::vector<const ContactPairReport*> touching_pairs(const CaptureResult& result) {
-  std::vector<const ContactPairReport*> touching;
-  for (const ContactPairReport& pair : result.contacts) {
-    if (pair.touches > 0) touching.push_back(&pair);
-  }
+std::vector<ContactPairReport> touching_pairs(const CaptureResult& result) {
+  std::vector<ContactPairReport> touching;
+  std::ranges::copy_if(result.contacts, std::back_inserter(touching),
+                       [](const auto& pair) { return pair.touches > 0; });
   return touching;
 }
 
 // The impacts of the hard ones among these pairs; empty: there are none.
-std::string impact_table(std::span<const ContactPairReport* const> pairs) {
-  TextTable table;
-  table.row({"bodies", "impacts", "last at", "impulse", "restitution loss", "friction loss", "lasts from"});
-  table.row({"", "", "s", "N s", "J", "J", "s"});
-  bool any = false;
-  for (const ContactPairReport* pair : pairs) {
-    if (!pair->hard) continue;
-    const HardContactReport& hard = *pair->hard;
-    const auto time = [](const std::optional<double>& t) { return t ? short_number(*t) : std::string("-"); };
-    any = true;
-    table.row({pair_name(*pair), std::to_string(hard.impacts), time(hard.last_time), short_number(hard.impulse),
-               short_number(hard.restitution_loss), short_number(hard.friction_loss), time(hard.persistent_since)});
+std::string impact_table(const std::vector<ContactPairReport>& pairs) {
+  std::vector<DescribedRow> rows;
+  for (const ContactPairReport& pair : pairs) {
+    if (pair.hard)
+      rows.push_back({&*pair.hard, pair.body_a + ", " + pair.body_b + (pair.beyond_model ? kBeyondModel : "")});
   }
-  return any ? table.text() : std::string();
+  return described_table(type_of<HardContactReport>(), rows,
+                         "= bodies; impacts; last_time = last at; impulse; restitution_loss; friction_loss; "
+                         "persistent_since = lasts from");
 }
 
 }  // namespace
 
 std::string stage_table(const CaptureResult& result) {
   if (result.stages.empty()) return "";
-  TextTable table;
-  table.row({"target", "contact", "closing", "closed", "caged", "settled", "latched", "grip force", "friction margin"});
-  table.row({"", "s", "s", "s", "s", "s", "s", "N", ""});
-  const auto time = [](const std::optional<double>& t) { return t ? short_number(*t) : "-"; };
-  for (const StagesReport& s : result.stages) {
-    table.row({s.target, time(s.contact_time), time(s.closing_time), time(s.closed_time), time(s.caged_time),
-               time(s.settled_time), time(s.latched_time), short_number(s.grip_force), time(s.least_friction_margin)});
-  }
-  return "\nstages of captures\n" + table.text();
+  return "\nstages of captures\n" +
+         described_table(result.stages,
+                         "target; contact_time = contact; closing_time = closing; closed_time = closed; caged_time = "
+                         "caged; settled_time = settled; latched_time = latched; grip_force; least_friction_margin = "
+                         "friction margin");
 }
 
 std::string contact_table(const CaptureResult& result) {
   constexpr std::size_t kMaxShown = 20;
   if (result.contacts.empty()) return "";
-  const std::vector<const ContactPairReport*> touching = touching_pairs(result);
-  std::string out = fmt::format("\ncontacts, {} of {} pairs that may touch\n", touching.size(), result.contacts.size());
-  if (touching.empty()) return out;
-  TextTable forces, losses;
-  forces.row({"bodies", "touches", "first at", "duration", "impulse", "peak force", "at"});
-  forces.row({"", "", "s", "s", "N s", "N", "s"});
-  losses.row({"bodies", "depth", "slip", "damping loss", "friction loss", "elastic energy", "at the end"});
-  losses.row({"", "m", "m", "J", "J", "J", ""});
-  const std::size_t shown = std::min(kMaxShown, touching.size());
-  for (std::size_t i = 0; i < shown; ++i) {
-    const ContactPairReport& pair = *touching[i];
-    forces.row({pair_name(pair), std::to_string(pair.touches), pair.first_time ? short_number(*pair.first_time) : "-",
-                short_number(pair.duration), short_number(pair.impulse), short_number(pair.peak_force),
-                short_number(pair.peak_time)});
-    losses.row({pair_name(pair), short_number(pair.largest_depth), short_number(pair.slip_distance),
-                short_number(pair.damping_loss), short_number(pair.friction_loss), short_number(pair.elastic_energy),
-                pair.touches_at_end ? "contact" : "apart"});
-  }
-  out += forces.text() + losses.text() + impact_table(std::span(touching).first(shown));
-  if (shown < touching.size()) out += fmt::format("  {} more, see contacts in summary.json\n", touching.size() - shown);
-  if (std::ranges::any_of(touching, [](const ContactPairReport* pair) { return pair->beyond_model; }))
+  std::vector<ContactPairReport> shown = touching_pairs(result);
+  const std::size_t touching = shown.size();
+  std::string out = fmt::format("\ncontacts, {} of {} pairs that may touch\n", touching, result.contacts.size());
+  if (touching == 0) return out;
+  const bool unreliable = std::ranges::any_of(shown, [](const auto& pair) { return pair.beyond_model; });
+  const auto mark = [](const ContactPairReport& pair) { return pair.beyond_model ? kBeyondModel : ""; };
+  shown.resize(std::min(kMaxShown, touching));
+  out += described_table(shown, "bodies; touches; first_time = first at; duration; impulse; peak_force; peak_time = at",
+                         mark);
+  out += described_table(shown,
+                         "bodies; largest_depth = depth; slip_distance = slip; damping_loss; friction_loss; "
+                         "elastic_energy; touches_at_end = touch at end",
+                         mark);
+  out += impact_table(shown);
+  if (shown.size() < touching) out += fmt::format("  {} more, see contacts in summary.json\n", touching - shown.size());
+  if (unreliable)
     out += paragraph("* an overlap was too deep for the contact model: these forces are not reliable", "  ");
   return out;
 }

@@ -170,173 +170,127 @@ const Type& type_of<LawEnd>() {
 }
 
 template <>
-const Type& type_of<DetumblingReport>() {
-  using D = DetumblingReport;
+const Type& type_of<LawReport::Law>() {
+  using L = LawReport::Law;
+  static constexpr Choice choices[] = {choice(L::detumbling, "detumbling"), choice(L::base_keeping, "base_keeping"),
+                                       choice(L::impedance, "impedance"), choice(L::grasp_force, "grasp_force")};
+  static constexpr Type type = enumeration<L>("ControlLaw", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<LawReport::Squeeze>() {
+  using S = LawReport::Squeeze;
   static constexpr Field fields[] = {
-      field<&D::target>("target", "target that is detumbled"),
-      field<&D::begin>("begin", "s", "start of the control law"),
-      field<&D::end>("end", "s", "end of the control law; afterwards the joints hold"),
-      field<&D::ended>(
+      field<&S::between>("between", "the two end-effectors"),
+      field<&S::reference>("reference", "N", "commanded squeezing force on the target, at the end"),
+      field<&S::force>("force", "N", "squeezing force at the end, from the multipliers of the closed loops"),
+      field<&S::largest_error>("largest_error", "N", "largest difference of the two"),
+      field<&S::largest_error_time>("largest_error_time", "s", "time of that difference"),
+  };
+  static constexpr Type type = structure<S>("Squeeze", "the internal force between two grasps.", fields);
+  return type;
+}
+
+namespace {
+// A member that these laws report.
+template <auto Member, LawReport::Law... laws>
+constexpr Field law_field(std::string_view key, std::string_view unit, std::string_view text) {
+  Field f = field<Member>(key, unit, text);
+  f.is_present = [](const void* report) { return ((static_cast<const LawReport*>(report)->law == laws) || ...); };
+  return f;
+}
+}  // namespace
+
+template <>
+const Type& type_of<LawReport>() {
+  using L = LawReport;
+  using enum LawReport::Law;
+  static constexpr Field fields[] = {
+      law_field<&L::target, detumbling, grasp_force>("target", "", "target that is detumbled or squeezed"),
+      field<&L::begin>("begin", "s", "start of the control law"),
+      field<&L::end>("end", "s", "end of the control law; after the impact the joints then hold"),
+      field<&L::ended>(
           "ended",
-          "`at_rest`: the angular momentum fell to a millionth. `joint_limit`: a joint reached the end of its range. "
-          "`released`: the target was released. `running`: the run ended first. Near configurations in which the arms "
-          "cannot move the target in all directions (`least_condition`), the law continues in the other directions"),
-      field<&D::joint>("joint", "joint whose range ended the law; empty otherwise"),
-      field<&D::torque_bound>("torque_bound", "N m", "bound on the torque about the target's centre of mass"),
-      field<&D::largest_torque>("largest_torque", "N m",
-                                "largest torque of the grasps about the target's centre of mass, from the target's "
-                                "motion: at the ends and in the middle of every step"),
-      field<&D::angular_momentum_before>("angular_momentum_before", "N m s",
-                                         "angular momentum of the target about its centre of mass, at the start"),
-      field<&D::angular_momentum_after>("angular_momentum_after", "N m s",
-                                        "angular momentum of the target about its centre of mass, at the end"),
-      field<&D::speed_before>(
+          "`running`: the run or the phase ended first. `at_rest`: the angular momentum of the target fell to a "
+          "millionth. `rank_lost`: the joints came near a configuration in which they cannot move the target or the "
+          "end-effectors in all controlled directions, or cannot turn the base about all initially controllable axes; "
+          "detumbling continues in the other directions (`least_condition`). `joint_limit`: a joint reached the end of "
+          "its range. `released`: the target was released, or fewer than two grasps hold a squeezed target"),
+      field<&L::joint>("joint", "joint whose range ended the law; empty otherwise"),
+      law_field<&L::torque_bound, detumbling>("torque_bound", "N m",
+                                              "bound on the torque about the target's centre of mass"),
+      law_field<&L::largest_torque, detumbling>(
+          "largest_torque", "N m",
+          "largest torque of the grasps about the target's centre of mass, from the target's "
+          "motion: at the ends and in the middle of every step"),
+      law_field<&L::angular_momentum_before, detumbling>(
+          "angular_momentum_before", "N m s", "angular momentum of the target about its centre of mass, at the start"),
+      law_field<&L::angular_momentum_after, detumbling>(
+          "angular_momentum_after", "N m s", "angular momentum of the target about its centre of mass, at the end"),
+      law_field<&L::speed_before, detumbling>(
           "speed_before", "m/s",
           "speed of the target's centre of mass relative to that of servicer and held targets, at the start"),
-      field<&D::speed_after>("speed_after", "m/s", "the same speed at the end"),
-      field<&D::expected_duration>("expected_duration", "s",
-                                   "angular_momentum_before over torque_bound: the duration with sufficient efforts"),
-      field<&D::first_scale>("first_scale", "1",
-                             "fraction of the torque bound that effort limits and grasp ratings admit at the start; "
-                             "expected_duration over this fraction estimates the duration"),
-      field<&D::least_scale>(
-          "least_scale", "1",
-          "minimum fraction of the torque bound that these limits admit; 1: they were always sufficient"),
-      field<&D::least_scale_time>("least_scale_time", "s", "time of that minimum"),
-      field<&D::within_limits>("within_limits",
-                               "whether a reduced torque kept all efforts and grasps within their limits; if not, "
-                               "efforts were scaled down and the target deviated from its commanded motion"),
-      field<&D::largest_demand>("largest_demand", "1",
-                                "largest share of an effort limit or of a grasp rating that the law demanded before "
-                                "efforts were scaled down; above 1: factor by which the limits are too small"),
-      field<&D::largest_demand_time>("largest_demand_time", "s", "time of that demand"),
-      field<&D::limiting>("limiting", "limit with the largest demand; empty: no limits are stated"),
-      field<&D::least_condition>("least_condition", "1",
-                                 "minimum ratio of the smallest to the largest singular value of the map from efforts "
-                                 "to the target's accelerations"),
-      field<&D::least_condition_time>("least_condition_time", "s", "time of that minimum"),
-  };
-  static constexpr Type type = structure<D>("DetumblingReport", "a held target that the arms bring to rest.", fields);
-  return type;
-}
-
-template <>
-const Type& type_of<ImpedanceReport>() {
-  using I = ImpedanceReport;
-  static constexpr Field fields[] = {
-      field<&I::begin>("begin", "s", "start of the control law"),
-      field<&I::end>("end", "s", "end of the control law"),
-      field<&I::ended>("ended",
-                       "`rank_lost`: the arms came near a dynamic singularity, in which they cannot move the "
-                       "end-effectors in all controlled directions. `joint_limit`: a joint reached the end of its "
-                       "range. `released`: a target was released. `running`: the phase ended first"),
-      field<&I::joint>("joint", "joint whose range ended the law; empty otherwise"),
-      field<&I::largest_distance>("largest_distance", "m", "largest distance of an end-effector from its reference"),
-      field<&I::largest_distance_time>("largest_distance_time", "s", "time of that distance"),
-      field<&I::distance_after>("distance_after", "m", "largest distance of the end-effectors at the end"),
-      field<&I::largest_angle>(
-          "largest_angle", "rad",
-          "largest angle of an end-effector from its reference; 0 if orientation is not controlled"),
-      field<&I::largest_angle_time>("largest_angle_time", "s", "time of that angle"),
-      field<&I::angle_after>("angle_after", "rad", "largest angle of the end-effectors at the end"),
-      field<&I::least_share>("least_share", "1",
-                             "minimum fraction of the commanded efforts that the joint limits admit"),
-      field<&I::least_share_time>("least_share_time", "s", "time of that minimum"),
-      field<&I::within_limits>("within_limits",
-                               "whether these efforts stayed within the limits; if not, they were reduced and the "
-                               "end-effectors deviated from their commanded motion"),
-      field<&I::least_condition>("least_condition", "1",
-                                 "minimum ratio of the smallest to the largest singular value of the generalized "
-                                 "Jacobian from joint rates to the end-effectors' motion"),
-      field<&I::least_condition_time>("least_condition_time", "s", "time of that minimum"),
-  };
-  static constexpr Type type =
-      structure<I>("ImpedanceReport", "end-effectors under impedance control, in a phase.", fields);
-  return type;
-}
-
-template <>
-const Type& type_of<GraspForceReport::Pair>() {
-  using P = GraspForceReport::Pair;
-  static constexpr Field fields[] = {
-      field<&P::between>("between", "the two end-effectors"),
-      field<&P::reference>("reference", "N", "commanded squeezing force on the target, at the end"),
-      field<&P::force>("force", "N", "squeezing force at the end, from the multipliers of the closed loops"),
-      field<&P::largest_error>("largest_error", "N", "largest difference of the two"),
-      field<&P::largest_error_time>("largest_error_time", "s", "time of that difference"),
-  };
-  static constexpr Type type = structure<P>("Squeeze", "the internal force between two grasps.", fields);
-  return type;
-}
-
-template <>
-const Type& type_of<GraspForceReport>() {
-  using G = GraspForceReport;
-  static constexpr Field fields[] = {
-      field<&G::target>("target", "target that is held"),
-      field<&G::begin>("begin", "s", "start of the control law"),
-      field<&G::end>("end", "s", "end of the control law; afterwards the joints hold"),
-      field<&G::ended>("ended",
-                       "`rank_lost`: the arms came near a configuration in which they cannot move the target in all "
-                       "directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two "
-                       "grasps hold the target. `running`: the run ended first"),
-      field<&G::joint>("joint", "joint whose range ended the law; empty otherwise"),
-      field<&G::pairs>("pairs", "pairs of grasps that squeeze the target"),
-      field<&G::internal_rank>(
+      law_field<&L::speed_after, detumbling>("speed_after", "m/s", "the same speed at the end"),
+      law_field<&L::expected_duration, detumbling>(
+          "expected_duration", "s", "angular_momentum_before over torque_bound: the duration with sufficient efforts"),
+      law_field<&L::first_share, detumbling>(
+          "first_scale", "1",
+          "fraction of the torque bound that effort limits and grasp ratings admit at the start; "
+          "expected_duration over this fraction estimates the duration"),
+      law_field<&L::pairs, grasp_force>("pairs", "", "pairs of grasps that squeeze the target"),
+      law_field<&L::rank, grasp_force>(
           "internal_rank", "1",
           "number of internal directions that the efforts control besides the target's motion, at the start"),
-      field<&G::other_internal_force>("other_internal_force", "N",
-                                      "largest difference of the grasps' internal wrenches from the reference, over "
-                                      "all components; moments are divided by the metric's length"),
-      field<&G::largest_distance>("largest_distance", "m",
-                                  "largest distance of the target from its reference position; 0 with brake"),
-      field<&G::largest_angle>("largest_angle", "rad",
-                               "largest angle of the target from its reference orientation; 0 with brake"),
-      field<&G::least_scale>("least_scale", "1",
-                             "minimum fraction of the internal force that the joints' effort limits admit"),
-      field<&G::least_scale_time>("least_scale_time", "s", "time of that minimum"),
-      field<&G::within_limits>("within_limits",
-                               "whether the efforts that move the target stayed within the joints' limits; if not, "
-                               "they were reduced and the target deviated from its commanded motion"),
-      field<&G::least_condition>("least_condition", "1",
-                                 "minimum ratio of the smallest to the largest singular value of the map from efforts "
-                                 "to the target's accelerations"),
-      field<&G::least_condition_time>("least_condition_time", "s", "time of that minimum"),
-  };
-  static constexpr Type type =
-      structure<G>("GraspForceReport", "a target that several grasps hold and squeeze.", fields);
-  return type;
-}
-
-template <>
-const Type& type_of<BaseHoldReport>() {
-  using B = BaseHoldReport;
-  static constexpr Field fields[] = {
-      field<&B::begin>("begin", "s", "start of the control law"),
-      field<&B::end>("end", "s", "end of the control law; afterwards the joints hold"),
-      field<&B::ended>(
-          "ended",
-          "`rank_lost`: the joints came near a configuration in which they cannot turn the base about all initially "
-          "controllable axes. `joint_limit`: a joint reached the end of its range. `running`: the run ended first"),
-      field<&B::joint>("joint", "joint whose range ended the law; empty otherwise"),
-      field<&B::largest_angle>("largest_angle", "rad", "largest rotation of the base from its reference attitude"),
-      field<&B::largest_angle_time>("largest_angle_time", "s", "time of that rotation"),
-      field<&B::angle_after>("angle_after", "rad", "rotation of the base from its reference attitude, at the end"),
-      field<&B::angular_velocity_after>("angular_velocity_after", "rad/s", "angular velocity of the base, at the end"),
-      field<&B::rank>("rank", "1", "number of axes about which the joints could turn the base, at the start"),
-      field<&B::least_share>(
+      law_field<&L::other_internal_force, grasp_force>(
+          "other_internal_force", "N",
+          "largest difference of the grasps' internal wrenches from the reference, over "
+          "all components; moments are divided by the metric's length"),
+      law_field<&L::largest_distance, impedance, grasp_force>(
+          "largest_distance", "m",
+          "largest distance of an end-effector, or of the squeezed target, from its reference; 0 with brake"),
+      law_field<&L::largest_distance_time, impedance>("largest_distance_time", "s", "time of that distance"),
+      law_field<&L::distance_after, impedance>("distance_after", "m",
+                                               "largest distance of the end-effectors at the end"),
+      law_field<&L::largest_angle, base_keeping, impedance, grasp_force>(
+          "largest_angle", "rad",
+          "largest angle of an end-effector, of the squeezed target or of the base from its "
+          "reference; 0 if orientation is not controlled, and with brake"),
+      law_field<&L::largest_angle_time, base_keeping, impedance>("largest_angle_time", "s", "time of that angle"),
+      law_field<&L::angle_after, base_keeping, impedance>(
+          "angle_after", "rad", "largest angle of the end-effectors, or of the base, at the end"),
+      law_field<&L::angular_velocity_after, base_keeping>("angular_velocity_after", "rad/s",
+                                                          "angular velocity of the base, at the end"),
+      law_field<&L::rank, base_keeping>("rank", "1",
+                                        "number of axes about which the joints could turn the base, at the start"),
+      law_field<&L::least_share, detumbling, grasp_force>(
+          "least_scale", "1",
+          "minimum fraction of the torque bound that effort limits and grasp ratings admit, or of "
+          "the internal force that effort limits admit; 1: they were always sufficient"),
+      law_field<&L::least_share_time, detumbling, grasp_force>("least_scale_time", "s", "time of that minimum"),
+      law_field<&L::least_share, base_keeping, impedance>(
           "least_share", "1",
-          "minimum fraction of the self-motion (which does not turn the base) that the joints' effort limits admit"),
-      field<&B::least_share_time>("least_share_time", "s", "time of that minimum"),
-      field<&B::within_limits>("within_limits",
-                               "whether the efforts that control the base stayed within the joints' limits; if not, "
-                               "they were reduced and the base deviated from its attitude"),
-      field<&B::least_condition>("least_condition", "1",
-                                 "minimum ratio of the singular value of that rank to the largest, of the map from "
-                                 "joint rates to the base's rotation"),
-      field<&B::least_condition_time>("least_condition_time", "s", "time of that minimum"),
+          "minimum fraction that the effort limits admit: of the commanded efforts of impedance; of "
+          "the self-motion that does not turn the base"),
+      law_field<&L::least_share_time, base_keeping, impedance>("least_share_time", "s", "time of that minimum"),
+      field<&L::within_limits>(
+          "within_limits",
+          "whether the efforts of the commanded motion stayed within the limits, in detumbling with a reduced torque; "
+          "if not, they were reduced, and target, end-effectors or base deviated from this motion"),
+      law_field<&L::largest_demand, detumbling>(
+          "largest_demand", "1",
+          "largest share of an effort limit or of a grasp rating that the law demanded before "
+          "efforts were scaled down; above 1: factor by which the limits are too small"),
+      law_field<&L::largest_demand_time, detumbling>("largest_demand_time", "s", "time of that demand"),
+      law_field<&L::limiting, detumbling>("limiting", "", "limit with the largest demand; empty: no limits are stated"),
+      field<&L::least_condition>("least_condition", "1",
+                                 "minimum ratio of the smallest to the largest singular value of the map from efforts "
+                                 "to the target's accelerations, from joint rates to the end-effectors' motion, or, "
+                                 "within `rank`, from joint rates to the base's rotation"),
+      field<&L::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
-  static constexpr Type type = structure<B>("BaseHoldReport", "a base whose attitude the joints control.", fields);
+  static constexpr Type type = structure<L>(
+      "LawReport", "a control law that moves all joints together; which keys it has depends on the law.", fields);
   return type;
 }
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/result/described_table.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table_parts.hpp"
-#include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
@@ -36,11 +36,6 @@ std::string published_impulse(const ImpactReport& impact, const std::string& end
     }
   }
   return "-";
-}
-
-// Every component is unique.
-bool all_of(const std::vector<bool>& determined) {
-  return std::all_of(determined.begin(), determined.end(), [](bool unique) { return unique; });
 }
 
 std::string grasp_table(const ImpactReport& impact) {
@@ -91,19 +86,13 @@ std::string rebound_table(const ImpactReport& impact) {
 
 // Force histories of contacts and grasps in a compliant impact.
 std::string profile_table(const ImpactReport& impact) {
-  TextTable table;
-  table.row({"compliant", "peak force", "at", "peak moment", "deformation", "duration", "energy lost"});
-  table.row({"", "N", "s", "N m", "m", "s", "J"});
-  bool any = false;
+  std::vector<DescribedRow> rows;
   for (const GraspImpulse& g : impact.grasps) {
-    if (!g.profile) continue;
-    any = true;
-    const ForceProfile& p = *g.profile;
-    table.row({grasp_name(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
-               short_number(p.peak_force_time), short_number(p.peak_moment), short_number(p.largest_deformation),
-               short_number(p.duration), short_number(p.energy_lost)});
+    if (g.profile) rows.push_back({&*g.profile, grasp_name(g.end_effector, g.target, g.grasp_point)});
   }
-  return any ? table.text() : "";
+  return described_table(type_of<ForceProfile>(), rows,
+                         "= compliant; peak_force; peak_force_time = at; peak_moment; largest_deformation = "
+                         "deformation; duration; energy_lost");
 }
 
 // Drives that were overpowered by the constraint and did not hold their commanded rates.

@@ -1,90 +1,62 @@
-// Tables of laws that prescribe the motion of a body.
+// Tables of control laws that move all joints together.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <string_view>
 
-#include "grapnel/result/load_table.hpp"
+#include "grapnel/result/described_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table_parts.hpp"
-#include "grapnel/result/text_table.hpp"
-#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
 
 // "at rest at t = 75.2 s" and the like.
-std::string law_end(LawEnd ended, double time, const std::string& joint) {
-  const std::string at = fmt::format(" at t = {} s", short_number(time));
-  switch (ended) {
-    case LawEnd::running:
-      return "still active" + at + ", the end of the run";
-    case LawEnd::at_rest:
-      return "at rest" + at;
-    case LawEnd::rank_lost:
-      return "ended" + at + ": the joints are near a singular configuration";
-    case LawEnd::joint_limit:
-      return "ended" + at + ": " + joint + " reaches the end of its range";
-    case LawEnd::released:
-      break;
-  }
-  return "ended" + at + ": the target is released";
+std::string law_end(const LawReport& report) {
+  const std::string at = fmt::format(" at t = {} s", short_number(report.end));
+  if (report.ended == LawEnd::running) return "still active" + at + ", the end of the run";
+  if (report.ended == LawEnd::at_rest) return "at rest" + at;
+  return "ended" + at + ": " +
+         (report.ended == LawEnd::rank_lost     ? "the joints are near a singular configuration"
+          : report.ended == LawEnd::joint_limit ? report.joint + " reaches the end of its range"
+                                                : "the target is released");
 }
 
 }  // namespace
 
 std::string law_tables(const CaptureResult& result) {
-  std::string out;
-  if (const auto& d = result.detumbling) {
-    out += "\n" + paragraph("detumbling of " + d->target + ": " + law_end(d->ended, d->end, d->joint), "");
-    TextTable table(2);
-    table.row({"angular momentum before, after", "N m s", small_number(d->angular_momentum_before),
-               small_number(d->angular_momentum_after)});
-    table.row({"largest torque, its bound", "N m", short_number(d->largest_torque), short_number(d->torque_bound)});
-    table.row(
-        {"duration, with enough effort", "s", short_number(d->end - d->begin), short_number(d->expected_duration)});
-    if (d->least_scale < 1) {
-      table.row({"fraction of the torque at the start", "1", small_number(d->first_scale)});
-      table.row({"minimum fraction, at", "1, s", small_number(d->least_scale), short_number(d->least_scale_time)});
-    }
-    out += table.text();
-    if (!d->within_limits)
-      out += paragraph(fmt::format("efforts were scaled down, and the target deviated from its commanded motion, which "
-                                   "requires {} times {} (t = {} s)",
-                                   short_number(d->largest_demand), d->limiting, short_number(d->largest_demand_time)),
-                       "  ");
-  }
-  const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
-    out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");
-    TextTable table(2);
-    table.row({"largest distance, at the end", "m", small_number(i.largest_distance), small_number(i.distance_after)});
-    table.row({"largest angle, at the end", "rad", small_number(i.largest_angle), small_number(i.angle_after)});
-    out += table.text();
-    if (!i.within_limits)
-      out += paragraph("efforts were limited: the end-effectors deviated from their commanded motion", "  ");
+  using enum LawReport::Law;
+  struct Kind {
+    LawReport::Law law;
+    bool in_approach;
+    std::string_view what, deviation;
   };
-  if (result.approach_impedance)
-    impedance("impedance of the end-effectors in the approach", *result.approach_impedance);
-  if (result.impedance) impedance("impedance of the end-effectors", *result.impedance);
-  if (const auto& g = result.grasp_force) {
-    out += "\n" + paragraph("grasp forces on " + g->target + ": " + law_end(g->ended, g->end, g->joint), "");
-    TextTable table(2);
-    for (const GraspForceReport::Pair& pair : g->pairs)
-      table.row({fmt::format("{}: reference, force, largest error", fmt::join(pair.between, " - ")), "N",
-                 short_number(pair.reference), short_number(pair.force), small_number(pair.largest_error)});
-    if (g->least_scale < 1)
-      table.row({"minimum fraction of the internal force, at", "1, s", small_number(g->least_scale),
-                 short_number(g->least_scale_time)});
-    out += table.text();
-    if (!g->within_limits)
-      out += paragraph("efforts were limited: the target deviated from its commanded motion", "  ");
-  }
-  if (const auto& b = result.base_keeping) {
-    out += "\n" + paragraph("base attitude controlled by the joints: " + law_end(b->ended, b->end, b->joint), "");
-    TextTable table(2);
-    table.row({"largest deviation, at the end", "rad", small_number(b->largest_angle), small_number(b->angle_after)});
-    out += table.text();
-    if (!b->within_limits) out += paragraph("efforts were limited: the base deviated from its attitude", "  ");
+  static constexpr Kind kinds[] = {
+      {detumbling, false, "detumbling of ", "the target deviated from its commanded motion"},
+      {impedance, true, "impedance of the end-effectors in the approach",
+       "the end-effectors deviated from their commanded motion"},
+      {impedance, false, "impedance of the end-effectors", "the end-effectors deviated from their commanded motion"},
+      {grasp_force, false, "grasp forces on ", "the target deviated from its commanded motion"},
+      {base_keeping, false, "base attitude controlled by the joints", "the base deviated from its attitude"},
+  };
+  std::string out;
+  for (const Kind& kind : kinds) {
+    const LawReport* report = result.law(kind.law, kind.in_approach);
+    if (!report) continue;
+    const LawReport& r = *report;
+    out += "\n" + paragraph(std::string(kind.what) + r.target + ": " + law_end(r), "");
+    out += described_pairs(type_of<LawReport>(), report,
+                           "begin; expected_duration = duration with enough effort; angular_momentum_before~; "
+                           "angular_momentum_after~; largest_torque; torque_bound; first_scale~ = fraction of the "
+                           "torque at the start; largest_distance~; distance_after~ = distance at the end; "
+                           "largest_angle~; angle_after~ = angle at the end; least_scale~ = minimum fraction that "
+                           "limits admit; least_share~ = minimum fraction that limits admit");
+    out += described_table(r.pairs, "between; reference; force; largest_error~");
+    if (r.within_limits) continue;
+    std::string demand;
+    if (!r.limiting.empty())
+      demand = fmt::format(", which requires {} times {} (t = {} s)", short_number(r.largest_demand), r.limiting,
+                           short_number(r.largest_demand_time));
+    out += paragraph(fmt::format("efforts were limited: {}{}", kind.deviation, demand), "  ");
   }
   return out;
 }

@@ -98,7 +98,15 @@ const Type& type_of<ImpactReport>();
 template <>
 const Type& type_of<GraspLoad>();
 template <>
-const Type& type_of<DetumblingReport>();
+const Type& type_of<MinimumClearance>();
+template <>
+const Type& type_of<ElasticModeReport>();
+template <>
+const Type& type_of<LawReport::Law>();
+template <>
+const Type& type_of<LawReport::Squeeze>();
+template <>
+const Type& type_of<LawReport>();
 template <>
 const Type& type_of<JointReport>();
 template <>
@@ -134,17 +142,27 @@ const Type& type_of<HardContactReport>();
 template <>
 const Type& type_of<WheelReport>();
 template <>
+const Type& type_of<GyroReport>();
+template <>
 const Type& type_of<GyrosReport>();
 template <>
 const Type& type_of<ThrusterReport>();
 template <>
 const Type& type_of<ThrustersReport>();
 template <>
-const Type& type_of<BaseHoldReport>();
+const Type& type_of<PeakLoad>();
 template <>
-const Type& type_of<ImpedanceReport>();
+const Type& type_of<NavigationReport>();
 template <>
-const Type& type_of<GraspForceReport>();
+const Type& type_of<LoopReport>();
+template <>
+const Type& type_of<IdentificationReport>();
+template <>
+const Type& type_of<ControlReport>();
+template <>
+const Type& type_of<SensorReport>();
+template <>
+const Type& type_of<ReleaseReport>();
 template <>
 const Type& type_of<LedgerScale>();
 

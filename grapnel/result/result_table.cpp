@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/result/contact_table.hpp"
+#include "grapnel/result/described_table.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table_parts.hpp"
-#include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
@@ -135,19 +134,15 @@ std::string elastic_table(const CaptureResult& result) {
   constexpr std::size_t kMaxShown = 8;
   std::string out;
   for (const ElasticReport& e : result.elastic) {
-    TextTable table;
-    table.row({"vibration", "base held", "base free", "and joints free", "damping ratio", "effective mass"});
-    table.row({"", "Hz", "Hz", "Hz", "1", "kg"});
-    const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
-    for (std::size_t i = 0; i < std::min(kMaxShown, e.modes.size()); ++i) {
-      const ElasticModeReport& m = e.modes[i];
-      const Vector3d& mass = m.effective_mass;
-      table.row({std::to_string(i + 1), known(m.held), known(m.braked), known(m.free), short_number(m.damping_ratio),
-                 fmt::format("[{}, {}, {}]", short_number(mass[0]), short_number(mass[1]), short_number(mass[2]))});
-    }
+    std::vector<DescribedRow> rows;
+    for (std::size_t i = 0; i < std::min(kMaxShown, e.modes.size()); ++i)
+      rows.push_back({&e.modes[i], std::to_string(i + 1)});
+    const std::string table = described_table(type_of<ElasticModeReport>(), rows,
+                                              "= vibration; held = base held; braked = base free; free = and joints "
+                                              "free; damping_ratio; effective_mass");
     out += fmt::format("\nfrequencies, {} (t = {} s): {} springs, fastest {} Hz\n{}",
                        e.at == "start" ? "in the initial posture" : "with the captured targets", short_number(e.time),
-                       e.springs, short_number(e.fastest), table.text());
+                       e.springs, short_number(e.fastest), table);
   }
   return out;
 }
@@ -238,17 +233,15 @@ std::string loop_tables(const CaptureResult& result) {
 
 std::string load_table(const CaptureResult& result) {
   if (result.grasp_loads.empty()) return "";
-  TextTable table;
-  table.row({"load on a grasp", "phase", "largest force", "at", "largest moment", "at"});
-  table.row({"", "", "N", "s", "N m", "s"});
   bool all_determined = true;
-  for (const GraspLoad& load : result.grasp_loads) {
-    const std::string mark = all_of(load.determined) ? "" : " *";
+  const auto name = [&](const GraspLoad& load) {
     all_determined = all_determined && all_of(load.determined);
-    table.row({grasp_name(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
-               short_number(load.force_time), short_number(load.largest_moment), short_number(load.moment_time)});
-  }
-  std::string out = "\n" + table.text();
+    return grasp_name(load.end_effector, load.target, "") + (all_of(load.determined) ? "" : " *");
+  };
+  std::string out = "\n" + described_table(result.grasp_loads,
+                                           "= load on a grasp; phase; largest_force; force_time = at; largest_moment; "
+                                           "moment_time = at",
+                                           name);
   if (!all_determined) {
     out += paragraph(
         "* some components are not unique (a self-stress of the closed loops is free): the minimum is reported", "  ");
@@ -282,13 +275,7 @@ std::string phases_table(const CaptureResult& result) {
 
 std::string clearance_table(const CaptureResult& result) {
   if (result.clearance.empty()) return "";
-  TextTable table;
-  table.row({"minimum clearance", "distance", "time", "bodies"});
-  table.row({"", "m", "s", ""});
-  for (const MinimumClearance& c : result.clearance) {
-    table.row({c.phase, short_number(c.distance), short_number(c.time), c.body_a + ", " + c.body_b});
-  }
-  return "\n" + table.text();
+  return "\n" + described_table(result.clearance, "phase = minimum clearance; distance; time; bodies");
 }
 
 std::string ledger_table(const Ledger& ledger) {
@@ -312,14 +299,6 @@ std::string ledger_table(const Ledger& ledger) {
 }
 
 }  // namespace
-
-std::string short_vector(const Vector3d& v) {
-  const double size = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-  const auto component = [&](double x) { return short_number(std::abs(x) < 1e-12 * size ? 0.0 : x); };
-  return "[" + component(v[0]) + ", " + component(v[1]) + ", " + component(v[2]) + "]";
-}
-
-std::string small_number(double value) { return fmt::format("{:.3g}", value); }
 
 std::string beyond_overlap(const CaptureResult& result, double time) {
   if (!result.valid_until || time <= *result.valid_until) return "";

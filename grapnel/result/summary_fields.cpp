@@ -417,6 +417,11 @@ bool has_approach(const CaptureResult& r) { return r.approach_start || r.approac
 bool has_phases(const CaptureResult& r) {
   return r.post_impact_end || !r.phases.empty() || !r.loops.empty() || !r.grasp_loads.empty();
 }
+// The report of a law; empty: it did not act.
+std::optional<LawReport> report_of(const CaptureResult& result, LawReport::Law law, bool in_approach = false) {
+  const LawReport* report = result.law(law, in_approach);
+  return report ? std::optional(*report) : std::nullopt;
+}
 
 }  // namespace
 
@@ -462,7 +467,8 @@ const Type& type_of<Approach>() {
       list_part<&A::result, &CaptureResult::navigation>(
           "navigation", "",
           "plans and the estimates that they use; absent if targets are known exactly and planned for once"),
-      part<&A::result, &CaptureResult::approach_impedance>("impedance", "", "impedance control; absent without it"),
+      derived<[](const A& a) { return report_of(*a.result, LawReport::Law::impedance, true); }>(
+          "impedance", "", "impedance control; absent without it"),
   };
   static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
   return type;
@@ -493,13 +499,16 @@ const Type& type_of<PostImpact>() {
       list_part<&P::result, &CaptureResult::loops>("loops", "", "closed loops; absent without closed loops"),
       list_part<&P::result, &CaptureResult::grasp_loads>("grasp_loads", "",
                                                          "loads per phase and grasp; absent without grasps"),
-      part<&P::result, &CaptureResult::detumbling>("detumbling", "", "detumbling law; absent without it"),
-      part<&P::result, &CaptureResult::base_keeping>("base_keeping", "",
-                                                     "base attitude control by the joints; absent without it"),
+      derived<[](const P& p) { return report_of(*p.result, LawReport::Law::detumbling); }>(
+          "detumbling", "", "detumbling law; absent without it"),
+      derived<[](const P& p) { return report_of(*p.result, LawReport::Law::base_keeping); }>(
+          "base_keeping", "", "base attitude control by the joints; absent without it"),
       part<&P::result, &CaptureResult::identification>("identification", "",
                                                        "identification of a held target; absent without it"),
-      part<&P::result, &CaptureResult::impedance>("impedance", "", "impedance control; absent without it"),
-      part<&P::result, &CaptureResult::grasp_force>("grasp_force", "", "grasp force control; absent without it"),
+      derived<[](const P& p) { return report_of(*p.result, LawReport::Law::impedance); }>(
+          "impedance", "", "impedance control; absent without it"),
+      derived<[](const P& p) { return report_of(*p.result, LawReport::Law::grasp_force); }>(
+          "grasp_force", "", "grasp force control; absent without it"),
       part<&P::result, &CaptureResult::rest>("at_rest", "", "final rates; absent if the scenario states no limits"),
   };
   static constexpr Type type =

@@ -451,9 +451,9 @@ PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const PhaseInterval& interv
     DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
     return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
   }
-  using Choice = AutomaticStepper::Choice;
-  AutomaticStepper stepper(dynamics.manifold(), tolerances, control,
-                           integration.method == Method::radau_9 ? Choice::implicit : Choice::automatic);
+  AutomaticStepper stepper(
+      dynamics.manifold(), tolerances, control,
+      integration.method == Method::radau_9 ? AutomaticStepper::Choice::implicit : AutomaticStepper::Choice::automatic);
   return PhaseRun(stepper, dynamics, tolerances, observers).run(interval);
 }
 

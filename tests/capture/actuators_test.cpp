@@ -38,10 +38,11 @@ TEST(Actuators, StopAtPhaseStartIsInBalance) {
   p.post_impact->keep_base_attitude.emplace();
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  ASSERT_TRUE(r.base_keeping);
-  EXPECT_EQ(r.base_keeping->joint, "wrist-pitch");
+  const LawReport* law = r.law(LawReport::Law::base_keeping);
+  ASSERT_TRUE(law);
+  EXPECT_EQ(law->joint, "wrist-pitch");
   ASSERT_FALSE(r.stop_impacts.empty());
-  EXPECT_NEAR(r.stop_impacts[0].time, r.base_keeping->end, 1e-9);
+  EXPECT_NEAR(r.stop_impacts[0].time, law->end, 1e-9);
   EXPECT_GT(r.stop_impacts[0].energy_lost, 1e-3);
   EXPECT_LT(row(r, "work_energy_residual").value, 1e-10);  // measured 4e-12
 }

@@ -377,10 +377,11 @@ TEST(PhaseSequence, EndsWithItsLaw) {
   p.post_impact.push_back(rest);
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  ASSERT_TRUE(r.detumbling);
-  EXPECT_EQ(r.detumbling->ended, LawEnd::at_rest);
+  const LawReport* law = r.law(LawReport::Law::detumbling);
+  ASSERT_TRUE(law);
+  EXPECT_EQ(law->ended, LawEnd::at_rest);
   EXPECT_EQ(r.phases.at(0).ended, MotionPhaseReport::End::condition);
-  EXPECT_EQ(r.phases[0].end, r.detumbling->end);
+  EXPECT_EQ(r.phases[0].end, law->end);
   EXPECT_EQ(r.phases.at(1).duration(), 2);
   EXPECT_TRUE(r.ledger.pass());
 }

@@ -42,8 +42,9 @@ TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   EXPECT_NEAR(m.target_speed_before, 0.02, 1e-8);
   EXPECT_LT(std::abs(m.target_speed_after), 0.02 * m.target_speed_before);
   EXPECT_GT(std::abs(r.impact()->compliant->motor_work), 1e-3);
-  ASSERT_TRUE(r.impedance);
-  EXPECT_EQ(r.impedance->ended, LawEnd::running);
+  const LawReport* law = r.law(LawReport::Law::impedance);
+  ASSERT_TRUE(law);
+  EXPECT_EQ(law->ended, LawEnd::running);
 }
 
 // A slow on-board computer: efforts are held between ticks, also during the contact.

@@ -120,10 +120,11 @@ void expect_sensing(const CaptureResult& r) {
 // The torque bound holds in orbit as well, up to the gravity gradient; the external torque does not vanish.
 void expect_detumbling_in_orbit(const CaptureResult& r) {
   expect_closed_loops(r, 12, {0.025, 0.018}, 1, 2);
-  ASSERT_TRUE(r.detumbling);
-  EXPECT_EQ(r.detumbling->ended, LawEnd::at_rest);
-  EXPECT_LT(r.detumbling->largest_torque, 1.01 * r.detumbling->torque_bound);
-  EXPECT_NEAR(r.detumbling->end - r.detumbling->begin, r.detumbling->expected_duration, 0.1);
+  const LawReport* law = r.law(LawReport::Law::detumbling);
+  ASSERT_TRUE(law);
+  EXPECT_EQ(law->ended, LawEnd::at_rest);
+  EXPECT_LT(law->largest_torque, 1.01 * law->torque_bound);
+  EXPECT_NEAR(law->end - law->begin, law->expected_duration, 0.1);
   const auto torque = std::find_if(r.series.series.begin(), r.series.series.end(),
                                    [](const Series& s) { return s.path == "base/control_torque"; });
   ASSERT_NE(torque, r.series.series.end());
@@ -174,12 +175,13 @@ void expect_a_stack_at_rest(const CaptureResult& r) {
 // The force between the grasps follows its reference, and the satellite remains in place.
 void expect_a_squeeze(const CaptureResult& r) {
   expect_closed_loops(r, 12, {1.1, 0.8}, 1);
-  ASSERT_TRUE(r.grasp_force && r.grasp_force->pairs.size() == 1);
-  const GraspForceReport& g = *r.grasp_force;
+  const LawReport* law = r.law(LawReport::Law::grasp_force);
+  ASSERT_TRUE(law && law->pairs.size() == 1);
+  const LawReport& g = *law;
   std::printf("[ measured ] squeeze %.9g N, off by %.2g N at most; target off by %.2g m, %.2g rad\n", g.pairs[0].force,
               g.pairs[0].largest_error, g.largest_distance, g.largest_angle);
   EXPECT_EQ(g.ended, LawEnd::running);
-  EXPECT_EQ(g.internal_rank, 6);
+  EXPECT_EQ(g.rank, 6);
   EXPECT_NEAR(g.pairs[0].force, 20, 1e-9);
   EXPECT_LT(g.pairs[0].largest_error, 1e-9);
 }

@@ -8,9 +8,9 @@
 #include <sstream>
 
 #include "grapnel/describe/contract.hpp"
-#include "grapnel/result/contact_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
+#include "grapnel/result/result_table_parts.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "support/schema_check.hpp"
@@ -91,8 +91,8 @@ TEST(ContactReport, TableListsThePairsThatTouched) {
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("\ncontacts, 2 of 3 pairs that may touch\n"));
   EXPECT_THAT(text, ContainsRegex("\n  palm, debris +3 +2\\.25 +0\\.875 +4\\.5 +12\\.3 +2\\.5\n"));
-  EXPECT_THAT(text, ContainsRegex("\n  palm, debris +0\\.00015 +0\\.0625 +0\\.75 +0\\.375 +0\\.03125 +contact\n"));
-  EXPECT_THAT(text, ContainsRegex("\n  finger, debris .* apart\n"));
+  EXPECT_THAT(text, ContainsRegex("\n  palm, debris +0\\.00015 +0\\.0625 +0\\.75 +0\\.375 +0\\.03125 +yes\n"));
+  EXPECT_THAT(text, ContainsRegex("\n  finger, debris .* no\n"));
   EXPECT_THAT(text, Not(HasSubstr("panel")));
   EXPECT_THAT(text, Not(HasSubstr("not reliable")));
   result.contacts[1].beyond_model = true;

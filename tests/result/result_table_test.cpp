@@ -6,6 +6,9 @@
 #include <limits>
 #include <sstream>
 
+#include "grapnel/describe/json.hpp"
+#include "grapnel/result/described_table.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "result/sample_result.hpp"
@@ -173,6 +176,46 @@ TEST(ResultTable, OmitsAbsentPhases) {
   EXPECT_THAT(text, HasSubstr("sample: FAILED: body arm_2 at 3.5 s: not a number\n"));
   EXPECT_THAT(text, Not(HasSubstr("impact at")));
   for (const char* words : {"release at", "closed loops", "load on a grasp"}) EXPECT_THAT(text, Not(HasSubstr(words)));
+}
+
+// All laws have one structure, and each shows and writes its own keys.
+TEST(ResultTable, LawsShowTheirKeys) {
+  CaptureResult result;
+  LawReport keeping, squeeze;
+  keeping.law = LawReport::Law::base_keeping, keeping.largest_angle = 0.25, keeping.least_share = 0.5;
+  keeping.end = 75.25;
+  squeeze.law = LawReport::Law::grasp_force, squeeze.target = "debris", squeeze.within_limits = false;
+  squeeze.pairs = {{{"left", "right"}, 20, 20.5, 0.125, 3}};
+  result.laws = {keeping, squeeze};
+  const std::string text = result_table(result);
+  EXPECT_THAT(text, HasSubstr("\nbase attitude controlled by the joints: still active at t = 75.25 s"));
+  EXPECT_THAT(text, ContainsRegex("\n  largest angle +rad +0\\.25\n"));
+  EXPECT_THAT(text, ContainsRegex("\n  minimum fraction that limits admit +0\\.5\n"));
+  EXPECT_THAT(text, Not(HasSubstr("torque")));
+  EXPECT_THAT(text, HasSubstr("\ngrasp forces on debris: still active"));
+  EXPECT_THAT(text, ContainsRegex("\n  left, right +20 +20\\.5 +0\\.125\n"));
+  EXPECT_THAT(text, HasSubstr("efforts were limited: the target deviated from its commanded motion\n"));
+  EXPECT_EQ(result.law(LawReport::Law::detumbling), nullptr);
+  EXPECT_EQ(result.law(LawReport::Law::grasp_force, true), nullptr);
+  const auto base = json_of(keeping), forces = json_of(squeeze);
+  for (const char* key : {"rank", "least_share", "angle_after"}) EXPECT_TRUE(base.contains(key)) << key;
+  for (const char* key : {"target", "least_scale", "internal_rank", "pairs"}) EXPECT_FALSE(base.contains(key)) << key;
+  for (const char* key : {"target", "least_scale", "internal_rank", "pairs"}) EXPECT_TRUE(forces.contains(key)) << key;
+  for (const char* key : {"rank", "least_share", "torque_bound"}) EXPECT_FALSE(forces.contains(key)) << key;
+}
+
+TEST(DescribedTable, TakesHeadsUnitsAndValuesFromTheDescription) {
+  WheelReport wheel;
+  wheel.name = "x", wheel.rate_after = 1.25, wheel.rate_limit = std::numeric_limits<double>::infinity();
+  wheel.largest_torque = std::numeric_limits<double>::quiet_NaN();
+  const std::string text =
+      described_table(std::vector{wheel}, "name = wheel; rate_after = after; rate_limit; largest_torque",
+                      [](const WheelReport&) { return " *"; });
+  EXPECT_EQ(text,
+            "  wheel  after  rate limit  largest torque\n         rad/s       rad/s             N m\n"
+            "  x *     1.25        none               -\n");
+  EXPECT_EQ(described_table(std::vector<WheelReport>{}, "name"), "");
+  EXPECT_THROW(described_table(std::vector{wheel}, "name; colour"), std::logic_error);
 }
 
 TEST(TextTable, AlignsColumnsByCharactersNotBytes) {

@@ -300,7 +300,7 @@ export interface Approach {
   /** plans and the estimates that they use; absent if targets are known exactly and planned for once */
   navigation?: NavigationReport[];
   /** impedance control; absent without it */
-  impedance?: ImpedanceReport;
+  impedance?: LawReport;
 }
 export const kApproach: FieldNote[] = [
   ["start","","state at the start of the phase"],
@@ -698,58 +698,136 @@ export const kEstimateReport: FieldNote[] = [
   ["angular_velocity_error","rad/s","error of the angular velocity"],
 ];
 
-// end-effectors under impedance control, in a phase.
-export interface ImpedanceReport {
+// a control law that moves all joints together; which keys it has depends on the law.
+export interface LawReport {
+  /** target that is detumbled or squeezed */
+  target?: string;
   /** start of the control law [s] */
   begin: number;
-  /** end of the control law [s] */
+  /** end of the control law; after the impact the joints then hold [s] */
   end: number;
-  /** `rank_lost`: the arms came near a dynamic singularity, in which they cannot move the end-effectors in all controlled directions. `joint_limit`: a joint reached the end of its range. `released`: a target was released. `running`: the phase ended first */
+  /** `running`: the run or the phase ended first. `at_rest`: the angular momentum of the target fell to a millionth. `rank_lost`: the joints came near a configuration in which they cannot move the target or the end-effectors in all controlled directions, or cannot turn the base about all initially controllable axes; detumbling continues in the other directions (`least_condition`). `joint_limit`: a joint reached the end of its range. `released`: the target was released, or fewer than two grasps hold a squeezed target */
   ended: LawEnd;
   /** joint whose range ended the law; empty otherwise */
   joint: string;
-  /** largest distance of an end-effector from its reference [m] */
-  largest_distance: number;
+  /** bound on the torque about the target's centre of mass [N m] */
+  torque_bound?: number;
+  /** largest torque of the grasps about the target's centre of mass, from the target's motion: at the ends and in the middle of every step [N m] */
+  largest_torque?: number;
+  /** angular momentum of the target about its centre of mass, at the start [N m s] */
+  angular_momentum_before?: number;
+  /** angular momentum of the target about its centre of mass, at the end [N m s] */
+  angular_momentum_after?: number;
+  /** speed of the target's centre of mass relative to that of servicer and held targets, at the start [m/s] */
+  speed_before?: number;
+  /** the same speed at the end [m/s] */
+  speed_after?: number;
+  /** angular_momentum_before over torque_bound: the duration with sufficient efforts [s] */
+  expected_duration?: number;
+  /** fraction of the torque bound that effort limits and grasp ratings admit at the start; expected_duration over this fraction estimates the duration [1] */
+  first_scale?: number;
+  /** pairs of grasps that squeeze the target */
+  pairs?: Squeeze[];
+  /** number of internal directions that the efforts control besides the target's motion, at the start [1] */
+  internal_rank?: number;
+  /** largest difference of the grasps' internal wrenches from the reference, over all components; moments are divided by the metric's length [N] */
+  other_internal_force?: number;
+  /** largest distance of an end-effector, or of the squeezed target, from its reference; 0 with brake [m] */
+  largest_distance?: number;
   /** time of that distance [s] */
-  largest_distance_time: number;
+  largest_distance_time?: number;
   /** largest distance of the end-effectors at the end [m] */
-  distance_after: number;
-  /** largest angle of an end-effector from its reference; 0 if orientation is not controlled [rad] */
-  largest_angle: number;
+  distance_after?: number;
+  /** largest angle of an end-effector, of the squeezed target or of the base from its reference; 0 if orientation is not controlled, and with brake [rad] */
+  largest_angle?: number;
   /** time of that angle [s] */
-  largest_angle_time: number;
-  /** largest angle of the end-effectors at the end [rad] */
-  angle_after: number;
-  /** minimum fraction of the commanded efforts that the joint limits admit [1] */
-  least_share: number;
+  largest_angle_time?: number;
+  /** largest angle of the end-effectors, or of the base, at the end [rad] */
+  angle_after?: number;
+  /** angular velocity of the base, at the end [rad/s] */
+  angular_velocity_after?: number;
+  /** number of axes about which the joints could turn the base, at the start [1] */
+  rank?: number;
+  /** minimum fraction of the torque bound that effort limits and grasp ratings admit, or of the internal force that effort limits admit; 1: they were always sufficient [1] */
+  least_scale?: number;
   /** time of that minimum [s] */
-  least_share_time: number;
-  /** whether these efforts stayed within the limits; if not, they were reduced and the end-effectors deviated from their commanded motion */
+  least_scale_time?: number;
+  /** minimum fraction that the effort limits admit: of the commanded efforts of impedance; of the self-motion that does not turn the base [1] */
+  least_share?: number;
+  /** time of that minimum [s] */
+  least_share_time?: number;
+  /** whether the efforts of the commanded motion stayed within the limits, in detumbling with a reduced torque; if not, they were reduced, and target, end-effectors or base deviated from this motion */
   within_limits: boolean;
-  /** minimum ratio of the smallest to the largest singular value of the generalized Jacobian from joint rates to the end-effectors' motion [1] */
+  /** largest share of an effort limit or of a grasp rating that the law demanded before efforts were scaled down; above 1: factor by which the limits are too small [1] */
+  largest_demand?: number;
+  /** time of that demand [s] */
+  largest_demand_time?: number;
+  /** limit with the largest demand; empty: no limits are stated */
+  limiting?: string;
+  /** minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations, from joint rates to the end-effectors' motion, or, within `rank`, from joint rates to the base's rotation [1] */
   least_condition: number;
   /** time of that minimum [s] */
   least_condition_time: number;
 }
-export const kImpedanceReport: FieldNote[] = [
+export const kLawReport: FieldNote[] = [
+  ["target","","target that is detumbled or squeezed"],
   ["begin","s","start of the control law"],
-  ["end","s","end of the control law"],
-  ["ended","","`rank_lost`: the arms came near a dynamic singularity, in which they cannot move the end-effectors in all controlled directions. `joint_limit`: a joint reached the end of its range. `released`: a target was released. `running`: the phase ended first"],
+  ["end","s","end of the control law; after the impact the joints then hold"],
+  ["ended","","`running`: the run or the phase ended first. `at_rest`: the angular momentum of the target fell to a millionth. `rank_lost`: the joints came near a configuration in which they cannot move the target or the end-effectors in all controlled directions, or cannot turn the base about all initially controllable axes; detumbling continues in the other directions (`least_condition`). `joint_limit`: a joint reached the end of its range. `released`: the target was released, or fewer than two grasps hold a squeezed target"],
   ["joint","","joint whose range ended the law; empty otherwise"],
-  ["largest_distance","m","largest distance of an end-effector from its reference"],
+  ["torque_bound","N m","bound on the torque about the target's centre of mass"],
+  ["largest_torque","N m","largest torque of the grasps about the target's centre of mass, from the target's motion: at the ends and in the middle of every step"],
+  ["angular_momentum_before","N m s","angular momentum of the target about its centre of mass, at the start"],
+  ["angular_momentum_after","N m s","angular momentum of the target about its centre of mass, at the end"],
+  ["speed_before","m/s","speed of the target's centre of mass relative to that of servicer and held targets, at the start"],
+  ["speed_after","m/s","the same speed at the end"],
+  ["expected_duration","s","angular_momentum_before over torque_bound: the duration with sufficient efforts"],
+  ["first_scale","1","fraction of the torque bound that effort limits and grasp ratings admit at the start; expected_duration over this fraction estimates the duration"],
+  ["pairs","","pairs of grasps that squeeze the target"],
+  ["internal_rank","1","number of internal directions that the efforts control besides the target's motion, at the start"],
+  ["other_internal_force","N","largest difference of the grasps' internal wrenches from the reference, over all components; moments are divided by the metric's length"],
+  ["largest_distance","m","largest distance of an end-effector, or of the squeezed target, from its reference; 0 with brake"],
   ["largest_distance_time","s","time of that distance"],
   ["distance_after","m","largest distance of the end-effectors at the end"],
-  ["largest_angle","rad","largest angle of an end-effector from its reference; 0 if orientation is not controlled"],
+  ["largest_angle","rad","largest angle of an end-effector, of the squeezed target or of the base from its reference; 0 if orientation is not controlled, and with brake"],
   ["largest_angle_time","s","time of that angle"],
-  ["angle_after","rad","largest angle of the end-effectors at the end"],
-  ["least_share","1","minimum fraction of the commanded efforts that the joint limits admit"],
+  ["angle_after","rad","largest angle of the end-effectors, or of the base, at the end"],
+  ["angular_velocity_after","rad/s","angular velocity of the base, at the end"],
+  ["rank","1","number of axes about which the joints could turn the base, at the start"],
+  ["least_scale","1","minimum fraction of the torque bound that effort limits and grasp ratings admit, or of the internal force that effort limits admit; 1: they were always sufficient"],
+  ["least_scale_time","s","time of that minimum"],
+  ["least_share","1","minimum fraction that the effort limits admit: of the commanded efforts of impedance; of the self-motion that does not turn the base"],
   ["least_share_time","s","time of that minimum"],
-  ["within_limits","","whether these efforts stayed within the limits; if not, they were reduced and the end-effectors deviated from their commanded motion"],
-  ["least_condition","1","minimum ratio of the smallest to the largest singular value of the generalized Jacobian from joint rates to the end-effectors' motion"],
+  ["within_limits","","whether the efforts of the commanded motion stayed within the limits, in detumbling with a reduced torque; if not, they were reduced, and target, end-effectors or base deviated from this motion"],
+  ["largest_demand","1","largest share of an effort limit or of a grasp rating that the law demanded before efforts were scaled down; above 1: factor by which the limits are too small"],
+  ["largest_demand_time","s","time of that demand"],
+  ["limiting","","limit with the largest demand; empty: no limits are stated"],
+  ["least_condition","1","minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations, from joint rates to the end-effectors' motion, or, within `rank`, from joint rates to the base's rotation"],
   ["least_condition_time","s","time of that minimum"],
 ];
 
 export type LawEnd = "running" | "at_rest" | "rank_lost" | "joint_limit" | "released";
+
+// the internal force between two grasps.
+export interface Squeeze {
+  /** the two end-effectors */
+  between: string[];
+  /** commanded squeezing force on the target, at the end [N] */
+  reference: number;
+  /** squeezing force at the end, from the multipliers of the closed loops [N] */
+  force: number;
+  /** largest difference of the two [N] */
+  largest_error: number;
+  /** time of that difference [s] */
+  largest_error_time: number;
+}
+export const kSqueeze: FieldNote[] = [
+  ["between","","the two end-effectors"],
+  ["reference","N","commanded squeezing force on the target, at the end"],
+  ["force","N","squeezing force at the end, from the multipliers of the closed loops"],
+  ["largest_error","N","largest difference of the two"],
+  ["largest_error_time","s","time of that difference"],
+];
 
 // whether the grasps closed.
 export interface Capture {
@@ -1636,15 +1714,15 @@ export interface PostImpact {
   /** loads per phase and grasp; absent without grasps */
   grasp_loads?: GraspLoad[];
   /** detumbling law; absent without it */
-  detumbling?: DetumblingReport;
+  detumbling?: LawReport;
   /** base attitude control by the joints; absent without it */
-  base_keeping?: BaseHoldReport;
+  base_keeping?: LawReport;
   /** identification of a held target; absent without it */
   identification?: IdentificationReport;
   /** impedance control; absent without it */
-  impedance?: ImpedanceReport;
+  impedance?: LawReport;
   /** grasp force control; absent without it */
-  grasp_force?: GraspForceReport;
+  grasp_force?: LawReport;
   /** final rates; absent if the scenario states no limits */
   at_rest?: RestReport;
 }
@@ -1750,123 +1828,6 @@ export const kGraspLoad: FieldNote[] = [
   ["determined","","six values, one per component, angular x, y, z then linear x, y, z, in W, at the start of the phase; false: a self-stress leaves the component undetermined, and the minimum in the metric of the impact is reported"],
 ];
 
-// a held target that the arms bring to rest.
-export interface DetumblingReport {
-  /** target that is detumbled */
-  target: string;
-  /** start of the control law [s] */
-  begin: number;
-  /** end of the control law; afterwards the joints hold [s] */
-  end: number;
-  /** `at_rest`: the angular momentum fell to a millionth. `joint_limit`: a joint reached the end of its range. `released`: the target was released. `running`: the run ended first. Near configurations in which the arms cannot move the target in all directions (`least_condition`), the law continues in the other directions */
-  ended: LawEnd;
-  /** joint whose range ended the law; empty otherwise */
-  joint: string;
-  /** bound on the torque about the target's centre of mass [N m] */
-  torque_bound: number;
-  /** largest torque of the grasps about the target's centre of mass, from the target's motion: at the ends and in the middle of every step [N m] */
-  largest_torque: number;
-  /** angular momentum of the target about its centre of mass, at the start [N m s] */
-  angular_momentum_before: number;
-  /** angular momentum of the target about its centre of mass, at the end [N m s] */
-  angular_momentum_after: number;
-  /** speed of the target's centre of mass relative to that of servicer and held targets, at the start [m/s] */
-  speed_before: number;
-  /** the same speed at the end [m/s] */
-  speed_after: number;
-  /** angular_momentum_before over torque_bound: the duration with sufficient efforts [s] */
-  expected_duration: number;
-  /** fraction of the torque bound that effort limits and grasp ratings admit at the start; expected_duration over this fraction estimates the duration [1] */
-  first_scale: number;
-  /** minimum fraction of the torque bound that these limits admit; 1: they were always sufficient [1] */
-  least_scale: number;
-  /** time of that minimum [s] */
-  least_scale_time: number;
-  /** whether a reduced torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target deviated from its commanded motion */
-  within_limits: boolean;
-  /** largest share of an effort limit or of a grasp rating that the law demanded before efforts were scaled down; above 1: factor by which the limits are too small [1] */
-  largest_demand: number;
-  /** time of that demand [s] */
-  largest_demand_time: number;
-  /** limit with the largest demand; empty: no limits are stated */
-  limiting: string;
-  /** minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations [1] */
-  least_condition: number;
-  /** time of that minimum [s] */
-  least_condition_time: number;
-}
-export const kDetumblingReport: FieldNote[] = [
-  ["target","","target that is detumbled"],
-  ["begin","s","start of the control law"],
-  ["end","s","end of the control law; afterwards the joints hold"],
-  ["ended","","`at_rest`: the angular momentum fell to a millionth. `joint_limit`: a joint reached the end of its range. `released`: the target was released. `running`: the run ended first. Near configurations in which the arms cannot move the target in all directions (`least_condition`), the law continues in the other directions"],
-  ["joint","","joint whose range ended the law; empty otherwise"],
-  ["torque_bound","N m","bound on the torque about the target's centre of mass"],
-  ["largest_torque","N m","largest torque of the grasps about the target's centre of mass, from the target's motion: at the ends and in the middle of every step"],
-  ["angular_momentum_before","N m s","angular momentum of the target about its centre of mass, at the start"],
-  ["angular_momentum_after","N m s","angular momentum of the target about its centre of mass, at the end"],
-  ["speed_before","m/s","speed of the target's centre of mass relative to that of servicer and held targets, at the start"],
-  ["speed_after","m/s","the same speed at the end"],
-  ["expected_duration","s","angular_momentum_before over torque_bound: the duration with sufficient efforts"],
-  ["first_scale","1","fraction of the torque bound that effort limits and grasp ratings admit at the start; expected_duration over this fraction estimates the duration"],
-  ["least_scale","1","minimum fraction of the torque bound that these limits admit; 1: they were always sufficient"],
-  ["least_scale_time","s","time of that minimum"],
-  ["within_limits","","whether a reduced torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target deviated from its commanded motion"],
-  ["largest_demand","1","largest share of an effort limit or of a grasp rating that the law demanded before efforts were scaled down; above 1: factor by which the limits are too small"],
-  ["largest_demand_time","s","time of that demand"],
-  ["limiting","","limit with the largest demand; empty: no limits are stated"],
-  ["least_condition","1","minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations"],
-  ["least_condition_time","s","time of that minimum"],
-];
-
-// a base whose attitude the joints control.
-export interface BaseHoldReport {
-  /** start of the control law [s] */
-  begin: number;
-  /** end of the control law; afterwards the joints hold [s] */
-  end: number;
-  /** `rank_lost`: the joints came near a configuration in which they cannot turn the base about all initially controllable axes. `joint_limit`: a joint reached the end of its range. `running`: the run ended first */
-  ended: LawEnd;
-  /** joint whose range ended the law; empty otherwise */
-  joint: string;
-  /** largest rotation of the base from its reference attitude [rad] */
-  largest_angle: number;
-  /** time of that rotation [s] */
-  largest_angle_time: number;
-  /** rotation of the base from its reference attitude, at the end [rad] */
-  angle_after: number;
-  /** angular velocity of the base, at the end [rad/s] */
-  angular_velocity_after: number;
-  /** number of axes about which the joints could turn the base, at the start [1] */
-  rank: number;
-  /** minimum fraction of the self-motion (which does not turn the base) that the joints' effort limits admit [1] */
-  least_share: number;
-  /** time of that minimum [s] */
-  least_share_time: number;
-  /** whether the efforts that control the base stayed within the joints' limits; if not, they were reduced and the base deviated from its attitude */
-  within_limits: boolean;
-  /** minimum ratio of the singular value of that rank to the largest, of the map from joint rates to the base's rotation [1] */
-  least_condition: number;
-  /** time of that minimum [s] */
-  least_condition_time: number;
-}
-export const kBaseHoldReport: FieldNote[] = [
-  ["begin","s","start of the control law"],
-  ["end","s","end of the control law; afterwards the joints hold"],
-  ["ended","","`rank_lost`: the joints came near a configuration in which they cannot turn the base about all initially controllable axes. `joint_limit`: a joint reached the end of its range. `running`: the run ended first"],
-  ["joint","","joint whose range ended the law; empty otherwise"],
-  ["largest_angle","rad","largest rotation of the base from its reference attitude"],
-  ["largest_angle_time","s","time of that rotation"],
-  ["angle_after","rad","rotation of the base from its reference attitude, at the end"],
-  ["angular_velocity_after","rad/s","angular velocity of the base, at the end"],
-  ["rank","1","number of axes about which the joints could turn the base, at the start"],
-  ["least_share","1","minimum fraction of the self-motion (which does not turn the base) that the joints' effort limits admit"],
-  ["least_share_time","s","time of that minimum"],
-  ["within_limits","","whether the efforts that control the base stayed within the joints' limits; if not, they were reduced and the base deviated from its attitude"],
-  ["least_condition","1","minimum ratio of the singular value of that rank to the largest, of the map from joint rates to the base's rotation"],
-  ["least_condition_time","s","time of that minimum"],
-];
-
 // mass, centre of mass and inertia of a held target, as identified from sensor readings.
 export interface IdentificationReport {
   /** target that is identified */
@@ -1945,78 +1906,6 @@ export const kIdentifiedParameter: FieldNote[] = [
   ["deviation","`unit`","standard deviation; null: not determined, or no noise was stated"],
   ["truth","`unit`","value of the simulated target"],
   ["error","`unit`","value minus true value"],
-];
-
-// a target that several grasps hold and squeeze.
-export interface GraspForceReport {
-  /** target that is held */
-  target: string;
-  /** start of the control law [s] */
-  begin: number;
-  /** end of the control law; afterwards the joints hold [s] */
-  end: number;
-  /** `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two grasps hold the target. `running`: the run ended first */
-  ended: LawEnd;
-  /** joint whose range ended the law; empty otherwise */
-  joint: string;
-  /** pairs of grasps that squeeze the target */
-  pairs: Squeeze[];
-  /** number of internal directions that the efforts control besides the target's motion, at the start [1] */
-  internal_rank: number;
-  /** largest difference of the grasps' internal wrenches from the reference, over all components; moments are divided by the metric's length [N] */
-  other_internal_force: number;
-  /** largest distance of the target from its reference position; 0 with brake [m] */
-  largest_distance: number;
-  /** largest angle of the target from its reference orientation; 0 with brake [rad] */
-  largest_angle: number;
-  /** minimum fraction of the internal force that the joints' effort limits admit [1] */
-  least_scale: number;
-  /** time of that minimum [s] */
-  least_scale_time: number;
-  /** whether the efforts that move the target stayed within the joints' limits; if not, they were reduced and the target deviated from its commanded motion */
-  within_limits: boolean;
-  /** minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations [1] */
-  least_condition: number;
-  /** time of that minimum [s] */
-  least_condition_time: number;
-}
-export const kGraspForceReport: FieldNote[] = [
-  ["target","","target that is held"],
-  ["begin","s","start of the control law"],
-  ["end","s","end of the control law; afterwards the joints hold"],
-  ["ended","","`rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two grasps hold the target. `running`: the run ended first"],
-  ["joint","","joint whose range ended the law; empty otherwise"],
-  ["pairs","","pairs of grasps that squeeze the target"],
-  ["internal_rank","1","number of internal directions that the efforts control besides the target's motion, at the start"],
-  ["other_internal_force","N","largest difference of the grasps' internal wrenches from the reference, over all components; moments are divided by the metric's length"],
-  ["largest_distance","m","largest distance of the target from its reference position; 0 with brake"],
-  ["largest_angle","rad","largest angle of the target from its reference orientation; 0 with brake"],
-  ["least_scale","1","minimum fraction of the internal force that the joints' effort limits admit"],
-  ["least_scale_time","s","time of that minimum"],
-  ["within_limits","","whether the efforts that move the target stayed within the joints' limits; if not, they were reduced and the target deviated from its commanded motion"],
-  ["least_condition","1","minimum ratio of the smallest to the largest singular value of the map from efforts to the target's accelerations"],
-  ["least_condition_time","s","time of that minimum"],
-];
-
-// the internal force between two grasps.
-export interface Squeeze {
-  /** the two end-effectors */
-  between: string[];
-  /** commanded squeezing force on the target, at the end [N] */
-  reference: number;
-  /** squeezing force at the end, from the multipliers of the closed loops [N] */
-  force: number;
-  /** largest difference of the two [N] */
-  largest_error: number;
-  /** time of that difference [s] */
-  largest_error_time: number;
-}
-export const kSqueeze: FieldNote[] = [
-  ["between","","the two end-effectors"],
-  ["reference","N","commanded squeezing force on the target, at the end"],
-  ["force","N","squeezing force at the end, from the multipliers of the closed loops"],
-  ["largest_error","N","largest difference of the two"],
-  ["largest_error_time","s","time of that difference"],
 ];
 
 // whether the motion after the impact came to rest (post_impact.at_rest).

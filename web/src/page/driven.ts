@@ -12,6 +12,7 @@ interface Part {
   title: string;
   of: (s: PartlySummary) => unknown; // one structure, or a list of structures: one row each
   notes: described.FieldNote[];
+  listed?: boolean; // a list of names and values per structure, not a row
   sums?: (all: Structure[], s: PartlySummary) => Cell[]; // summary of its numbers
 }
 type Structure = Record<string, unknown>;
@@ -22,17 +23,20 @@ function evaluated(reports: PartlySummary["stability"]): unknown {
   return some.length ? some : undefined;
 }
 
+// The reports of control laws that move all joints together, each with its name.
+function laws(s: PartlySummary): Structure[] {
+  const after = s.post_impact ?? {};
+  const reports = { "impedance in the approach": s.approach?.impedance, detumbling: after.detumbling, base_keeping: after.base_keeping, impedance: after.impedance, grasp_force: after.grasp_force };
+  return Object.entries(reports).flatMap(([law, report]) => (report ? [{ law, ...report }] : []));
+}
+
 const kParts: Part[] = [
   { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
   { title: "Sensors: readings minus true values", of: (s) => s.sensors, notes: described.kSensorReport },
   { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport },
   { title: "Numbers identified", of: (s) => s.post_impact?.identification?.parameters, notes: described.kIdentifiedParameter },
-  { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
-  { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseHoldReport },
-  { title: "Impedance of end-effectors in the approach", of: (s) => s.approach?.impedance, notes: described.kImpedanceReport },
+  { title: "Control laws that move all joints", of: laws, notes: [["law", "", "control law"], ...described.kLawReport], listed: true },
   { title: "Effective masses in the contact", of: (s) => s.impact?.effective_masses, notes: described.kEffectiveMass },
-  { title: "Impedance of end-effectors after the impact", of: (s) => s.post_impact?.impedance, notes: described.kImpedanceReport },
-  { title: "Held target and its internal forces", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport },
   { title: "Squeezes", of: (s) => s.post_impact?.grasp_force?.pairs, notes: described.kSqueeze },
   { title: "Actuators at their limits", of: (s) => s.saturation, notes: described.kSaturationReport },
   { title: "Stability of control", of: (s) => evaluated(s.stability), notes: described.kStabilityReport },
@@ -65,6 +69,7 @@ function partOf(part: Part, s: PartlySummary): HTMLElement[] {
   const value = part.of(s);
   const all = structuresOf(value);
   const sums = (part.sums?.(all, s) ?? []).map((sum) => element("div", {}, sum ?? ""));
+  if (part.listed) return all.flatMap((one) => describedPairs(part.notes, one));
   return [...sums, ...(Array.isArray(value) ? describedTable(part.title, part.notes, all) : describedPairs(part.notes, all[0]))];
 }
 
