@@ -4,12 +4,14 @@ import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { FieldNote } from "../summary_types";
 import { num, size, text, vector, words } from "./read";
-import { changeText, fold, pairs, table, vectorCell, type Cell, type Column } from "./table";
+import { changeText, fold, pairs, sortableTable, table, vectorCell, type Cell, type Column } from "./table";
 
 export interface Shown<T> {
   cells?: Record<string, (one: T) => Cell>; // of keys that are not shown by their value
+  heads?: Record<string, string>; // of keys whose words are not the head
   few?: number; // rows above which the others are folded
   sizes?: boolean; // vectors by their magnitude
+  sortBy?: string; // heads sort the rows, which are sorted by this key first
 }
 
 // All fields but some.
@@ -24,13 +26,17 @@ export function those(notes: readonly FieldNote[], ...keys: string[]): FieldNote
 // One row per structure; nothing without structures.
 export function describedTable<T extends object>(caption: string, notes: readonly FieldNote[], all: readonly T[], shown: Shown<T> = {}): HTMLElement[] {
   if (all.length === 0) return [];
-  const { cells = {}, few = Infinity, sizes = false } = shown;
+  const { cells = {}, heads = {}, few = Infinity, sizes = false, sortBy } = shown;
   const kept = notes.filter(([key]) => key in cells || all.some((one) => isShown(value(one, key))));
   const columns = kept.map(([key, unit, about]): Column => {
     const numeric = all.some((one) => num(value(one, key)) !== null || (sizes && size(value(one, key)) !== null));
-    return { head: heading(key), unit: unitOf(unit), title: about, numeric };
+    return { head: heads[key] ?? heading(key), unit: unitOf(unit), title: about, numeric };
   });
   const rows = all.map((one) => kept.map(([key]) => (key in cells ? cells[key](one) : tableCell(key, value(one, key), sizes))));
+  if (sortBy !== undefined) {
+    const keys = all.map((one) => kept.map(([key]) => sortKey(value(one, key))));
+    return [sortableTable(caption, columns, rows, keys, Math.max(0, kept.findIndex(([key]) => key === sortBy)))];
+  }
   const rest = rows.slice(few);
   return [
     table(caption, columns, rows.slice(0, few)),
@@ -51,6 +57,11 @@ export function describedPairs<T extends object>(notes: readonly FieldNote[], on
 
 function value(one: object, key: string): unknown {
   return (one as Record<string, unknown>)[key];
+}
+
+// Numbers and vectors by size.
+function sortKey(one: unknown): string | number {
+  return typeof one === "string" ? one : Math.abs(num(one) ?? size(one) ?? -1);
 }
 
 // Structures in structures have their own tables.

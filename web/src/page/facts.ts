@@ -229,39 +229,18 @@ export function showsPublished(s: PartlySummary): boolean {
 
 // ---- The ledger ----
 
-export interface LedgerRow {
-  key: string;
-  value: number | null;
-  bound: number | null;
-  pass: boolean;
-  notChecked: string; // reason for which the check was not evaluated; "": it was evaluated
-  applies: boolean;
-  unit: string;
-  note: string;
-  kind: string;
-}
+// A check with its key in the summary.
+export type LedgerRow = Partly<LedgerEntry> & { key: string };
 
 export function ledgerRows(s: PartlySummary): LedgerRow[] {
-  return Object.keys(s.ledger ?? {})
-    .map((key) => ({ key, row: checkOf(s, key) }))
-    .flatMap(({ key, row }) => (row ? { key, ...rowOf(row) } : []));
+  return Object.keys(s.ledger ?? {}).flatMap((key) => {
+    const row = checkOf(s, key);
+    return row ? [{ ...row, key }] : [];
+  });
 }
 
 // The check of that name; other keys of the ledger are not checks.
 export function checkOf(s: PartlySummary, name: string): Partly<LedgerEntry> | null {
   const row: unknown = s.ledger?.[name];
   return name !== "scale" && row !== null && typeof row === "object" ? row : null;
-}
-
-function rowOf(row: Partly<LedgerEntry>): Omit<LedgerRow, "key"> {
-  return {
-    value: num(row.value),
-    bound: num(row.bound),
-    pass: row.pass === true,
-    notChecked: row.pass === null ? text(row.not_checked, "") : "",
-    applies: row.applies !== false,
-    unit: text(row.unit, ""),
-    note: text(row.note, ""),
-    kind: text(row.kind, "conservation"),
-  };
 }

@@ -1,62 +1,65 @@
 // The ledger: every check with its largest value and its bound.
 import { element } from "../dom";
 import { number, unitText } from "../format";
+import { kLedgerEntry, kLedgerScale, type FieldNote } from "../summary_types";
+import { describedPairs, describedTable, those } from "./described";
 import { ledgerRows, type LedgerRow } from "./facts";
-import { num, withUnit, words, type PartlySummary } from "./read";
-import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
+import { num, text, words, type PartlySummary } from "./read";
+import { absent, fold, mark, table, type Cell, type Column } from "./table";
 
-const kColumns: Column[] = [
-  { head: "Quantity" },
-  { head: "Largest value", numeric: true },
-  { head: "Bound", numeric: true },
-  { head: "Unit" },
-  { head: "Result" },
-  { head: "Compared quantities" },
-];
+const kColumns: FieldNote[] = [["key", "", "its key in the summary"], ...those(kLedgerEntry, "value", "bound", "unit", "pass", "note")];
+const kShown = {
+  heads: { key: "Quantity", value: "Largest value", pass: "Result", note: "Compared quantities" },
+  cells: {
+    key: ({ key }: LedgerRow): Cell => name(key),
+    value: (row: LedgerRow): Cell => (row.applies === false ? "–" : num(row.value) === null ? "not a number" : number(num(row.value), 3)),
+    bound: (row: LedgerRow): Cell => number(num(row.bound), 3),
+    unit: ledgerUnit,
+    pass: outcome,
+    note: (row: LedgerRow): Cell =>
+      element("span", { class: "note" }, notChecked(row) ? `Not checked: ${notChecked(row)}. ${text(row.note, "")}` : text(row.note, "")),
+  },
+};
 
 export function ledgerSection(s: PartlySummary): HTMLElement[] {
   const rows = ledgerRows(s);
   if (rows.length === 0) return [absent("This result has no ledger: its conservation was not checked.")];
-  const part = (kind: string, applies: boolean) =>
-    rows.filter((row) => (row.kind === "feasibility") === (kind === "feasibility") && (row.applies || row.notChecked !== "") === applies);
-  const idle = rows.filter((row) => !row.applies && row.notChecked === "");
+  const evaluated = rows.filter((row) => row.applies !== false || notChecked(row) !== "");
+  const idle = rows.filter((row) => !evaluated.includes(row));
   const result = [
     element(
       "p",
       { class: "lead" },
       "Momentum and energy are recomputed body by body from the recorded motion and compared with the conservation laws. A failure means that the result is not valid.",
     ),
-    table("Conservation", kColumns, part("conservation", true).map(cells)),
+    ...describedTable("Conservation", kColumns, evaluated.filter((row) => row.kind !== "feasibility"), kShown),
+    ...describedTable("Feasibility", kColumns, evaluated.filter((row) => row.kind === "feasibility"), kShown),
   ];
-  if (part("feasibility", true).length > 0)
-    result.push(table("Feasibility", kColumns, part("feasibility", true).map(cells)));
   if (idle.length > 0) {
-    const listed = table(
-      "Nothing to check in this run",
-      [{ head: "Quantity" }, { head: "Why" }],
-      idle.map((row) => [name(row.key), row.note]),
-    );
-    result.push(fold(`${idle.length} ${idle.length === 1 ? "check" : "checks"} with nothing to check in this run`, listed));
+    const listed = describedTable("Nothing to check in this run", those(kColumns, "key", "note"), idle, {
+      heads: { ...kShown.heads, note: "Why" },
+      cells: { key: kShown.cells.key },
+    });
+    result.push(fold(`${idle.length} ${idle.length === 1 ? "check" : "checks"} with nothing to check in this run`, ...listed));
   }
-  const scales = scalesOf(s);
-  if (scales) result.push(scales);
+  const scale = s.ledger?.scale;
+  if (scale)
+    result.push(element("div", { class: "scales" }, element("p", {}, "Relative values refer to these scales, which cannot vanish:"), ...describedPairs(kLedgerScale, scale)));
   return result;
 }
 
-function cells(row: LedgerRow): Cell[] {
-  return [
-    name(row.key),
-    !row.applies ? "–" : row.value === null ? "not a number" : number(row.value, 3),
-    number(row.bound, 3),
-    row.unit === "1" ? "relative" : unitText(row.unit),
-    outcome(row),
-    element("span", { class: "note" }, row.notChecked ? `Not checked: ${row.notChecked}. ${row.note}` : row.note),
-  ];
+// Reason for which the check was not evaluated; "": it was.
+function notChecked(row: LedgerRow): string {
+  return row.pass === null ? text(row.not_checked, "") : "";
+}
+
+function ledgerUnit(row: LedgerRow): string {
+  return row.unit === "1" ? "relative" : unitText(text(row.unit, ""));
 }
 
 function outcome(row: LedgerRow): HTMLElement {
-  if (row.notChecked) return mark("warn", "not checked");
-  return row.pass ? mark("good", "pass") : mark("bad", "fail");
+  if (notChecked(row)) return mark("warn", "not checked");
+  return row.pass === true ? mark("good", "pass") : mark("bad", "fail");
 }
 
 // Readable name, and key of the summary.
@@ -67,21 +70,6 @@ export function name(key: string): HTMLElement {
     { class: "quantity" },
     readable.charAt(0).toUpperCase() + readable.slice(1),
     element("code", {}, key),
-  );
-}
-
-function scalesOf(s: PartlySummary): HTMLElement | null {
-  const scale = s.ledger?.scale;
-  if (!scale) return null;
-  return element(
-    "div",
-    { class: "scales" },
-    element("p", {}, "Relative values refer to these scales, which cannot vanish:"),
-    pairs([
-      ["linear momentum", withUnit(num(scale.linear_momentum), "N s")],
-      ["angular momentum", withUnit(num(scale.angular_momentum), "N m s")],
-      ["energy", withUnit(num(scale.energy), "J")],
-    ]),
   );
 }
 
@@ -100,24 +88,12 @@ export function ledgerOfBoth(a: PartlySummary, b: PartlySummary): HTMLElement[] 
     { head: "Unit" },
   ];
   const result = (row: LedgerRow | undefined) =>
-    !row
-      ? "absent"
-      : !row.applies && !row.notChecked
-        ? mark("none", "nothing to check")
-        : outcome(row);
+    !row ? "absent" : row.applies === false && !notChecked(row) ? mark("none", "nothing to check") : outcome(row);
+  const value = (row: LedgerRow | undefined) => number(row && row.applies !== false ? num(row.value) : null, 3);
   const rows = keys.map((key) => {
     const [x, y] = [rowsA.find((row) => row.key === key), rowsB.find((row) => row.key === key)];
-    const unit = (x ?? y)!.unit;
-    const bounds = [x, y].filter((row) => row !== undefined).map((row) => number(row.bound, 3));
-    return [
-      name(key),
-      number(x?.applies ? x.value : null, 3),
-      result(x),
-      number(y?.applies ? y.value : null, 3),
-      result(y),
-      [...new Set(bounds)].join(" / "),
-      unit === "1" ? "relative" : unitText(unit),
-    ];
+    const bounds = [x, y].filter((row) => row !== undefined).map((row) => number(num(row.bound), 3));
+    return [name(key), value(x), result(x), value(y), result(y), [...new Set(bounds)].join(" / "), ledgerUnit((x ?? y)!)];
   });
   return [table("Ledgers of A and B", columns, rows)];
 }

@@ -21,6 +21,32 @@ export function table(caption: string, columns: Column[], rows: Cell[][]): HTMLE
   );
 }
 
+// The heads sort the rows by their keys: texts by alphabet, numbers the largest first. A text in a column of numbers is
+// the last. `first`: the column by which the rows are sorted at the start.
+export function sortableTable(caption: string, columns: Column[], rows: Cell[][], keys: (string | number)[][], first: number): HTMLElement {
+  const body = element("tbody");
+  const heads = columns.map((column, i) => {
+    const cell = headCell(column);
+    const button = element("button", { type: "button", class: "sort" });
+    button.append(...cell.childNodes);
+    button.addEventListener("click", () => sort(i));
+    cell.append(button);
+    return cell;
+  });
+  const sort = (by: number): void => {
+    const size = (row: number): number => (typeof keys[row][by] === "number" ? keys[row][by] : -1);
+    const order = rows.map((_, i) => i).sort((a, b) => (columns[by].numeric ? size(b) - size(a) : String(keys[a][by]).localeCompare(String(keys[b][by]))));
+    body.replaceChildren(...order.map((i) => tableRow(columns, rows[i])));
+    heads.forEach((head, i) =>
+      i === by
+        ? head.setAttribute("aria-sort", columns[i].numeric ? "descending" : "ascending")
+        : head.removeAttribute("aria-sort"),
+    );
+  };
+  sort(first);
+  return tableBox(caption, element("table", {}, element("caption", {}, caption), element("thead", {}, element("tr", {}, ...heads)), body));
+}
+
 // Only scrollable boxes get keyboard focus.
 const scrolling = new ResizeObserver((entries) => {
   for (const { target } of entries) {
