@@ -64,6 +64,7 @@ class Build(build_ext):
         place = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(made, place)
+        shutil.copy2(made.parent / "_grapnel.pyi", place.parent)
 
 
 setup(

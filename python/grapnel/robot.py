@@ -193,11 +193,13 @@ class Robot:
 
     def zero_state(self) -> tuple[Array, Array]:
         """q and v with all free bodies at the origin of W, unrotated and at rest, and joints at zero."""
-        return self._core.zero_state()
+        q, v = self._core.zero_state()
+        return q, v
 
     def initial_state(self) -> tuple[Array, Array]:
         """q and v at the start of the problem's run, targets included; for a robot file the zero state."""
-        return self._core.initial_state()
+        q, v = self._core.initial_state()
+        return q, v
 
     def __repr__(self) -> str:
         return f"<grapnel.Robot {self.name!r}: {len(self.bodies)} bodies, {self.nu} joints, {self.mass:g} kg>"
@@ -324,7 +326,8 @@ class Loops:
                          gravity: ArrayLike = (0, 0, 0)) -> tuple[Array, Array]:
         """vdot (nv,) with closed loops, and the multipliers of the closures (rows,): [moment; force] rows in the first frame's axes
         on the first body [N m, N]; redundant multipliers are not unique (2.9)-(2.12). `tau` as in Robot.forward_dynamics."""
-        return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
+        vdot, multipliers = self._core.forward_dynamics(q, v, tau, _gravity(gravity))
+        return vdot, multipliers
 
     def close_velocities(self, q: ArrayLike, v: ArrayLike) -> Array:
         """The velocity nearest in kinetic energy that satisfies the loops, (nv,): the result of a plastic impact of all closures."""
@@ -333,7 +336,8 @@ class Loops:
     def project(self, q: ArrayLike, v: ArrayLike | None = None) -> tuple[Array, Array, Array]:
         """q (nq,) and v (nv,) projected onto the closures in the mass metric, and whether the iteration converged (1 or 0). It finds
         a nearby closed configuration only."""
-        return self._core.project(q, v)
+        closed_q, closed_v, converged = self._core.project(q, v)
+        return closed_q, closed_v, converged
 
 
 class Rollout:
