@@ -1,18 +1,26 @@
 #include "grapnel/approach/planning_setup.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
+
+#include "grapnel/approach/planning_task.hpp"
 #include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/model/coupling.hpp"
-#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/plan/path_constraint_check.hpp"
 #include "grapnel/problem/contact_pairs.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
 
 namespace grapnel {
+namespace {
 
+// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   std::vector<Objective::Term> terms;
   for (const PlanObjective& one : kPlanObjectives) {
@@ -22,8 +30,9 @@ std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   return terms;
 }
 
-// Wheels, momentum of the servicer and desired attitude => terms of (6.26) as shares of the maximum momenta: H = R_D^T
-// L, rows of A^+ and null motion of each wheel.
+// Wheels that hold the base at R_WD from `begin` on, where it is at R_WB and the wheels have the rates of the problem,
+// and motion of the servicer with its wheels fixed to the base => terms of (6.26) as shares of the maximum momenta: H =
+// R_D^T L, rows of A^+ and null motion of each wheel.
 WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
                              const Rotationd& R_WD, double begin) {
   const BaseControlSetup& control = *problem.approach->base_control;
@@ -55,8 +64,6 @@ WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& mo
   }
   return result;
 }
-
-namespace {
 
 // Obstacle => its shapes, a half-space as a box whose face is centred beneath the base; its distances are exact for
 // bodies that are less than kHalf from there.
@@ -136,10 +143,11 @@ std::vector<int> gripper_near_grasp(const CaptureProblem& stated, const CaptureP
   return bodies;
 }
 
-}  // namespace
-
-// Problem and target motion => bodies for clearance along a path, with the robot rigid: robot bodies are placed by
-// their links, targets by `target_at`; per grasp, the distance within which gripper and target may touch.
+// Problem and motion of a target at a time => bodies for clearance along a path, with the robot rigid: robot bodies are
+// placed by their links, targets by `target_at`. Pairs that `contacts` names are kept apart unless PlanSetup::contacts
+// allows them to touch. An end-effector and the links that gripper_near_grasp() names may touch its target within
+// PlanSetup::near_grasp of the grasp point; its default is the extent of the gripper's shapes from the end-effector
+// plus the required clearance. The result refers only to what `target_at` refers to.
 std::shared_ptr<const ConstraintBodies> constraint_bodies(
     const CaptureProblem& stated, const CaptureSystem& servicer,
     std::function<TargetMotion(std::size_t target, double time)> target_at) {
@@ -209,8 +217,10 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
   return bodies;
 }
 
-// Problem and targets at the capture => function of final joints, rates and base pose that builds the state just before
-// the impact and returns its planned impulse (docs/theory, section 7) or the index (13.5).
+// Problem and targets at the capture => PathConstraints::end_measure: builds the state just before the impact with
+// rigid grasps, and joints free or held by drives or brakes as the problem states, and returns its planned impulse
+// (docs/theory, section 7) or the index (13.5). `base` is scratch, of the servicer, to which alone the result refers;
+// `motion` gives its motion at `end`.
 std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
                      const Posed& X_WB)>
 capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,
@@ -263,6 +273,139 @@ capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMot
     const PlannedImpulse impulse = planned_impulse(system.model, state, grasps, held);
     return kind == Objective::Kind::impulse ? impulse.energy : impulse.mean_impulse;
   };
+}
+
+// State at the segment's begin => `reach` with the required clearance, which is reduced, with a warning, if the
+// approach is replanned and the bodies are nearer. Otherwise throws Unplannable with the nearest pairs.
+void check_start_clearance(PlanningTask& task, PlanDraft& draft, ReachProblem& reach) {
+  if (!reach.constraints.clearance) return;
+  constexpr double kRounding = 1e-6;  // [m]; plans satisfy the clearance to this tolerance
+  constexpr std::size_t kNamed = 3;   // pairs
+  PlacedLinks links;
+  task.base.place(draft.position, links);
+  PathSegment::SegmentPoint start;
+  start.time = draft.time, start.position = draft.position, start.rate = draft.rate, start.X_WB = draft.X_WB,
+  start.placed = &links;
+  start.acceleration.assign(draft.position.size(), 0.0);
+  PathConstraintCheck check(task.base, reach);
+  std::vector<PathConstraintCheck::Found> found = check.scan(
+      1, [&](int) { return start; }, 0, -std::numeric_limits<double>::infinity(), nullptr);
+  std::erase_if(found, [](const PathConstraintCheck::Found& f) {
+    return f.at.kind != PathConstraintCheck::Kind::clearance || f.value <= kRounding;
+  });
+  if (found.empty()) return;
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
+  const ConstraintBodies& bodies = *reach.constraints.bodies;
+  std::set<std::pair<int, int>> seen;  // bodies may have several shapes
+  std::erase_if(found, [&](const PathConstraintCheck::Found& f) {
+    const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
+    return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
+  });
+  const double required = *reach.constraints.clearance, nearest = required - found.front().value;
+  std::string pairs;
+  for (std::size_t i = 0; i < std::min(kNamed, found.size()); ++i) {
+    const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(found[i].at.index)];
+    const double distance = required - found[i].value;
+    pairs += fmt::format(
+        "{}'{}' and '{}' {}", pairs.empty() ? "" : ", ", bodies.names[pair.body_a], bodies.names[pair.body_b],
+        distance < 0 ? fmt::format("overlap by {:.4g} m", -distance) : fmt::format("are {:.4g} m apart", distance));
+  }
+  if (found.size() > kNamed) pairs += fmt::format(", and {} more pairs", found.size() - kNamed);
+  if (task.begin > 0 && nearest > 0) {
+    constexpr double kRoom = 0.99;
+    reach.constraints.clearance = kRoom * nearest;
+    draft.plan.warnings.push_back(
+        fmt::format("approach: replanned at t = {:.4g} s, where {}: the remaining approach keeps a clearance of {:.4g} "
+                    "m instead of the {:.4g} m of approach.plan.clearance",
+                    draft.time, pairs, *reach.constraints.clearance, required));
+    return;
+  }
+  throw Unplannable(fmt::format(
+      "planning the approach: at the start of the segment, t = {:.4g} s, {}; the minimum clearance is {:.4g} m "
+      "(approach.plan.clearance), and no motion changes the start: {}, set a smaller clearance, or add the pair to "
+      "clearance.ignore",
+      draft.time, pairs, required,
+      draft.time == 0 ? "change initial.joints or initial.base" : "change the waypoint at which the segment begins"));
+}
+
+// Wheels, momentum and attitude => momentum model (6.26) and its limit in `constraints`. If the begin of the segment
+// exceeds the limit: Unplannable, or a larger limit with a warning if the approach is replanned.
+void set_wheels(PlanningTask& task, PlanDraft& draft, PathConstraints& constraints) {
+  if (!task.attitude_held()) {
+    throw Unplannable(
+        "planning the approach: the wheel momentum settings of approach.plan require an attitude-controlled base, but "
+        "approach.base_control is too weak to hold the attitude while the joints move; increase its gains or set "
+        "feedforward");
+  }
+  constraints.wheels = planned_wheels(task.problem, task.motion, task.problem.X_WB.R, draft.X_WB.R, task.begin);
+  constraints.wheel_share = task.approach.plan->wheel_momentum.value_or(constraints.wheel_share);
+  PlacedLinks links;
+  task.base.place(draft.position, links);
+  const Vector3d u = FloatingBase::momentum_of_rates(links, draft.rate);
+  for (std::size_t i = 0; i < constraints.wheels->wheels.size(); ++i) {
+    const double share = std::abs(constraints.wheels->share(i, draft.time, u));
+    constexpr double kRounding = 1e-6;  // tolerance of plans
+    if (share <= constraints.wheel_share + kRounding) continue;
+    const std::string what = fmt::format(
+        "wheel '{}' needs {:.6g} of its momentum capacity to hold the base's attitude at the segment's begin, t = "
+        "{:.4g} s; the limit approach.plan.wheel_momentum is {:.6g}",
+        constraints.wheels->wheels[i].name, share, draft.time, constraints.wheel_share);
+    if (task.begin == 0) {
+      throw Unplannable("planning the approach: " + what + ", and no joint motion can change that");
+    }
+    // A replanned approach continues from the state of the controlled base. There is rarely a feasible trajectory
+    // without any further increase of the momentum.
+    constexpr double kRoom = 1.01;
+    constraints.wheel_share = kRoom * share;
+    draft.plan.warnings.push_back(fmt::format("approach: replanned, {}; the limit for the remaining approach is {:.6g}",
+                                              what, constraints.wheel_share));
+  }
+}
+
+// Rejects settings that contradict an attitude-controlled base.
+void refuse_turning(const PlanSetup& plan) {
+  std::string requested = plan.base_turn ? "base_turn" : "";
+  for (const auto objective : {PlanSetup::Objective::base_attitude, PlanSetup::Objective::base_motion}) {
+    if (weight_in(plan, objective) > 0) requested += (requested.empty() ? "" : ", ") + std::string(name_of(objective));
+  }
+  if (requested.empty()) return;
+  throw Unplannable(fmt::format(
+      "planning the approach: {}: no base rotation is planned, because approach.base_control is assumed strong enough "
+      "to hold the base's attitude; the simulation shows the actual rotation of the controlled base",
+      requested));
+}
+
+}  // namespace
+
+void apply_plan_setup(PlanningTask& task, PlanDraft& draft, ReachProblem& reach) {
+  const PlanSetup& plan = *task.approach.plan;
+  reach.starts = plan.starts, reach.seed = plan.seed;
+  if (!plan.guess.empty()) reach.guess = plan.guess;
+  reach.objective = Objective(objective_terms(plan), reach.start, reach.guess, task.lower, task.upper);
+  PathConstraints& constraints = reach.constraints;
+  constraints.limits = plan.limits == PlanSetup::Limits::during_approach;
+  constraints.effort_limit = task.effort_limit;
+  constraints.base_turn = plan.base_turn.value_or(constraints.base_turn);
+  constraints.R_WB0 = task.problem.X_WB.R;
+  constraints.clearance = plan.clearance;
+  constraints.knots = plan.knots;
+  if (plan.wheel_momentum || weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0)
+    set_wheels(task, draft, constraints);
+  if (task.attitude_held()) refuse_turning(plan);
+  if (plan.clearance || weight_in(plan, PlanSetup::Objective::clearance) > 0) {
+    constraints.bodies = constraint_bodies(task.problem, task.servicer,
+                                           [&task](std::size_t target, double t) { return task.target_at(target, t); });
+    if (constraints.bodies->model.pairs().empty()) {
+      throw Unplannable(
+          "planning the approach: approach.plan requires clearance, but there is no pair of bodies to check: shapes "
+          "('geometry') of the robot's links and of the targets are missing, or clearance.ignore or "
+          "approach.plan.contacts: allowed excludes all pairs");
+    }
+    check_start_clearance(task, draft, reach);
+  }
+  if (weight_in(plan, PlanSetup::Objective::impulse) > 0 || weight_in(plan, PlanSetup::Objective::impulse_index) > 0)
+    constraints.end_measure =
+        capture_measure(task.problem, task.base, task.motion, reach.start.end, task.targets.capture);
 }
 
 }  // namespace grapnel
