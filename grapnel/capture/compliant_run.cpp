@@ -91,6 +91,16 @@ class JointPeaks {
   std::vector<JointPeakTimes> times_;
 };
 
+// The wrench of a closure on its body a at C, in W, from the multipliers of all.
+Wrenchd closure_wrench_in_world(const CaptureSystem& system, const Kinematics& k, std::span<const double> multipliers,
+                                std::size_t closure) {
+  std::size_t row = 0;
+  for (std::size_t c = 0; c < closure; ++c) row += static_cast<std::size_t>(row_count(system.closures[c].model));
+  const LoopClosure& loop = system.closures[closure];
+  const Rotationd R_WC = (k.X_WB[loop.body_a] * loop.X_AC).R;
+  return R_WC * closure_wrench(loop, multipliers.subspan(row, static_cast<std::size_t>(row_count(loop.model))));
+}
+
 Momentumd momentum_about_origin(const Model& model, const State& state) {
   return momentum_about(model, forward_kinematics(model, state), Vector3d::zero());
 }
@@ -111,7 +121,7 @@ void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, 
     sample.time = solution.times[s];
     sample.state = solution.states[s];
     forward_kinematics(model, sample.state, sample.kinematics);
-    external.clear(), sample.grasp_wrenches.clear(), sample.held_wrenches.clear();
+    external.clear(), sample.grasp_wrenches.clear(), sample.held_wrenches.clear(), sample.slip_wrenches.clear();
     for (std::size_t i = 0; i < grasps.size(); ++i) {
       const ForceHistory& h = solution.forces[i];
       const Wrenchd F{h.moment[s], h.force[s]};
@@ -124,14 +134,31 @@ void evaluate_samples(const CompliantTask& task, std::span<const Grasp> grasps, 
       external.insert(external.end(), shapes->wrenches.begin(), shapes->wrenches.end());
       sample.contacts = shapes->groups;
     }
+    std::vector<Wrenchd> of_closures;
+    for (std::size_t c = 0; c < task.system.closures.size(); ++c) {
+      const LoopClosure& loop = task.system.closures[c];
+      of_closures.push_back(closure_wrench_in_world(task.system, k, solution.loop_multipliers[s], c));
+      const Vector3d p_WC = (k.X_WB[loop.body_a] * loop.X_AC).p;
+      external.push_back({loop.body_a, p_WC, of_closures.back()});
+      external.push_back({loop.body_b, p_WC, -of_closures.back()});
+    }
     joint_wrenches(model, k, solution.accelerations[s], external, through);
     peaks.observe(sample.time, k, through);
-    // its target hangs on the robot: the transmitted wrench, reversed
+    // its target hangs on the robot: the transmitted wrench, reversed; or it closes a loop
     for (const HeldGrasp& held : task.system.grasps) {
+      if (held.closure != HeldGrasp::kInTree) {
+        sample.held_wrenches.push_back(held.closure == HeldGrasp::kRedundant
+                                           ? Wrenchd::zero()
+                                           : of_closures[static_cast<std::size_t>(held.closure)]);
+        continue;
+      }
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
     }
+    for (const SlippingGrasp& slip : task.system.slips)
+      sample.slip_wrenches.push_back(slip.closure < 0 ? Wrenchd::zero()
+                                                      : of_closures[static_cast<std::size_t>(slip.closure)]);
     if (shapes && !fixed) {
       sample.from_ground = shapes->from_fixed - from_fixed;
       from_fixed = shapes->from_fixed;
@@ -249,6 +276,10 @@ void describe(const CompliantTask& task, std::span<const Grasp> grasps, const Im
       if (P.body_b >= 0) external.push_back({P.body_b, task.shapes->point, P.on_b});
     }
   }
+  for (std::size_t l = 0; l < solution.loop_impulses.size(); ++l) {
+    external.push_back({system.closures[l].body_a, solution.loop_point, solution.loop_impulses[l]});
+    external.push_back({system.closures[l].body_b, solution.loop_point, -solution.loop_impulses[l]});
+  }
   describe_change(task.problem, system, task.start, solution.after, external, report);
 }
 
@@ -271,9 +302,17 @@ std::vector<ClosingContact> closing_contacts(const CaptureProblem& problem, cons
 ImpactOutcome run_compliant(const CompliantTask& task, const State& braked) {
   const ImpactSetup& setup = *task.problem.impact;
   const Closing closing = closing_in(task.problem, task.free, task.contact, task.system);
-  const ImpactSolution solution =
-      impact_law(setup).solve({task.system.model, braked, setup, task.system.base, closing.grasps, 0, closing.normals,
-                               task.held, task.each_step, task.drive, task.shapes});
+  const ImpactSolution solution = impact_law(setup).solve({.model = task.system.model,
+                                                           .state = braked,
+                                                           .setup = setup,
+                                                           .root = task.system.base,
+                                                           .grasps = closing.grasps,
+                                                           .normals = closing.normals,
+                                                           .held = task.held,
+                                                           .each_step = task.each_step,
+                                                           .drive = task.drive,
+                                                           .shapes = task.shapes,
+                                                           .loops = task.system.closures});
   if (solution.status == ImpactSolution::Status::failed)
     throw std::runtime_error(fmt::format("compliant impact from t = {:.6g} s: {}", task.time, solution.message));
   ImpactOutcome outcome;

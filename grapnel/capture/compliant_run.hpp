@@ -18,6 +18,7 @@ struct CompliantSample {
   Kinematics kinematics;                // at that state
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
   std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which already hold: likewise
+  std::vector<Wrenchd> slip_wrenches;   // per CaptureSystem::slips: of the part that a closure holds
   /// Impulse of a fixed base's mount, and of obstacles, since the previous sample, about the world's origin, in W: the
   /// only external one.
   Momentumd from_ground = Momentumd::zero();
@@ -38,7 +39,7 @@ struct CompliantTask {
   const CaptureProblem& problem;                 // with the closing grasps
   const CaptureSystem& free;                     // all targets free
   const Contact& contact;                        // of these grasps, in `free`; its state is the same as `start`
-  const CaptureSystem& system;                   // with held targets already hanging on their arms; no closed loops
+  const CaptureSystem& system;                   // with held targets already hanging on their arms
   const State& start;                            // of `system`, before brakes
   double time = 0;                               // [s]
   std::span<const HeldRate> held = {};           // velocities of `system` kept by drives and brakes

@@ -113,9 +113,9 @@ void ContactMonitor::check_energy(std::size_t group) {
 }
 
 // Work of the impulses + energy lost by restitution and friction = 0 in all impacts so far, over all pairs: in an
-// impact of several, pairs exchange work (23.17).
+// impact of several, pairs exchange work (23.17), also with the contacts of impact laws.
 void ContactMonitor::check_impacts(const ContactSet& contacts) {
-  double work = 0, lost = 0;
+  double work = with_others_, lost = 0;
   for (std::size_t g = 0; g < reports_.size(); ++g) {
     const GroupHistory& history = contacts.history(g);
     work += history.impact_work, lost += history.impact_loss + history.impact_friction_loss;
@@ -168,6 +168,14 @@ void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
   if (!(impact.energy_error <= residual_)) residual_ = impact.energy_error;
   exchanged_ = std::max(exchanged_, impact.energy_exchanged);
   check_impacts(impact.contacts);
+}
+
+void ContactMonitor::add_hard_impact(const ContactSet& contacts, double time, double exchanged) {
+  with_others_ += exchanged;
+  for (std::size_t g = 0; g < reports_.size(); ++g) {
+    if (reports_[g].hard) add_motion(g, {}, contacts.history(g), time);
+  }
+  check_impacts(contacts);
 }
 
 void ContactMonitor::write(CaptureResult& result) const {

@@ -32,6 +32,9 @@ class ContactMonitor final : public MotionObserver {
   void set_instant(std::span<const GroupContact> contacts) { instant_ = contacts; }
   /// Adds a compliant impact that ended at `end` [s].
   void add_impact(const ImpactShapes& impact, double end);
+  /// Adds an instantaneous impact, in which hard contacts took part: their histories after it, and the work that they
+  /// exchanged with other contacts [J].
+  void add_hard_impact(const ContactSet& contacts, double time, double exchanged);
 
  private:
   void search_peaks(const PhaseStep& step);
@@ -54,6 +57,7 @@ class ContactMonitor final : public MotionObserver {
   std::span<const GroupContact> instant_;    // between phases
   // Of the whole run:
   double residual_ = 0, exchanged_ = 0;  // largest error of an energy balance, and its largest term [J]
+  double with_others_ = 0;               // work that hard contacts exchanged with contacts of impact laws [J]
 };
 
 }  // namespace grapnel

@@ -178,6 +178,20 @@ void add_report(CaptureRun& run, ImpactReport report) {
 
 // --- Instantaneous impact ---
 
+// Hard contacts that took part => contacts' histories and the report, ledger.
+void note_hard_contacts(CaptureRun& run, std::span<const HardPoint> points, ImpactOutcome& outcome) {
+  const RunBodies& bodies = run.bodies;
+  outcome.report.hard_contacts =
+      run.contacts.note_impact(points, outcome.hard, bodies.free, outcome.after, bodies.time);
+  std::vector<bool> pushed(run.contacts.last()->groups(), false);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (outcome.hard[i].normal > 0)
+      pushed[static_cast<std::size_t>(run.contacts.last()->group_of(points[i].pair))] = true;
+  }
+  run.monitor.touch_targets(run.contacts.targets_of(pushed));
+  run.monitor.add_hard_impact(*run.contacts.last(), bodies.time, outcome.exchanged_with_contacts);
+}
+
 // Sizes are correct by construction, so the solver rejects only numbers: inertias that span more than doubles resolve.
 // `contact`: of the grasps that hold, then of those of `closing`; none: `held` are brakes.
 ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<const std::size_t> closing,
@@ -189,8 +203,12 @@ ImpactOutcome solve_impact(CaptureRun& run, const Contact& contact, std::span<co
   all.insert(all.end(), closing.begin(), closing.end());
   const CaptureProblem& taking_part = run.with_grasps(all);
   const CaptureDetail detail = closing.empty() ? CaptureDetail::columns : run.detail;
+  const std::vector<HardPoint> hard = run.contacts.hard_points(closing, bodies.free, contact.state, bodies.time);
   try {
-    return run_impact({taking_part, bodies.free, contact, bodies.time, already_closed, held, law, detail});
+    ImpactOutcome outcome =
+        run_impact({taking_part, bodies.free, contact, bodies.time, already_closed, held, law, detail, hard});
+    if (!outcome.hard.empty()) note_hard_contacts(run, hard, outcome);
+    return outcome;
   } catch (const std::invalid_argument& error) {
     throw RunFailure(
         fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", bodies.time, error.what()));
@@ -304,11 +322,15 @@ Contact without_held(Contact contact, std::size_t held) {
   return contact;
 }
 
-// Locks braked joints at the first instant of a compliant impact, in the joined system, which has no closed loops.
-// Returns the impulse per held rate.
+// Locks braked joints at the first instant of a compliant impact, in the joined system. Returns the impulse per held
+// rate.
 std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> held, std::optional<double>& residual) {
   if (run.problem.impact->joints != ImpactSetup::Joints::braked) return std::vector<double>(held.size(), 0.0);
-  const ImpactSolution stopped = plastic_impact(run.bodies.system.model, run.bodies.state, {}, held);
+  const CaptureSystem& system = run.bodies.system;
+  const Kinematics k = forward_kinematics(system.model, run.bodies.state);
+  std::vector<Grasp> closed;
+  for (const LoopClosure& loop : system.closures) closed.push_back(grasp_of(HeldGrasp{0, loop}, k));
+  const ImpactSolution stopped = plastic_impact(system.model, run.bodies.state, closed, held);
   residual = stopped.energy_identity_residual;
   run.bodies.state.v = stopped.velocity;
   return stopped.held_impulses;
@@ -426,8 +448,7 @@ void stiffen(CaptureRun& run, const ContactEvent& event, ImpactOutcome& yielded)
 }
 
 // Closing grasps => state and time after the compliant impact (docs/theory, section 12): integrates the springs in the
-// joined system, then makes the grasps at rest rigid in the free system and applies brakes. Throws RunFailure for
-// targets in closed loops.
+// joined system, then makes the grasps at rest rigid in the free system and applies brakes.
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
   const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: with_grasps() is called again below
@@ -439,10 +460,6 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
       run.contacts.close(closing[n], bodies.free, bodies.state, bodies.time, !moved);
   }
   run.to_joined();
-  if (!bodies.system.closures.empty())
-    throw RunFailure(
-        "impact.law: compliant does not support targets that are already held in closed loops, or by a grasp of which "
-        "only the force or the moment slips");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
   std::vector<HoldLoad> held_loads;

@@ -184,17 +184,18 @@ std::vector<HoldLoad> loads_in_impact(const CaptureProblem& problem, const Impac
 
 void raise_held_loads(const CaptureProblem& problem, const CaptureSystem& system, const CompliantSample& sample,
                       std::vector<HoldLoad>& largest) {
-  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
-    const std::size_t grasp = system.grasps[g].grasp;
-    if (!problem.grasps[grasp].holds) continue;
-    const double force = norm(sample.held_wrenches[g].linear), moment = norm(sample.held_wrenches[g].angular);
+  const auto raise = [&](std::size_t grasp, const Wrenchd& F_WC) {
+    if (!problem.grasps[grasp].holds) return;
+    const double force = norm(F_WC.linear), moment = norm(F_WC.angular);
     const HoldLoad load{grasp, force, moment, share_of_limits(*problem.grasps[grasp].holds, force, moment), 0};
     const auto at = std::ranges::find(largest, grasp, &HoldLoad::grasp);
     if (at == largest.end())
       largest.push_back(load);
     else if (load.share > at->share)
       *at = load;
-  }
+  };
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) raise(system.grasps[g].grasp, sample.held_wrenches[g]);
+  for (std::size_t s = 0; s < system.slips.size(); ++s) raise(system.slips[s].grasp, sample.slip_wrenches[s]);
 }
 
 }  // namespace grapnel

@@ -11,6 +11,7 @@
 #include "grapnel/capture/impact_figures.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact/hard_impact.hpp"
 #include "grapnel/impact/published_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
@@ -275,6 +276,24 @@ void describe_solution(const ImpactTask& task, const ImpactSolution& solution, s
     report.null_space = describe_impulses(contact.grasps, solution.null_space);
 }
 
+// Hard contacts that take part => their impulses added to those on bodies from outside; from obstacles, the momentum
+// about the world's origin that enters the system.
+Momentumd add_hard_impulses(const ImpactTask& task, const ImpactSolution& solution,
+                            std::vector<ExternalImpulse>& external) {
+  Momentumd entered = Momentumd::zero();
+  for (std::size_t i = 0; i < solution.hard.size(); ++i) {
+    const HardPoint& at = task.hard[i];
+    const Impulsed P{Vector3d::zero(), solution.hard[i].normal * at.normal + solution.hard[i].tangential};
+    for (const auto& [body, on_body] : {std::pair(at.body_a, -P), std::pair(at.body_b, P)}) {
+      if (body >= 0)
+        external.push_back({body, at.p_WC, on_body});
+      else
+        entered -= Momentumd{cross(at.p_WC, on_body.linear), on_body.linear};
+    }
+  }
+  return entered;
+}
+
 // Measures and derivatives at the rates that held joints have after the impact; the thesis's estimate.
 void add_comparisons(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
   std::vector<HeldRate> actual_rates(task.held.begin(), task.held.end());
@@ -284,12 +303,15 @@ void add_comparisons(const ImpactTask& task, const ImpactSolution& solution, Imp
   ImpactTask with_actual_rates = task;
   with_actual_rates.held = actual_rates;
   add_measures(with_actual_rates, report);
-  if (impact_law(task.law).differentiable) {
+  const bool touches = !solution.hard.empty();  // derivatives and comparisons are those without contacts
+  if (impact_law(task.law).differentiable && !touches) {
     // Changes of modes that do not respond are unknown.
     if (task.held.empty() || !task.held.front().is_mode()) add_sensitivities(task, report);
     report.by_modes = impulses_by_modes(task);
   }
-  if (task.already_closed > 0) {
+  if (touches) {
+    report.as_published_absent = "hard contacts take part";
+  } else if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
   } else if (!solution.points.empty()) {
     report.as_published_absent = "the thesis has no contacts that rebound";
@@ -321,8 +343,8 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   for (std::size_t i = 0; i < contact.grasps.size(); ++i)
     report.grasps.push_back(describe_grasp_before(problem, contact, before, i));
 
-  const ImpactSolution solution =
-      law.solve({model, contact.state, setup, system.base, contact.grasps, task.already_closed, normals, task.held});
+  const ImpactSolution solution = solve_impact(law, {model, contact.state, setup, system.base, contact.grasps,
+                                                     task.already_closed, normals, task.held, task.hard});
   if (solution.status == ImpactSolution::Status::failed) throw std::runtime_error(solution.message);
   outcome.after = {contact.state.q, solution.velocity};
   outcome.residuals.momentum = solution.generalized_momentum_residual;
@@ -332,10 +354,16 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   } else if (solution.inconsistent.empty()) {
     outcome.residuals.velocity = solution.constraint_residual;
   }
+  if (!solution.hard.empty()) outcome.residuals.cone = solution.cone_residual;
   describe_solution(task, solution, normals, forward_kinematics(model, outcome.after), report);
   describe_held(model, task.held, contact.state.v, solution, {}, report);
+  std::vector<ExternalImpulse> external = impulses_at(contact.grasps, solution);
+  const Momentumd from_obstacles = add_hard_impulses(task, solution, external);
   outcome.from_ground =
-      describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
+      describe_change(problem, system, contact.state, outcome.after, external, report) + from_obstacles;
+  outcome.hard = solution.hard;
+  for (const ContactPointImpulse& c : solution.points)
+    outcome.exchanged_with_contacts += c.work - c.normal_work - c.friction_work;
   if (task.detail == CaptureDetail::full) add_comparisons(task, solution, report);
   return outcome;
 }

@@ -38,6 +38,10 @@ struct ImpactOutcome {
   /// Per grasp of the problem: empty, or how it still was under way when impact.longest ended it, in words.
   std::vector<std::string> unfinished;
   std::vector<std::string> warnings;
+  // Of hard contacts that take part:
+  std::vector<ContactPointImpulse> hard;  // per entry of ImpactTask::hard; empty: none does
+  /// Work that these exchange with the law's own contacts, less the losses of those [J].
+  double exchanged_with_contacts = 0;
 };
 
 /// The grasps in an impact, and its law.
@@ -51,6 +55,7 @@ struct ImpactTask {
   std::span<const HeldRate> held = {};               // rates that ideal drives and brakes keep or enforce
   ImpactSetup::Law law = ImpactSetup::Law::plastic;  // instantaneous
   CaptureDetail detail = CaptureDetail::full;
+  std::span<const HardPoint> hard = {};  // hard contacts that touch
 };
 /// Without new grasps it is the impact of brakes. @throws std::invalid_argument if the system is numerically singular;
 /// std::runtime_error if the law finds no solution.

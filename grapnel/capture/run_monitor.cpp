@@ -215,6 +215,10 @@ void RunMonitor::add_contacts(const ImpactShapes& shapes, double end) {
   if (observers_.contacts) observers_.contacts->add_impact(shapes, end);
 }
 
+void RunMonitor::add_hard_impact(const ContactSet& contacts, double time, double exchanged) {
+  if (observers_.contacts) observers_.contacts->add_hard_impact(contacts, time, exchanged);
+}
+
 // A sample of a compliant impact, with the wrenches of closing grasps and of those that already hold.
 void RunMonitor::sample_yielding(const CompliantSample& sample) {
   const CaptureSystem& system = *impact_.system;

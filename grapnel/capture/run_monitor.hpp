@@ -111,6 +111,9 @@ class RunMonitor {
   void touch_targets(std::span<const std::size_t> targets) { conservation_.touch(targets); }
   /// Adds the contacts between shapes of a compliant impact that ended at `end` [s].
   void add_contacts(const ImpactShapes& shapes, double end);
+  /// Adds an instantaneous impact with the histories of hard contacts after it; `exchanged`:
+  /// ImpactOutcome::exchanged_with_contacts.
+  void add_hard_impact(const ContactSet& contacts, double time, double exchanged);
 
   // --- Stages of captures by contacts ---
 

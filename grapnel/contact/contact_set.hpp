@@ -75,6 +75,7 @@ struct HardPoint {
   double friction;        // Coulomb's coefficient
   double approach_speed;  // [m/s]; negative: the bodies separate
   bool lasts;             // the pair has lasting contact, with forces
+  double rest_speed;      // of the pair's law: slower approach begins lasting contact [m/s]
 };
 /// The impact at such a point.
 struct HardPointImpact {
@@ -145,6 +146,8 @@ class ContactSet {
   /// The points of all hard pairs that touch at this instant, if at least one of them must have an impact; otherwise
   /// none. Allocates.
   std::vector<HardPoint> impact_points(double t, const Kinematics& kinematics);
+  /// The points of all hard pairs that touch at this instant, in lasting contact or not. Allocates.
+  std::vector<HardPoint> touching_points(double t, const Kinematics& kinematics) const;
   /// Records an impact of these points, one entry each, and chooses the modes of their pairs.
   void note_impact(double t, std::span<const HardPoint> points, std::span<const HardPointImpact> impacts,
                    const Kinematics& kinematics);
@@ -212,7 +215,8 @@ class ContactSet {
   static Clearance clearance_of(const Pair& pair, const Kinematics& kinematics);
   void part(Pair& pair, double t, const Kinematics& kinematics);
   static bool is_crowded(const Pair& pair, double t);
-  bool add_hard_points(std::size_t index, double t, const Kinematics& kinematics, std::vector<HardPoint>& points);
+  static bool takes_part(const Pair& pair);
+  bool add_hard_points(std::size_t index, double t, const Kinematics& kinematics, std::vector<HardPoint>& points) const;
   void note_pair_impact(Pair& pair, double t, std::span<const HardPoint> points,
                         std::span<const HardPointImpact> impacts, const Kinematics& kinematics);
   bool parts(const Pair& pair, const Kinematics& kinematics) const;

@@ -37,7 +37,7 @@ bool ContactSet::is_crowded(const Pair& pair, double t) {
 // Appends the points of a hard pair that touches. Returns whether it must have an impact: it is apart, and closes
 // faster than its rest speed.
 bool ContactSet::add_hard_points(std::size_t index, double t, const Kinematics& kinematics,
-                                 std::vector<HardPoint>& points) {
+                                 std::vector<HardPoint>& points) const {
   const Pair& pair = pairs_[index];
   const Posed X_WA = place_of(pair.body_a, kinematics), X_WB = place_of(pair.body_b, kinematics);
   if (pair.contact.gap_bound(X_WA, X_WB) > kTouchTolerance || pair.contact.gap(X_WA, X_WB) > kTouchTolerance)
@@ -50,19 +50,30 @@ bool ContactSet::add_hard_points(std::size_t index, double t, const Kinematics& 
     const double approach = -dot(relative, touch.normal);
     fastest = std::max(fastest, approach);
     points.push_back({index, pair.body_a, pair.body_b, p, touch.normal, law.restitution, law.kinetic_friction, approach,
-                      pair.mode == Mode::touching});
+                      pair.mode == Mode::touching, law.rest_speed});
   }
   return pair.mode == Mode::apart && fastest >= law.rest_speed && !is_crowded(pair, t);
+}
+
+bool ContactSet::takes_part(const Pair& pair) {
+  return pair.is_hard() && (pair.mode == Mode::apart || pair.mode == Mode::touching);
 }
 
 std::vector<HardPoint> ContactSet::impact_points(double t, const Kinematics& kinematics) {
   std::vector<HardPoint> points;
   bool any = false;
   for (std::size_t i = 0; any_hard_ && i < pairs_.size(); ++i) {
-    const bool takes_part = pairs_[i].is_hard() && (pairs_[i].mode == Mode::apart || pairs_[i].mode == Mode::touching);
-    if (takes_part && add_hard_points(i, t, kinematics, points)) any = true;
+    if (takes_part(pairs_[i]) && add_hard_points(i, t, kinematics, points)) any = true;
   }
   if (!any) points.clear();
+  return points;
+}
+
+std::vector<HardPoint> ContactSet::touching_points(double t, const Kinematics& kinematics) const {
+  std::vector<HardPoint> points;
+  for (std::size_t i = 0; any_hard_ && i < pairs_.size(); ++i) {
+    if (takes_part(pairs_[i])) add_hard_points(i, t, kinematics, points);
+  }
   return points;
 }
 

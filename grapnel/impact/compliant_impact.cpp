@@ -104,7 +104,8 @@ class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
       std::span<const CompliantGrasp> grasps, const CompliantSetup& setup, std::span<const int> held,
-      const std::function<void(double t)>& each_step, ImpactDrive* drive, ImpactShapes* shapes)
+      const std::function<void(double t)>& each_step, ImpactDrive* drive, ImpactShapes* shapes,
+      std::span<const LoopClosure> loops)
       : model_(model),
         state_(state),
         contacts_(contacts),
@@ -113,7 +114,7 @@ class Run {
         held_(held),
         each_step_(each_step),
         drive_(drive),
-        system_(model, state, contacts, grasps, held, drive) {
+        system_(model, state, contacts, grasps, held, drive, lanes::best_instruction_set(), loops) {
     if (shapes) system_.attach(*shapes);
   }
 
@@ -299,6 +300,10 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       result_.message = integrator.message();
       return;
     }
+    if (const std::string row = system_.contradiction(); !row.empty()) {
+      result_.message = fmt::format("at {:.6g} s: held rates contradict closed loops ({})", integrator.time(), row);
+      return;
+    }
     observe(integrator, recorder);
     // An event may coincide with an end.
     if (follow_events(integrator, recorder, result == StiffIntegrator::Result::event)) {
@@ -362,6 +367,11 @@ void Run::check_balances(double t, std::span<const double> y) {
   for (std::size_t i = 0; i < held_.size(); ++i) {
     result_.held_impulses.push_back(y[system_.held_offset(static_cast<int>(i))]);
   }
+  for (std::size_t l = 0; l < system_.loops().size(); ++l) {
+    const double* P = &y[system_.loop_offset(static_cast<int>(l))];
+    result_.loop_impulses.push_back({{P[0], P[1], P[2]}, {P[3], P[4], P[5]}});
+  }
+  result_.loop_point = system_.channel_point();
   result_.held_work = y[system_.work_offset()];
   if (drive_) result_.drive_work = y[system_.drive_offset()];
   const double before = result_.kinetic_energy_taking_part, after = system_.kinetic_energy_taking_part_now();
@@ -485,12 +495,12 @@ ImpactSolution Run::outcome() {
 ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                 std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                 std::span<const int> held, const std::function<void(double t)>& each_step,
-                                ImpactDrive* drive, ImpactShapes* shapes) {
+                                ImpactDrive* drive, ImpactShapes* shapes, std::span<const LoopClosure> loops) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
   for (std::size_t i = 0; i < grasps.size(); ++i) check_grasp(model, grasps[i], i);
   check_held(model, held);
-  return Run(model, state, contacts, grasps, setup, held, each_step, drive, shapes).outcome();
+  return Run(model, state, contacts, grasps, setup, held, each_step, drive, shapes, loops).outcome();
 }
 
 }  // namespace grapnel

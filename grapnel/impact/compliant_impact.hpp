@@ -15,7 +15,7 @@
 #include <span>
 #include <string>
 
-#include "grapnel/constraint/grasp.hpp"
+#include "grapnel/constraint/loop_closure.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/state.hpp"
 #include "grapnel/impact/compliant_tables.hpp"
@@ -75,12 +75,14 @@ struct ImpactShapes;
 /// `held`: velocities (indices into State::v) that keep their values with any effort; either all or none of a free root
 /// or a spherical joint; no drive acts on them. `each_step` is called with the time reached and may throw to end the
 /// integration. `shapes`: contacts between shapes, with the forces of theory section 23 and, of hard pairs, the
-/// impacts in an instant; null: none. @throws std::invalid_argument for coefficients out of range, invalid
-/// normals or the state of another model; std::runtime_error if GRAPNEL_LANES names no instruction set available here
-/// (lanes::best_instruction_set()).
+/// impacts in an instant; null: none. `loops`: closures that hold exactly throughout, such as grasps that already hold
+/// and close loops; held velocities must not contradict them. @throws std::invalid_argument for coefficients out of
+/// range, invalid normals or the state of another model; std::runtime_error if GRAPNEL_LANES names no instruction set
+/// available here (lanes::best_instruction_set()).
 ImpactSolution compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                 std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                 std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},
-                                ImpactDrive* drive = nullptr, ImpactShapes* shapes = nullptr);
+                                ImpactDrive* drive = nullptr, ImpactShapes* shapes = nullptr,
+                                std::span<const LoopClosure> loops = {});
 
 }  // namespace grapnel

@@ -5,6 +5,7 @@
 /// in each lane. compliant_system.hpp instantiates them for doubles; the translation units compliant_packs_SET.cpp for
 /// packs.
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -207,6 +208,17 @@ class CompliantKernel {
   /// Accelerations under the current loads and these efforts (per velocity; null: none). Those of held velocities are
   /// zero.
   void accelerate(const S* effort);
+  /// The input of the last accelerate(), and its results replaced by those of another solution.
+  DynamicsInput<S> input() const {
+    DynamicsInput<S> in;
+    in.q = q_, in.v = v_, in.force = force_, in.link_wrench = link_wrench_;
+    in.prescribed = {tables_.prescribed, count(tables_.velocities)}, in.acceleration = zero_;
+    return in;
+  }
+  void replace_accelerations(std::span<const S> vdot, std::span<const S> force) {
+    std::copy(vdot.begin(), vdot.end(), vdot_.begin());
+    std::copy(force.begin(), force.end(), solved_.begin());
+  }
   /// Whether the rates of y need accelerations: for free bodies momenta suffice.
   bool has_rates() const { return tables_.rate_count + tables_.held_count > 0; }
   /// The rates of y; needs the accelerations if has_rates(). `effort`: as above.
@@ -441,10 +453,7 @@ void CompliantKernel<S>::accelerate(const S* effort) {
     }
     force_[count(spring.v)] -= S(spring.stiffness) * x + S(spring.damping) * v_[count(spring.v)];
   }
-  DynamicsInput<S> in;
-  in.q = q_, in.v = v_, in.force = force_, in.link_wrench = link_wrench_;
-  in.prescribed = {tables_.prescribed, count(tables_.velocities)}, in.acceleration = zero_;
-  articulated_body<S>(tree_, in, workspace_, vdot_, solved_);
+  articulated_body<S>(tree_, input(), workspace_, vdot_, solved_);
 }
 
 // Rates of the coordinates in y.

@@ -65,6 +65,7 @@ void CompliantRecorder::evaluate() {
     }
     loads_.insert(loads_.end(), sampled_.loads.begin(), sampled_.loads.end());
     std::move(sampled_.shapes.begin(), sampled_.shapes.end(), std::back_inserter(shapes_));
+    std::move(sampled_.multipliers.begin(), sampled_.multipliers.end(), std::back_inserter(multipliers_));
   }
   y_.clear();
 }
@@ -95,6 +96,7 @@ void CompliantRecorder::thin() {
       std::copy_n(loads_.begin() + static_cast<std::ptrdiff_t>(i * interfaces), interfaces,
                   loads_.begin() + static_cast<std::ptrdiff_t>(retained * interfaces));
       if (!shapes_.empty() && retained != i) shapes_[retained] = std::move(shapes_[i]);
+      if (!multipliers_.empty()) multipliers_[retained].swap(multipliers_[i]);
       ++retained_evaluated;
     } else {
       std::copy_n(y_.begin() + static_cast<std::ptrdiff_t>((i - evaluated) * size), size,
@@ -105,6 +107,7 @@ void CompliantRecorder::thin() {
   taken_.resize(retained);
   states_.resize(retained_evaluated), accelerations_.resize(retained_evaluated);
   if (!shapes_.empty()) shapes_.resize(retained_evaluated);
+  if (!multipliers_.empty()) multipliers_.resize(retained_evaluated);
   loads_.resize(retained_evaluated * interfaces);
   y_.resize((retained - retained_evaluated) * size);
   spacing_ *= 2;
@@ -167,6 +170,7 @@ void CompliantRecorder::finish(ImpactSolution& outcome) {
   for (const Sample& s : taken_) outcome.times.push_back(s.t);
   outcome.states = std::move(states_);
   outcome.accelerations = std::move(accelerations_);
+  outcome.loop_multipliers = std::move(multipliers_);
   if (system_.has_shapes()) system_.shapes().results().samples = std::move(shapes_);
   for (std::size_t k = 0; k < loads_.size(); ++k) {
     const InterfaceLoad& load = loads_[k];

@@ -46,6 +46,28 @@ Cholesky free_inertia(Eigen::MatrixXd M, const CompliantSystem& system) {
   return Cholesky(M);
 }
 
+// Projects responses L^-1 J^T onto the motions that loop closures leave free.
+class FreeMotions {
+ public:
+  FreeMotions(const Model& model, const Kinematics& k, const CompliantSystem& system, const Cholesky& inertia) {
+    if (system.loops().empty()) return;
+    Eigen::MatrixXd J = grasp_jacobian(model, k, system.closed_grasps(k));
+    for (int v = 0; v < model.velocities(); ++v) {
+      if (system.is_held(v)) J.col(v).setZero();
+    }
+    Y_ = lower_solution(inertia, J.transpose());
+    inverse_ = pseudo_inverse(Y_.transpose() * Y_, 1e-11);
+  }
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& half) const {
+    if (Y_.size() == 0) return half;
+    return half - Y_ * (inverse_ * (Y_.transpose() * half));
+  }
+  bool any() const { return Y_.size() > 0; }
+
+ private:
+  Eigen::MatrixXd Y_, inverse_;
+};
+
 // Rotation and translation are coupled: each has at least the energy of the other as its scale.
 void share_speeds(Interface& i, double turn, double speed) {
   const double radius = std::sqrt(i.mobility / i.angular_mobility);
@@ -122,12 +144,12 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
   size.assign(system.size(), 0.0);
   const double time = scales.shortest_time;
   Eigen::VectorXd v = Eigen::VectorXd::Zero(model.velocities());
-  double energy = 0, impulse = 0;
+  double energy = 0, impulse = 0, moment = 0;
   for (const Interface& i : interfaces) {
     v += i.response.rightCols(3).rowwise().norm() * i.impulse() +
          i.response.leftCols(3).rowwise().norm() * i.angular_impulse();
     energy += 0.5 * (i.speed * i.impulse() + i.turn * i.angular_impulse());
-    impulse += i.impulse();
+    impulse += i.impulse(), moment += i.angular_impulse();
   }
   if (v.size() > 0) v = v.cwiseMax(1e-6 * v.maxCoeff());
   for (const TreeLink<double>& link : model.tree().links) {
@@ -152,6 +174,15 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
       size[system.impulse_offset(i) + 3 + k] = interfaces[i].impulse();
     }
     size[system.loss_offset(i)] = energy;
+  }
+  const Kinematics at_start = forward_kinematics(model, system.now());
+  for (std::size_t l = 0; l < system.loops().size(); ++l) {
+    const LoopClosure& loop = system.loops()[l];
+    const double arm = norm((at_start.X_WB[loop.body_a] * loop.X_AC).p - system.channel_point());
+    for (int n = 0; n < 3; ++n) {
+      size[system.loop_offset(static_cast<int>(l)) + n] = moment + arm * impulse;
+      size[system.loop_offset(static_cast<int>(l)) + 3 + n] = impulse;
+    }
   }
   for (int h = system.held_offset(0); h < system.work_offset(); ++h) size[h] = impulse;
   for (int w = system.work_offset(); w < system.size(); ++w) size[w] = energy;
@@ -187,17 +218,20 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
   const Eigen::MatrixXd M = mass_matrix(model, state);
   const Cholesky held_out = free_inertia(M, system);
   for (const InterfaceLoad& load : system.loads()) scales.speed = std::max(scales.speed, norm(load.u.linear));
+  const FreeMotions free_motions(model, k, system, held_out);
   std::vector<Interface> interfaces;
   const auto add = [&](int robot, int target, const Vector3d& p_WC, auto&& estimate) {
     const Eigen::MatrixXd J = relative_jacobian(model, k, system, robot, target, p_WC);
-    const Eigen::MatrixXd response = cholesky_solution(held_out, J.transpose());
+    const Eigen::MatrixXd half = free_motions(lower_solution(held_out, J.transpose()));
+    const Eigen::MatrixXd response =
+        free_motions.any() ? upper_solution(held_out, half) : cholesky_solution(held_out, J.transpose());
     Interface floors;
     // Reached only if no free body is pushed: a free target alone has a larger mobility.
     floors.mobility = 1 / model.mass();
     floors.angular_mobility = 1 / std::max(M.trace(), model.mass());
     Interface i = estimate(Eigen::MatrixXd(J * response), floors);
     i.response = response;
-    i.half = lower_solution(held_out, J.transpose());
+    i.half = half;
     interfaces.push_back(std::move(i));
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {

@@ -117,8 +117,9 @@ class CompliantRecorder {
   // Per evaluated sample:
   std::vector<State> states_;
   std::vector<std::vector<double>> accelerations_;
-  std::vector<InterfaceLoad> loads_;  // of all interfaces
-  std::vector<ShapeSample> shapes_;   // with shapes
+  std::vector<InterfaceLoad> loads_;              // of all interfaces
+  std::vector<ShapeSample> shapes_;               // with shapes
+  std::vector<std::vector<double>> multipliers_;  // with loops
   CompliantSystem::Sampled sampled_;
   std::vector<double> times_;
   static constexpr int kStagePoints = StiffIntegrator::stages() + 1;

@@ -1,13 +1,10 @@
 /// Impacts in an instant of hard shapes within a compliant impact (docs/theory, section 23, Hard contacts).
 
 #include "grapnel/impact/compliant_system.hpp"
-#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/hard_impact.hpp"
 
 namespace grapnel {
 namespace {
-
-// Steps of a path of impulses beyond which contacts do not part, as in motion phases.
-constexpr int kMaxStrikeSteps = 10'000;
 
 Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& k) {
   return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
@@ -15,19 +12,6 @@ Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& k) {
 
 Vector3d relative_velocity(const HardPoint& at, const Kinematics& k) {
   return velocity_at(at.body_b, at.p_WC, k) - velocity_at(at.body_a, at.p_WC, k);
-}
-
-// Points, state, held velocities, which keep their values => impulses by (11.1) to (11.8) with Stronge's hypothesis.
-// Grasps are springs, which transmit no impulse.
-ImpactSolution solve_strike(const Model& model, const State& state, std::span<const HardPoint> points,
-                            std::span<const int> held) {
-  std::vector<ContactPoint> contacts;
-  for (const HardPoint& p : points)
-    contacts.push_back({p.body_b, p.body_a, p.p_WC, p.normal, p.restitution, p.friction});
-  std::vector<HeldRate> rates;
-  for (const int v : held) rates.push_back({v, state.v[v]});
-  return contact_impact(model, state, contacts, RestitutionHypothesis::stronge, {}, rates,
-                        {.spread = false, .max_steps = kMaxStrikeSteps});
 }
 
 }  // namespace
@@ -41,10 +25,13 @@ void CompliantSystem::strike(double t, std::vector<double>& y) {
   ImpactShapes& results = shapes_->results();
   const double time = results.begin + t;
   const Kinematics before = forward_kinematics(model_, now_);
-  const std::vector<HardPoint> points = contacts.impact_points(time, before);
+  std::vector<HardPoint> points = contacts.impact_points(time, before);
   if (points.empty()) return;
+  std::vector<HeldRate> rates;  // held velocities keep their values; grasps are springs, which transmit no impulse
+  for (const int v : held_) rates.push_back({v, now_.v[v]});
+  const std::vector<Grasp> closed = closed_grasps(before);
+  const ImpactSolution solution = solve_hard_impact({model_, now_, closed, rates}, points);
   std::vector<HardPointImpact> impacts(points.size());
-  const ImpactSolution solution = solve_strike(model_, now_, points, held_);
   if (solution.status != ImpactSolution::Status::solved) {
     contacts.note_impact(time, points, impacts, before);
     return;
@@ -62,6 +49,11 @@ void CompliantSystem::strike(double t, std::vector<double>& y) {
     add_shape_impulse(at.body_a, at.body_b, at.p_WC, {Vector3d::zero(), P}, y.data());
     shapes_->add_impulse(at.body_a, at.body_b, at.p_WC, {Vector3d::zero(), P},
                          std::span(y).subspan(static_cast<std::size_t>(shape_at_)));
+  }
+  for (std::size_t i = 0; i < closed.size(); ++i) {
+    const Impulsed P = shift(solution.contacts[i].P_WC, tables_.channel_point - closed[i].p_WC);
+    double* const at = y.data() + loop_offset(static_cast<int>(i));
+    for (int n = 0; n < 3; ++n) at[n] += P.angular[n], at[3 + n] += P.linear[n];
   }
   for (std::size_t r = 0; r < rates_.size(); ++r)
     y[static_cast<std::size_t>(tables_.rate_at) + r] = solution.velocity[rates_[r]] - start_.v[rates_[r]];

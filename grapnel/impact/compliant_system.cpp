@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/dynamics/workspace.hpp"
 
@@ -53,7 +54,7 @@ MakePacks packs_of(lanes::InstructionSet set) {
 // 12). With an instruction set, and without modal chains, points are also evaluated in batches.
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                  std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive,
-                                 std::optional<lanes::InstructionSet> set)
+                                 std::optional<lanes::InstructionSet> set, std::span<const LoopClosure> loops)
     : phase(contacts.size(), ContactPhase::apart),
       model_(model),
       drive_(drive),
@@ -69,6 +70,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
   describe_bodies(origin_W);
   describe_trees();
   describe_interfaces(contacts, grasps, origin_W);
+  describe_loops(loops);
   describe_springs();
   CompliantTables& t = tables_;
   t.coordinates = model.coordinates(), t.velocities = model.velocities();
@@ -85,9 +87,10 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
   t.prescribed = prescribed_.data();
   t.driven = drive != nullptr;
   t.channel_point = origin_W;
+  t.channels = channels_.data(), t.channel_count = static_cast<int>(channels_.size());
   lay_out();
   kernel_.emplace(tables_, model.tree());
-  if (!set || !model.tree().chains.empty()) return;
+  if (!set || !model.tree().chains.empty() || !loops_.empty()) return;
   const std::vector<TreeLink<double>>& links = model.tree().links;
   packs_.reset(packs_of(*set)(tables_, links.data(), static_cast<int>(links.size())));
 }
@@ -180,6 +183,62 @@ void CompliantSystem::describe_interfaces(std::span<const CompliantContact> cont
   }
   for (const Body& body : model_.bodies()) {
     if (velocity_count(body.description.joint.type) > 0 && prescribed_[body.v] != 0) taking_part_.push_back(body.root);
+  }
+}
+
+// Closures => their solver, and the channels of their impulses.
+void CompliantSystem::describe_loops(std::span<const LoopClosure> loops) {
+  for (std::size_t body = 0; body < model_.bodies().size(); ++body)
+    tree_of_.push_back(side(static_cast<int>(body)).tree);
+  if (loops.empty()) return;
+  loops_.assign(loops.begin(), loops.end());
+  loop_solver_.emplace(model_, loops_);
+  loop_workspace_.emplace(model_);
+  loop_vdot_.resize(model_.velocities()), loop_force_.resize(model_.velocities());
+  for (const LoopClosure& loop : loops_) {
+    const int a = tree_of_[loop.body_a], b = tree_of_[loop.body_b];
+    constexpr int kInside = ImpulseChannel::kInside;
+    channels_.push_back(a == b ? ImpulseChannel{kInside, kInside} : ImpulseChannel{a, b});
+    for (const int body : {loop.body_a, loop.body_b}) taking_part_.push_back(model_.bodies()[body].root);
+  }
+}
+
+std::vector<Grasp> CompliantSystem::closed_grasps(const Kinematics& kinematics) const {
+  std::vector<Grasp> closed;
+  for (const LoopClosure& loop : loops_) {
+    const Posed X_WC = kinematics.X_WB[loop.body_a] * loop.X_AC;
+    closed.push_back({loop.body_a, loop.body_b, loop.model, X_WC.p, X_WC.R * loop.hinge_C});
+  }
+  return closed;
+}
+
+std::string CompliantSystem::contradiction() const {
+  if (!loop_solver_ || !(loop_solver_->contradiction() > loop_limits::kContradiction)) return {};
+  return loop_solver_->contradicting_row();
+}
+
+// The kernel's accelerations => those with the closures.
+void CompliantSystem::close_accelerations() {
+  loop_solver_->accelerations(kernel_->input(), 0, *loop_workspace_, loop_vdot_, loop_force_);
+  kernel_->replace_accelerations(loop_vdot_, loop_force_);
+}
+
+// Multipliers of the last accelerations => rates of the closures' impulses about their common point, as (12.1).
+void CompliantSystem::add_loop_rates(double* dydt) {
+  std::copy(kernel_->q().begin(), kernel_->q().end(), point_state_.q.begin());
+  std::copy(kernel_->v().begin(), kernel_->v().end(), point_state_.v.begin());
+  Kinematics& k = loop_workspace_->kinematics;
+  forward_kinematics(model_, point_state_, k);
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    const LoopClosure& loop = loops_[i];
+    const auto count = static_cast<std::size_t>(row_count(loop.model));
+    const Posed X_WC = k.X_WB[loop.body_a] * loop.X_AC;
+    const Wrenchd on_a = X_WC.R * closure_wrench(loop, loop_solver_->multipliers().subspan(row, count));
+    const Wrenchd F = shift(on_a, tables_.channel_point - X_WC.p);
+    double* const at = dydt + loop_offset(static_cast<int>(i));
+    for (int n = 0; n < 3; ++n) at[n] = F.angular[n], at[3 + n] = F.linear[n];
+    row += count;
   }
 }
 
@@ -297,7 +356,7 @@ void CompliantSystem::evaluate_here(const CompliantPoints& points) {
         sample.from_fixed = from_fixed({y, static_cast<std::size_t>(size())});
       }
     }
-    const bool moves = points.dydt != nullptr && kernel_->has_rates();
+    const bool moves = points.dydt != nullptr && (kernel_->has_rates() || loop_solver_);
     const double* effort = nullptr;
     if (points.acceleration != nullptr || moves) {
       if (points.efforts != nullptr) {
@@ -306,10 +365,14 @@ void CompliantSystem::evaluate_here(const CompliantPoints& points) {
         effort = effort_.data();
       }
       kernel_->accelerate(effort);
+      if (loop_solver_) close_accelerations();
+      if (multipliers_ != nullptr)
+        multipliers_->emplace_back(loop_solver_->multipliers().begin(), loop_solver_->multipliers().end());
     }
     store(kernel_->acceleration(), points.acceleration, k);
     if (points.dydt == nullptr) continue;
     kernel_->rates(y, effort, points.dydt + k * size());
+    if (loop_solver_) add_loop_rates(points.dydt + k * size());
     if (shapes_act_) add_shape_rates(points.dydt + k * size());
   }
 }
@@ -342,10 +405,11 @@ void CompliantSystem::sample(std::span<const double> t, std::span<const double> 
   points.count = static_cast<int>(t.size());
   points.t = t.data(), points.y = y.data(), points.loads = at.loads.data();
   points.q = at.q.data(), points.v = at.v.data(), points.acceleration = at.acceleration.data();
-  at.shapes.clear();
+  at.shapes.clear(), at.multipliers.clear();
   if (shapes_act_) shape_samples_ = &at.shapes;
+  if (loop_solver_) multipliers_ = &at.multipliers;
   evaluate(points);
-  shape_samples_ = nullptr;
+  shape_samples_ = nullptr, multipliers_ = nullptr;
   if (shapes_) at.shapes.resize(t.size());
 }
 
@@ -353,8 +417,6 @@ void CompliantSystem::sample(std::span<const double> t, std::span<const double> 
 
 // Pairs that may touch => the trees between which they exchange impulses, and the trees that take part from now on.
 void CompliantSystem::begin_shapes() {
-  for (std::size_t body = 0; body < model_.bodies().size(); ++body)
-    tree_of_.push_back(side(static_cast<int>(body)).tree);
   const ContactSet& contacts = shapes_->contacts();
   for (std::size_t pair = 0; pair < contacts.size(); ++pair) {
     const auto [body_a, body_b] = contacts.bodies_of(pair);
@@ -373,10 +435,10 @@ void CompliantSystem::begin_shapes() {
   lay_out();
 }
 
-// Both trees of a pair => index of the channel of its impulse; -1: none.
+// Both trees of a pair of shapes => index of the channel of its impulse, after those of loops; -1: none.
 int CompliantSystem::channel_of(int tree_a, int tree_b) const {
   const int first = std::max(tree_a, tree_b), second = std::min(tree_a, tree_b);
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
+  for (std::size_t i = loops_.size(); i < channels_.size(); ++i) {
     if (channels_[i].first == first && channels_[i].second == second) return static_cast<int>(i);
   }
   return -1;
@@ -384,7 +446,7 @@ int CompliantSystem::channel_of(int tree_a, int tree_b) const {
 
 // y before begin_shapes() => y with the numbers of shapes, which are zero.
 std::vector<double> CompliantSystem::with_shape_numbers(std::span<const double> y) const {
-  const auto from = static_cast<std::ptrdiff_t>(tables_.channel_at);
+  const auto from = static_cast<std::ptrdiff_t>(loop_offset(static_cast<int>(loops_.size())));
   std::vector<double> now(y.begin(), y.begin() + from);
   now.resize(tables_.loss_at, 0.0);
   now.insert(now.end(), y.begin() + from, y.end());
@@ -406,10 +468,11 @@ std::vector<double> CompliantSystem::choose_shape_modes(double t, std::span<cons
 }
 
 std::vector<double> CompliantSystem::arranged(std::span<const double> numbers, const ShapeNumbers& added) const {
-  std::vector<double> all(numbers.begin(), numbers.begin() + tables_.channel_at);
-  for (int i = 0; i < 6 * tables_.channel_count; ++i) all.push_back(i % 6 < 3 ? added.moment : added.impulse);
+  const int loops = static_cast<int>(loops_.size()), from = loop_offset(loops);
+  std::vector<double> all(numbers.begin(), numbers.begin() + from);
+  for (int i = 6 * loops; i < 6 * tables_.channel_count; ++i) all.push_back(i % 6 < 3 ? added.moment : added.impulse);
   all.resize(tables_.loss_at, added.stick);
-  all.insert(all.end(), numbers.begin() + tables_.channel_at, numbers.end());
+  all.insert(all.end(), numbers.begin() + from, numbers.end());
   all.resize(tables_.size, added.integral);
   return all;
 }
@@ -453,7 +516,7 @@ void CompliantSystem::add_shape_rates(double* dydt) {
 
 Momentumd CompliantSystem::from_fixed(std::span<const double> y) const {
   Momentumd sum = Momentumd::zero();
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
+  for (std::size_t i = loops_.size(); i < channels_.size(); ++i) {
     if (channels_[i].second >= 0) continue;
     const double* const P = &y[tables_.channel_at + 6 * i];
     sum += shift(Momentumd{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, -tables_.channel_point);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
@@ -25,16 +26,19 @@ double largest_deformation(const CompliantContact& contact, double mass, double 
 /// lost; per held velocity its impulse; the work of held velocities; with a drive its work; with springs at joints
 /// (JointDescription::spring) the energy dissipated by their dampers. All zero at the start.
 ///
-/// From the first contact between shapes on (begin_shapes()), after the impulses of interfaces: per pair of trees that
+/// With loop closures, after the impulses of interfaces, per closure: the impulse on its body a about channel_point().
+///
+/// From the first contact between shapes on (begin_shapes()), after these: per pair of trees that
 /// shapes may push the impulse exchanged (ImpulseChannel); the deformations of the pairs in contact with friction. At
 /// the end: per group of shapes ContactIntegrals.
 class CompliantSystem {
  public:
   /// `set`: of the packs in which several points are evaluated simultaneously; none: doubles, sequentially, as always
-  /// for models with joints that move by modes.
+  /// for models with joints that move by modes, and with loops.
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                   std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive = nullptr,
-                  std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
+                  std::optional<lanes::InstructionSet> set = lanes::best_instruction_set(),
+                  std::span<const LoopClosure> loops = {});
   CompliantSystem(const CompliantSystem&) = delete;
   CompliantSystem& operator=(const CompliantSystem&) = delete;
 
@@ -48,6 +52,7 @@ class CompliantSystem {
   int rate_offset() const { return tables_.rate_at; }
   int impulse_offset(int interface) const { return tables_.impulse_at + 6 * interface; }
   const Vector3d& channel_point() const { return tables_.channel_point; }
+  int loop_offset(int loop) const { return tables_.channel_at + 6 * loop; }
   int loss_offset(int interface) const { return tables_.loss_at + interface; }
   int held_offset(int held) const { return tables_.held_at + held; }
   int work_offset() const { return tables_.work_at; }
@@ -71,6 +76,14 @@ class CompliantSystem {
   double spring_energy_now() const;
   bool has_springs() const { return !springs_.empty(); }
 
+  // Loop closures, which hold exactly and do no work:
+
+  std::span<const LoopClosure> loops() const { return loops_; }
+  /// Grasps that hold as the closures do, at a state.
+  std::vector<Grasp> closed_grasps(const Kinematics& kinematics) const;
+  /// The row with which held velocities contradicted the closures at the last evaluation of rates; empty: none.
+  std::string contradiction() const;
+
   /// Right-hand side. Never throws.
   void rates(double t, std::span<const double> y, std::span<double> dydt);
   /// For many points: as many y's in sequence as times; likewise the results. `loads`: of interfaces at each point, as
@@ -83,7 +96,8 @@ class CompliantSystem {
   struct Sampled {
     std::vector<double> q, v, acceleration;
     std::vector<InterfaceLoad> loads;
-    std::vector<ShapeSample> shapes;  // with attached shapes
+    std::vector<ShapeSample> shapes;               // with attached shapes
+    std::vector<std::vector<double>> multipliers;  // with loops: LoopSolver::multipliers()
   };
   void sample(std::span<const double> t, std::span<const double> y, Sampled& at);
 
@@ -131,8 +145,11 @@ class CompliantSystem {
   void describe_trees();
   void describe_interfaces(std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps,
                            const Vector3d& origin_W);
+  void describe_loops(std::span<const LoopClosure> loops);
   void describe_springs();
   void lay_out();
+  void close_accelerations();
+  void add_loop_rates(double* dydt);
   void place(double t, std::span<const double> y);
   void load_shapes(const double* y, State& state);
   void add_shape_rates(double* dydt);
@@ -161,7 +178,13 @@ class CompliantSystem {
   std::vector<ImpulseChannel> channels_;
   std::vector<int> tree_of_;  // per body; -1: none
   int stick_at_ = 0, shape_at_ = 0;
-  std::vector<ShapeSample>* shape_samples_ = nullptr;  // receives those of the points being evaluated
+  std::vector<LoopClosure> loops_;
+  std::optional<LoopSolver> loop_solver_;
+  std::optional<Workspace> loop_workspace_;
+  std::vector<double> loop_vdot_, loop_force_;
+  // Receive those of the points being evaluated:
+  std::vector<ShapeSample>* shape_samples_ = nullptr;
+  std::vector<std::vector<double>>* multipliers_ = nullptr;
   CompliantTables tables_{};
   std::optional<CompliantKernel<double>> kernel_;
   std::unique_ptr<CompliantPacks> packs_;

@@ -78,10 +78,12 @@ struct SpringTable {
   bool counted;  // the tree participates in the impact
 };
 
-/// The impulse that contacts between shapes (compliant_shapes.hpp) have transmitted to the free tree `first`; its
-/// opposite went to `second`. Index of a free tree; -1: a body that is fixed or held.
+/// The impulse that a loop closure, or contacts between shapes (compliant_shapes.hpp), have transmitted to the free
+/// tree `first`; its opposite went to `second`. Index of a free tree; -1: a body that is fixed or held; kInside: both
+/// bodies of a closure are in one tree, whose momentum does not change.
 struct ImpulseChannel {
   int first, second;
+  static constexpr int kInside = -2;
 };
 
 /// All data of an impact. Numbers y as in CompliantSystem.

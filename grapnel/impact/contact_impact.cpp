@@ -113,7 +113,7 @@ ContactPathProblem path_problem(const Felt& f, std::span<const ContactPoint> con
   problem.hypothesis = hypothesis;
   if (J.rows() > 0) problem.rounding = 1e-16 * (J.cwiseAbs() * f.velocity.cwiseAbs()).maxCoeff();
   for (const ContactPoint& c : contacts) {
-    problem.contacts.push_back({c.restitution, c.friction, c.relative_stiffness});
+    problem.contacts.push_back({c.restitution, c.friction, c.relative_stiffness, c.hypothesis});
   }
   return problem;
 }
@@ -223,12 +223,15 @@ ImpactSolution contact_impact(const Model& model, const State& state, std::span<
   const Eigen::VectorXd before =
       Eigen::Map<const Eigen::VectorXd>(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
 
-  if (!closed.empty() && !held.empty()) {
+  if (options.keep_rates) {
+    bilateral.held_after = bilateral.J * before;
+  } else if (!closed.empty() && !held.empty()) {
     const Eigen::MatrixXd null = solve_bilateral(M, mass, bilateral, before, bilateral.held_after).null_space;
     if (const auto allowed = rates_that_grasps_allow(bilateral, bilateral.held_after, null))
       bilateral.held_after.tail(allowed->size()) = *allowed;
   }
-  ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
+  const Felt seen = felt(M, mass, rows.J, bilateral, before);
+  ContactPathProblem problem = path_problem(seen, contacts, rows.J, hypothesis);
   problem.max_steps = options.max_steps;
   ImpactSolution solution;
   solution.message = unyielding(problem);
@@ -264,6 +267,11 @@ ImpactSolution contact_impact(const Model& model, const State& state, std::span<
   static_cast<ImpactChecks&>(solution) =
       impact_checks(M, mass, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
+  const Eigen::VectorXd mean = 0.5 * (seen.u + rows.J * after);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(i);
+    solution.points[i].work = path.impulse.segment<3>(at).dot(mean.segment<3>(at));
+  }
   if (solution.status == ImpactSolution::Status::solved) vary_order(paths, solution);
   for (std::size_t i = closed.size(); i < solution.contacts.size(); ++i)
     solution.contacts[i].determined.assign(6, solution.unique);

@@ -6,6 +6,7 @@
 ///
 /// All hypotheses follow the same path in the space of impulses and differ in its end (docs/theory, section 11).
 
+#include <optional>
 #include <string>
 
 #include "grapnel/impact/impact_setup.hpp"
@@ -23,11 +24,15 @@ struct ContactPoint {
   double friction = 0;     // Coulomb's coefficient, >= 0
   /// Normal stiffness relative to the other contacts: determines how simultaneous contacts share the impulse.
   double relative_stiffness = 1;
+  std::optional<RestitutionHypothesis> hypothesis = {};  // absent: that of the impact
 };
 
 struct ContactImpactOptions {
   bool spread = true;      // evaluate `spread` and `unique` of several contacts, by 2 n further paths
   int max_steps = 100000;  // of a path, beyond which it fails
+  /// Closed grasps and held rates keep the velocities of the state instead of reaching theirs: the state is the one
+  /// after the impact of these rows, in the same instant.
+  bool keep_rates = false;
 };
 
 /// Solves the impact. `closed`: grasps that hold and transmit the contacts' impulses; `held`: as for plastic_impact(),

@@ -20,7 +20,8 @@
 namespace grapnel {
 
 struct PathContact {
-  double restitution, friction, stiffness;  // as of ContactPoint
+  double restitution, friction, stiffness;               // as of ContactPoint
+  std::optional<RestitutionHypothesis> hypothesis = {};  // absent: ContactPathProblem::hypothesis
 };
 
 struct ContactPathProblem {

@@ -59,8 +59,9 @@ PathMotion::PathMotion(const ContactPathProblem& problem)
   rounding_ = problem.rounding / speed_;
   W_ = problem.W / mobility_;
   before_ = problem.u / speed_;
-  if (problem.hypothesis == RestitutionHypothesis::newton) {
-    for (int i = 0; i < count_; ++i) contact(i).released = std::max(0.0, -restitution(i) * before_[3 * i]);
+  for (int i = 0; i < count_; ++i) {
+    if (hypothesis(i) == RestitutionHypothesis::newton)
+      contact(i).released = std::max(0.0, -restitution(i) * before_[3 * i]);
   }
   now_.y = now_.rate = Eigen::VectorXd::Zero(8 * n);
   now_.u = before_;
@@ -139,8 +140,8 @@ double PathMotion::frequency_squared(int i) const {
   if (!touches(i)) return 0;
   double k = stiffness(i) * W_(3 * i, 3 * i);
   if (contact(i).phase != NormalPhase::unloading) return k;
-  if (problem_.hypothesis == RestitutionHypothesis::stronge) k /= restitution(i) * restitution(i);
-  if (problem_.hypothesis == RestitutionHypothesis::poisson) k += std::pow(contact(i).slope / contact(i).top, 2);
+  if (hypothesis(i) == RestitutionHypothesis::stronge) k /= restitution(i) * restitution(i);
+  if (hypothesis(i) == RestitutionHypothesis::poisson) k += std::pow(contact(i).slope / contact(i).top, 2);
   return k;
 }
 
@@ -148,9 +149,9 @@ double PathMotion::frequency_squared(int i) const {
 double PathMotion::force_rate(int i, double normal_velocity) const {
   const PathSpring& c = contact(i);
   if (c.phase == NormalPhase::open) return 0;
-  if (problem_.hypothesis == RestitutionHypothesis::newton) return -stiffness(i) * (normal_velocity - c.released);
+  if (hypothesis(i) == RestitutionHypothesis::newton) return -stiffness(i) * (normal_velocity - c.released);
   if (c.phase == NormalPhase::loading) return -stiffness(i) * normal_velocity;
-  if (problem_.hypothesis == RestitutionHypothesis::poisson) return c.slope;
+  if (hypothesis(i) == RestitutionHypothesis::poisson) return c.slope;
   return -stiffness(i) / (restitution(i) * restitution(i)) * normal_velocity;
 }
 
@@ -159,15 +160,14 @@ void PathMotion::write_springs() {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = contact(i);
     double* const s = table_.data() + at_.spring(i);
-    const bool unloading = c.phase == NormalPhase::unloading,
-               newton = problem_.hypothesis == RestitutionHypothesis::newton;
+    const bool unloading = c.phase == NormalPhase::unloading, newton = hypothesis(i) == RestitutionHypothesis::newton;
     const bool rubs = touches(i) && friction(i) > 0;
     s[PathTable::pace] = touches(i) ? -stiffness(i) : 0;
     s[PathTable::pull] = 0;
     s[PathTable::released] = newton ? c.released : 0;
-    if (unloading && problem_.hypothesis == RestitutionHypothesis::poisson)
+    if (unloading && hypothesis(i) == RestitutionHypothesis::poisson)
       s[PathTable::pace] = 0, s[PathTable::pull] = c.slope;
-    if (unloading && problem_.hypothesis == RestitutionHypothesis::stronge)
+    if (unloading && hypothesis(i) == RestitutionHypothesis::stronge)
       s[PathTable::pace] = -stiffness(i) / (restitution(i) * restitution(i));
     s[PathTable::loading] = c.phase == NormalPhase::loading ? 1 : 0;
     s[PathTable::friction] = rubs ? friction(i) : 0;
@@ -283,7 +283,7 @@ double PathMotion::gap(const PathPoint& at, int i, Watch watch) const {
     return c.phase == NormalPhase::loading ? -u_n : c.phase == NormalPhase::unloading ? u_n : u_n - c.released;
   }
   if (watch == Watch::release) {
-    if (problem_.hypothesis == RestitutionHypothesis::newton) return c.released - normal_velocity(at, i);
+    if (hypothesis(i) == RestitutionHypothesis::newton) return c.released - normal_velocity(at, i);
     return at.y[i] / c.top;
   }
   // The cone vanishes with the normal force, but the sticking force need not.
@@ -297,7 +297,7 @@ double PathMotion::gap_rate(int i, Watch watch) const {
   if (watch == Watch::cone) return 0;
   const double acceleration = W_.row(3 * i).dot(now_.rate.segment(count_, 3 * count_));
   if (watch == Watch::velocity) return c.phase == NormalPhase::loading ? -acceleration : acceleration;
-  return problem_.hypothesis == RestitutionHypothesis::newton ? -acceleration : now_.rate[i] / c.top;
+  return hypothesis(i) == RestitutionHypothesis::newton ? -acceleration : now_.rate[i] / c.top;
 }
 
 void PathMotion::open(int i) {
@@ -315,7 +315,7 @@ void PathMotion::turn(int i, double velocity) {
   PathSpring& c = contact(i);
   c.phase = NormalPhase::unloading;
   c.top = now_.y[i];
-  switch (problem_.hypothesis) {
+  switch (hypothesis(i)) {
     case RestitutionHypothesis::newton:
       if (c.released <= std::max(0.0, velocity)) open(i);
       return;

@@ -86,6 +86,9 @@ class PathMotion {
   enum class Wedge { none, at_rest, ever_harder };
   Wedge wedged(double small);
   double friction(int i) const { return problem_.contacts[static_cast<std::size_t>(i)].friction; }
+  RestitutionHypothesis hypothesis(int i) const {
+    return problem_.contacts[static_cast<std::size_t>(i)].hypothesis.value_or(problem_.hypothesis);
+  }
 
   double normal_velocity(const PathPoint& at, int i) const { return at.u[3 * i]; }
   /// Tangential velocity less the part that counts as zero.

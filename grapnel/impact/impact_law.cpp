@@ -6,6 +6,7 @@
 #include "grapnel/impact/bilateral_restitution.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/hard_impact.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/published_impact.hpp"
 
@@ -40,8 +41,11 @@ ImpactSolution solve_contacts(const ImpactInput& input, double friction) {
     points.push_back(
         {grasp.robot_body, grasp.target_body, grasp.p_WC, input.normals[i], input.setup.restitution, friction});
   }
+  points.insert(points.end(), input.beside.begin(), input.beside.end());
+  ContactImpactOptions options;
+  if (!input.beside.empty()) options.max_steps = kMaxHardSteps;
   return contact_impact(input.model, input.state, points, input.setup.hypothesis, input.grasps.first(input.holding),
-                        input.held);
+                        input.held, options);
 }
 ImpactSolution solve_restitution(const ImpactInput& input) { return solve_contacts(input, 0); }
 ImpactSolution solve_friction(const ImpactInput& input) { return solve_contacts(input, input.setup.friction); }
@@ -61,7 +65,7 @@ ImpactSolution solve_compliant(const ImpactInput& input) {
   std::vector<int> held;
   for (const HeldRate& h : input.held) held.push_back(h.velocity);
   ImpactSolution solution = compliant_impact(input.model, input.state, contacts, grasps, input.setup.compliant, held,
-                                             input.each_step, input.drive, input.shapes);
+                                             input.each_step, input.drive, input.shapes, input.loops);
   std::vector<ForceHistory> forces;
   for (std::size_t i = 0, contact = 0, grasp = contacts.size(); i < input.grasps.size(); ++i) {
     forces.push_back(std::move(solution.forces[input.is_contact(i) ? contact++ : grasp++]));

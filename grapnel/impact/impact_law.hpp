@@ -10,8 +10,10 @@
 #include <span>
 #include <string_view>
 
-#include "grapnel/constraint/grasp.hpp"
+#include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/contact/contact_set.hpp"
 #include "grapnel/describe/type.hpp"
+#include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/impact/impact_setup.hpp"
 #include "grapnel/impact/impact_solution.hpp"
 #include "grapnel/model/model.hpp"
@@ -26,14 +28,17 @@ struct ImpactInput {
   const Model& model;
   const State& state;  // just before the impact
   const ImpactSetup& setup;
-  int root = -1;                            // body: the robot's base
-  std::span<const Grasp> grasps = {};       // grasps and contacts; first grasps that already hold
-  std::size_t holding = 0;                  // number of these
-  std::span<const Vector3d> normals = {};   // per grasp: of a contact, from the target to the robot, in W; else zero
-  std::span<const HeldRate> held = {};      // rates that drives and brakes hold
-  std::function<void(double)> each_step{};  // in time: called with the time reached; may throw to end it
-  ImpactDrive* drive = nullptr;             // in time: efforts of joints
-  ImpactShapes* shapes = nullptr;           // in time: contacts between shapes
+  int root = -1;                              // body: the robot's base
+  std::span<const Grasp> grasps = {};         // grasps and contacts; first grasps that already hold
+  std::size_t holding = 0;                    // number of these
+  std::span<const Vector3d> normals = {};     // per grasp: of a contact, from the target to the robot, in W; else zero
+  std::span<const HeldRate> held = {};        // rates that drives and brakes hold
+  std::span<const HardPoint> hard = {};       // hard contacts that touch; used by solve_impact() alone
+  std::span<const ContactPoint> beside = {};  // further contacts, laws of contacts; last in the solution
+  std::function<void(double)> each_step{};    // in time: called with the time reached; may throw to end it
+  ImpactDrive* drive = nullptr;               // in time: efforts of joints
+  ImpactShapes* shapes = nullptr;             // in time: contacts between shapes
+  std::span<const LoopClosure> loops = {};    // in time: closures that hold
 
   bool is_contact(std::size_t grasp) const { return grasp < normals.size() && norm(normals[grasp]) > 0; }
 };

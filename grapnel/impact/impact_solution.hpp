@@ -46,13 +46,16 @@ enum class ContactMode { separated, sticking, sliding, reversed };  // reversed:
 
 /// The rebound of a contact point in an instantaneous impact.
 struct ContactPointImpulse {
-  double normal = 0;               // P_n >= 0 [N s]
-  Vector3d tangential;             // in W [N s]
-  double compression = 0;          // of P_n while the bodies approach [N s]
-  double compression_work = 0;     // of the normal force while they approach [J], <= 0
-  double normal_work = 0;          // work of the normal force on the bodies [J], <= 0 unless energy is created
-  double friction_work = 0;        // <= 0 [J]
-  std::vector<ContactMode> modes;  // in order, without repetition; only `separated` without an impulse
+  double normal = 0;            // P_n >= 0 [N s]
+  Vector3d tangential;          // in W [N s]
+  double compression = 0;       // of P_n while the bodies approach [N s]
+  double compression_work = 0;  // of the normal force while they approach [J], <= 0
+  double normal_work = 0;       // work of the normal force on the bodies [J], <= 0 unless energy is created
+  double friction_work = 0;     // <= 0 [J]
+  /// Of the whole impulse, at the mean of the velocities after it and before it, once grasps and held rates are
+  /// reached. The sum over all contacts equals that of the works above. [J]
+  double work = 0;
+  std::vector<ContactMode> modes;            // in order, without repetition; only `separated` without an impulse
   Vector3d velocity_before, velocity_after;  // relative: robot minus target at the point, in W [m/s]
   /// Maximum difference of P_n from its value for other orders of the same contacts (relative_stiffness varied by a
   /// factor of 100 in both directions, one contact at a time), over the maximum P_n. Infinite if such a variation did
@@ -98,13 +101,19 @@ struct ImpactSolution : ImpactChecks {
   bool unique = true;           // whether all spreads are below 1e-6
   long steps = 0;               // of the path, or of the integration
   double cone_residual = 0;     // largest violation of |P_t| <= mu P_n, over the largest P_n
+  /// One entry per hard contact that touches (ImpactInput::hard); empty: none receives an impulse.
+  std::vector<ContactPointImpulse> hard;
   // Of a compliant impact:
-  double duration = 0;                                       // [s]
-  State after;                                               // includes coordinates: the system moves
-  std::vector<double> times;                                 // of the samples, from 0, nondecreasing; an event has two
-  std::vector<State> states;                                 // at the samples
-  std::vector<std::vector<double>> accelerations;            // at the samples: rates of State::v, per velocity
-  std::vector<ForceHistory> forces;                          // of compliant_impact(): contacts, then grasps
+  double duration = 0;                                // [s]
+  State after;                                        // includes coordinates: the system moves
+  std::vector<double> times;                          // of the samples, from 0, nondecreasing; an event has two
+  std::vector<State> states;                          // at the samples
+  std::vector<std::vector<double>> accelerations;     // at the samples: rates of State::v, per velocity
+  std::vector<ForceHistory> forces;                   // of compliant_impact(): contacts, then grasps
+  std::vector<std::vector<double>> loop_multipliers;  // at the samples, with loops: LoopSolver::multipliers()
+  /// Per loop closure: impulse on its body a about `loop_point` in W [N m s; N s].
+  std::vector<Impulsed> loop_impulses;
+  Vector3d loop_point = Vector3d::zero();
   double held_work = 0;                                      // work of the efforts that keep held rates [J]
   double drive_work = 0;                                     // work of an ImpactDrive [J]
   double elastic_energy_after = 0;                           // in contacts and grasps [J]

@@ -333,6 +333,25 @@ const Type& type_of<BrakeReport>() {
 }
 
 template <>
+const Type& type_of<HardContactImpulse>() {
+  using H = HardContactImpulse;
+  static constexpr Field fields[] = {
+      field<&H::body_a>("body_a", "name of the first body"),
+      field<&H::body_b>("body_b", "name of the second body"),
+      field<&H::points>("points", "1", "number of points at which both touch"),
+      field<&H::normal_impulse>("normal_impulse", "N s", "sum of the normal impulses"),
+      field<&H::impulse>("impulse", "N s", "impulse on the second body, in W"),
+      field<&H::approach_speed>("approach_speed", "m/s",
+                                "largest approach speed of a point before the impact; negative: both separate"),
+      field<&H::restitution_loss>("restitution_loss", "J", "energy lost by the normal impulses"),
+      field<&H::friction_loss>("friction_loss", "J", "energy lost by the tangential impulses"),
+  };
+  static constexpr Type type = structure<H>(
+      "HardContactImpulse", "two hard bodies that touch at the instant of the impact and take part in it.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<RetainedModes>() {
   using M = RetainedModes;
   static constexpr Field fields[] = {
@@ -632,6 +651,9 @@ const Type& type_of<ImpactReport>() {
       field<&I::effective_masses>("effective_masses",
                                   "effective masses in contacts, law `compliant`; absent without contacts")
           .when<[](const I& i) { return !i.effective_masses.empty(); }>(),
+      field<&I::hard_contacts>("hard_contacts",
+                               "pairs of hard bodies that touch and take part in the impact; absent if there are none")
+          .when<[](const I& i) { return !i.hard_contacts.empty(); }>(),
       field<&I::by_modes>("by_modes",
                           "impulses against the number of flexible modes; absent without flexible bodies, and with "
                           "laws other than `plastic`")

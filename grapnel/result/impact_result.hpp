@@ -220,6 +220,17 @@ struct ImpactSensitivity {
   Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
+/// Two hard bodies that touch in an instantaneous impact and take part in it.
+struct HardContactImpulse {
+  std::string body_a, body_b;
+  int points = 0;
+  double normal_impulse = 0;            // sum of the points [N s]
+  Vector3d impulse = Vector3d::zero();  // on body b, in W [N s]
+  double approach_speed = 0;            // largest of a point before the impact; negative: it separates [m/s]
+  double restitution_loss = 0;          // [J]
+  double friction_loss = 0;             // [J]
+};
+
 /// The plastic impact if only the slowest flexible modes deform.
 struct RetainedModes {
   int modes = 0;
@@ -260,6 +271,7 @@ struct ImpactReport {
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
   std::vector<EffectiveMass> effective_masses;
+  std::vector<HardContactImpulse> hard_contacts;
   std::vector<RetainedModes> by_modes;  // with flexible bodies and the law `plastic`
   std::optional<ImpactMeasures> measures;
   std::vector<ImpactSensitivity> sensitivities;

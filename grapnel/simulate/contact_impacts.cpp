@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/hard_impact.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
 
@@ -15,40 +15,8 @@ using namespace phase_integral;
 
 namespace {
 
-// Steps of a path of impulses beyond which contacts do not part, since held rates press them together.
-constexpr int kMaxSteps = 10'000;
-// Slip speed that counts as a rounding error, relative to the largest approach speed.
-constexpr double kNoSlip = 1e-9;
-
 Vector3d point_velocity(int body, const Vector3d& p_W, const Kinematics& k) {
   return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
-}
-
-double slip_of(const Vector3d& v, const Vector3d& n) { return norm(v - dot(v, n) * n); }
-
-// The largest slip speed of points, at the velocities of kinematics, or after an impact [m/s].
-double largest_slip(std::span<const HardPoint> points, const Kinematics& k) {
-  double slip = 0;
-  for (const HardPoint& p : points)
-    slip = std::max(slip, slip_of(point_velocity(p.body_b, p.p_WC, k) - point_velocity(p.body_a, p.p_WC, k), p.normal));
-  return slip;
-}
-double largest_slip(std::span<const HardPoint> points, const ImpactSolution& solution) {
-  double slip = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    slip = std::max(slip, slip_of(solution.points[i].velocity_after, points[i].normal));
-  return slip;
-}
-
-double largest_approach(std::span<const HardPoint> points) {
-  double speed = 0;
-  for (const HardPoint& p : points) speed = std::max(speed, p.approach_speed);
-  return speed;
-}
-
-std::vector<HardPoint> without_friction(std::vector<HardPoint> points) {
-  for (HardPoint& p : points) p.friction = 0;
-  return points;
 }
 
 Grasp grasp_of_closure(const LoopClosure& closure, const Kinematics& k) {
@@ -74,20 +42,6 @@ std::vector<HeldRate> PhaseDynamics::rates_in_contact_impact() const {
   for (const int v : setup_.driven_in_impacts) hold(v, now_.v[v]);
   for (const int v : setup_.braked_in_impacts) hold(v, 0);
   return held;
-}
-
-// Points with their laws, closed loops, couplings, held rates => impulses and energies by (11.1) to (11.8), with
-// Stronge's hypothesis, under which no impact creates energy.
-ImpactSolution PhaseDynamics::solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held) {
-  std::vector<Grasp> closed;
-  for (const LoopClosure& closure : setup_.closures) closed.push_back(grasp_of_closure(closure, workspace_.kinematics));
-  std::vector<ContactPoint> contacts;
-  for (const HardPoint& p : points)
-    contacts.push_back({p.body_b, p.body_a, p.p_WC, p.normal, p.restitution, p.friction});
-  std::vector<HeldRate> rows = coupling_rates(model_);
-  rows.insert(rows.end(), held.begin(), held.end());
-  return contact_impact(model_, now_, contacts, RestitutionHypothesis::stronge, closed, rows,
-                        {.spread = false, .max_steps = kMaxSteps});
 }
 
 // Impulses of closures and couplings in the last response => added to those of the impact.
@@ -172,29 +126,14 @@ std::vector<HardPointImpact> PhaseDynamics::book_contacts(std::span<const HardPo
   return impacts;
 }
 
-// Points, held rates => the impact of all points or, if held rates press them together so that no finite impulse
-// separates the bodies, of those without lasting contact, whose forces remain finite; `points` are then only these.
-// Not solved: neither has a solution. If no point slips before and after the impact without friction, that impact is
-// the solution: friction of redundant points, as of a box that falls flat, would have to balance rounding errors.
-ImpactSolution PhaseDynamics::solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held) {
-  if (points.size() > 1 && largest_slip(points, workspace_.kinematics) <= kNoSlip * largest_approach(points)) {
-    ImpactSolution smooth = solve_contact_impact(without_friction(points), held);
-    if (smooth.status == ImpactSolution::Status::solved &&
-        largest_slip(points, smooth) <= kNoSlip * largest_approach(points))
-      return smooth;
-  }
-  ImpactSolution solution = solve_contact_impact(points, held);
-  const auto lasts = [](const HardPoint& p) { return p.lasts; };
-  if (solution.status == ImpactSolution::Status::solved || std::none_of(points.begin(), points.end(), lasts) ||
-      can_separate(points, held))
-    return solution;
-  std::erase_if(points, lasts);
-  return solve_contact_impact(points, held);
-}
-
-// Whether normal impulses alone can end the impact: they cannot if held rates press bodies together.
-bool PhaseDynamics::can_separate(std::vector<HardPoint> points, std::span<const HeldRate> held) {
-  return solve_contact_impact(without_friction(std::move(points)), held).status == ImpactSolution::Status::solved;
+// Closed loops, held rates => call(bodies in an impact of hard contacts).
+template <class Call>
+auto PhaseDynamics::in_contact_impact(std::span<const HeldRate> held, Call&& call) {
+  std::vector<Grasp> closed;
+  for (const LoopClosure& closure : setup_.closures) closed.push_back(grasp_of_closure(closure, workspace_.kinematics));
+  std::vector<HeldRate> rows = coupling_rates(model_);
+  rows.insert(rows.end(), held.begin(), held.end());
+  return call(HardImpactBodies{model_, now_, closed, rows});
 }
 
 // Time and y => y after the impact of all hard contacts that touch, with its effects among the integrals and in the
@@ -210,10 +149,11 @@ std::string PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) 
   hard_impact_ = HardImpact{t, now_, {}, {}, {}};
   const std::vector<HeldRate> held = rates_in_contact_impact();
   stop_braked_joints(held, y);
-  const ImpactSolution solution = solve_possible_impact(points, held);
+  const ImpactSolution solution =
+      in_contact_impact(held, [&](const HardImpactBodies& bodies) { return solve_hard_impact(bodies, points); });
   if (solution.status != ImpactSolution::Status::solved) {
     hard_impact_.reset();
-    if (can_separate(points, held))
+    if (in_contact_impact(held, [&](const HardImpactBodies& bodies) { return can_separate(bodies, points); }))
       return fmt::format("the impact of hard contacts at t = {:.9g} s has no solution: {}", t, solution.message);
     setup_.contacts->note_impact(t, points, std::vector<HardPointImpact>(points.size()), workspace_.kinematics);
     return {};

@@ -299,9 +299,8 @@ class PhaseDynamics {
   void book_impulses(std::span<double> y, bool of_contacts = false);
   std::vector<HeldRate> rates_in_contact_impact() const;
   void stop_braked_joints(std::span<const HeldRate> held, std::span<double> y);
-  ImpactSolution solve_contact_impact(std::span<const HardPoint> points, std::span<const HeldRate> held);
-  bool can_separate(std::vector<HardPoint> points, std::span<const HeldRate> held);
-  ImpactSolution solve_possible_impact(std::vector<HardPoint>& points, std::span<const HeldRate> held);
+  template <class Call>
+  auto in_contact_impact(std::span<const HeldRate> held, Call&& call);
   void add_loop_impulses();
   void respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
                            std::span<const HeldRate> held);

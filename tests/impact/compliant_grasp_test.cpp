@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "impact/compliant_case.hpp"
+#include "impact/contact_case.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
 #include "support/sanitizers.hpp"
@@ -236,6 +237,35 @@ TEST(CompliantGrasps, HalfTurnFailsWithMessage) {
   const ImpactSolution o = compliant_impact(r.model, r.state, {}, grasps, {.longest = 1000});
   EXPECT_EQ(o.status, Status::failed);
   EXPECT_NE(o.message.find("a grasp has turned by"), std::string::npos) << o.message;
+}
+
+// A loop closure between two free bodies makes them one composite body.
+TEST(CompliantLoops, AClosureJoinsTwoBodies) {
+  const Lump striker{"striker", 1.5, {0.2, 0.3, 0.1}, {0.4, 0.1, 0.6}, {{0.3, -0.2, 0.1}, {0.2, 0.1, -1}}};
+  const ContactCase two =
+      lumps({striker, {"left", 2, {0.3, 0.4, 0.5}, {-0.5, 0, -0.5}}, {"right", 2, {0.3, 0.4, 0.5}, {0.5, 0, -0.5}}});
+  const ContactCase one = lumps({striker, {"both", 4, {0.6, 0.8 + 1, 1.0 + 1}, {0, 0, -0.5}}});
+  LoopClosure loop{"loop", 1, {}, 2, {}};
+  loop.X_AC = Posed{Rotationd::identity(), {0.5, 0.1, 0.2}}, loop.X_BD = Posed{Rotationd::identity(), {-0.5, 0.1, 0.2}};
+  CompliantContact contact{0, 2, {0.3, 0.2, 0}, {0, 0, 1}};
+  contact.stiffness = 1e4, contact.damping = 20, contact.friction = 0.3;
+  CompliantContact alone = contact;
+  alone.target_body = 1;
+  const ImpactSolution a =
+      compliant_impact(two.model, two.state, {&contact, 1}, {}, {}, {}, {}, nullptr, nullptr, {&loop, 1});
+  const ImpactSolution b = compliant_impact(one.model, one.state, {&alone, 1}, {}, {});
+  ASSERT_EQ(a.status, Status::separated) << a.message;
+  ASSERT_EQ(b.status, Status::separated) << b.message;
+  const double size = norm(b.forces[0].impulse.linear);
+  EXPECT_NEAR(norm(a.forces[0].impulse.linear - b.forces[0].impulse.linear), 0, 1e-9 * size);
+  EXPECT_NEAR(a.duration, b.duration, 1e-9 * b.duration);
+  EXPECT_LT(a.energy_residual, 1e-9);
+  EXPECT_LT(momentum_error(two.model, two.state, a.after), 1e-12);
+  const Kinematics k = forward_kinematics(two.model, a.after);
+  const ClosureDefect defect = closure_defect(loop, k);
+  EXPECT_LT(std::max({defect.position, defect.angle, defect.velocity, defect.angular_velocity}), 1e-10);
+  ASSERT_EQ(a.loop_impulses.size(), 1u);
+  EXPECT_NEAR(norm(a.loop_impulses[0].linear - 2.0 * shift(k.V_WB[1], Vector3d::zero()).linear), 0, 1e-9 * size);
 }
 
 }  // namespace compliant_grasp_test

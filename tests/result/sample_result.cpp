@@ -75,6 +75,7 @@ void describe_law(ImpactReport& report) {
   report.hypothesis = "stronge";
   report.inconsistent = "grasp 1, linear y";
   report.held_joints = {{"left-1", 0.25, 0.5}};
+  report.hard_contacts = {{"box", "floor", 4, 2.5, next_vector(), 0.125, 0.5, 0.25}};
   report.compliant = CompliantReport{};
   EndEffectorMeasure measure;
   measure.end_effector = "left";

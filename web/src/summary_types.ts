@@ -985,6 +985,8 @@ export interface ImpactReport {
   compliant?: CompliantReport;
   /** effective masses in contacts, law `compliant`; absent without contacts */
   effective_masses?: EffectiveMass[];
+  /** pairs of hard bodies that touch and take part in the impact; absent if there are none */
+  hard_contacts?: HardContactImpulse[];
   /** impulses against the number of flexible modes; absent without flexible bodies, and with laws other than `plastic` */
   by_modes?: RetainedModes[];
   /** measures of the configuration; absent with law `compliant` */
@@ -1028,6 +1030,7 @@ export const kImpactReport: FieldNote[] = [
   ["inconsistent","","law `bilateral_restitution`: rows for which no motion has the specified restitution; absent if there are none"],
   ["compliant","","present with the law `compliant`"],
   ["effective_masses","","effective masses in contacts, law `compliant`; absent without contacts"],
+  ["hard_contacts","","pairs of hard bodies that touch and take part in the impact; absent if there are none"],
   ["by_modes","","impulses against the number of flexible modes; absent without flexible bodies, and with laws other than `plastic`"],
   ["measures","","measures of the configuration; absent with law `compliant`"],
   ["sensitivities","","derivatives with law `plastic`; else empty"],
@@ -1447,6 +1450,36 @@ export const kEffectiveMass: FieldNote[] = [
   ["restitution","1","coefficient of restitution e of a central contact of such masses: the target stops if e times the end-effector's mass equals its own mass"],
   ["target_speed_before","m/s","speed of the target's contact point along the normal towards the end-effector, relative to the end-effector"],
   ["target_speed_after","m/s","speed of the target's contact point afterwards, relative to the end-effector's velocity before"],
+];
+
+// two hard bodies that touch at the instant of the impact and take part in it.
+export interface HardContactImpulse {
+  /** name of the first body */
+  body_a: string;
+  /** name of the second body */
+  body_b: string;
+  /** number of points at which both touch [1] */
+  points: number;
+  /** sum of the normal impulses [N s] */
+  normal_impulse: number;
+  /** impulse on the second body, in W [N s] */
+  impulse: [number, number, number];
+  /** largest approach speed of a point before the impact; negative: both separate [m/s] */
+  approach_speed: number;
+  /** energy lost by the normal impulses [J] */
+  restitution_loss: number;
+  /** energy lost by the tangential impulses [J] */
+  friction_loss: number;
+}
+export const kHardContactImpulse: FieldNote[] = [
+  ["body_a","","name of the first body"],
+  ["body_b","","name of the second body"],
+  ["points","1","number of points at which both touch"],
+  ["normal_impulse","N s","sum of the normal impulses"],
+  ["impulse","N s","impulse on the second body, in W"],
+  ["approach_speed","m/s","largest approach speed of a point before the impact; negative: both separate"],
+  ["restitution_loss","J","energy lost by the normal impulses"],
+  ["friction_loss","J","energy lost by the tangential impulses"],
 ];
 
 // the plastic impact if only the slowest flexible modes deform.

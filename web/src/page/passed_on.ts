@@ -1,7 +1,7 @@
 // Impulses that the arms transmit in an impact: at joints, on the base, on every body; brakes.
 import { element } from "../dom";
 import { number } from "../format";
-import { kBaseReaction, kBodyImpulse, kBrakeGrasp, kBrakeReport, kHeldJoint, kJointImpulse, type FieldNote, type ImpactReport } from "../summary_types";
+import { kBaseReaction, kBodyImpulse, kBrakeGrasp, kBrakeReport, kHardContactImpulse, kHeldJoint, kJointImpulse, type FieldNote, type ImpactReport } from "../summary_types";
 import { describedPairs, describedTable, without } from "./described";
 import { list, num, text, type Partly } from "./read";
 import { fold, table, type Cell } from "./table";
@@ -21,6 +21,7 @@ export function jointPart(impact: Partly<ImpactReport>): HTMLElement[] {
     ...(impact.base_reaction ? [element("h3", {}, "Reaction on the base"), ...describedPairs(kBaseReaction, impact.base_reaction)] : []),
     ...(bodies.length > 0 ? [fold(`Bodies: total impulses (${bodies.length})`, ...describedTable("Impulses per body", kBodyImpulse, bodies))] : []),
     ...describedTable("Joints held by brakes or drives", kHeldJoint, list(impact.held_joints)),
+    ...describedTable("Hard contacts in the impact", kHardContactImpulse, list(impact.hard_contacts)),
   ];
 }
 
