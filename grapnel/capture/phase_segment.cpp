@@ -249,7 +249,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   monitor.begin_phase({name, bodies.system, dynamics_, controlled, run.joints.efforts_are_cut(), run.schedule.opened(),
                        bodies.time, run.law.works(), !run.joints.approaching()});
   // Joints that follow a reference exactly are on it from the first instant on.
-  bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
+  bodies.state = dynamics_.on_references(bodies.state, bodies.time);
   describe(name, end, controlled);
   task_.only_here = reason_for_here(run, dynamics_.setup());
   task_.stop = stop_;

@@ -117,13 +117,38 @@ std::vector<double> series_of(const JointSegment& segment) {
   return chebyshev_interpolant(values).coefficients;
 }
 
+// Adds a cubic to the series of a segment, so that it begins with the final position and rate of the previous one, if
+// they differ by more than rounding errors and as little as problems accept; those at its end do not change.
+void join(const JointSegment& before, JointSegment& segment) {
+  constexpr double kRounding = 1e-13, kMost = 1e-5;
+  const auto at = [](const JointSegment& s, double t) {
+    JointTrajectory alone;
+    alone.segments.push_back(s);
+    return evaluate(alone, t, 0.5 * (s.begin + s.end));
+  };
+  const JointPoint last = at(before, segment.begin), first = at(segment, segment.begin);
+  const double position = last.position - first.position, rate = last.rate - first.rate;
+  if (std::abs(position) <= kRounding * std::max(1.0, std::abs(last.position)) &&
+      std::abs(rate) <= kRounding * std::max(1.0, std::abs(last.rate)))
+    return;
+  if (std::abs(position) > kMost || std::abs(rate) > kMost) return;
+  const double times[] = {segment.begin, segment.end}, positions[] = {position, 0}, rates[] = {rate, 0};
+  const JointTrajectory cubic = interpolate_samples(times, positions, rates);
+  const std::vector<double>& more = std::get<ChebyshevSegment>(cubic.segments[0].shape).coefficients;
+  std::vector<double>& series = std::get<ChebyshevSegment>(segment.shape).coefficients;
+  series.resize(std::max(series.size(), more.size()), 0.0);
+  for (std::size_t k = 0; k < more.size(); ++k) series[k] += more[k];
+}
+
 }  // namespace
 
 JointTrajectory trajectory_of(std::span<const MotionPiece> segments, std::size_t joint) {
   JointTrajectory trajectory;
   double begin = 0;
   for (const MotionPiece& segment : segments) {
-    trajectory.segments.push_back({begin, segment.until, ChebyshevSegment{segment.series[joint]}});
+    JointSegment next{begin, segment.until, ChebyshevSegment{segment.series[joint]}};
+    if (!trajectory.segments.empty()) join(trajectory.segments.back(), next);
+    trajectory.segments.push_back(std::move(next));
     begin = segment.until;
   }
   return trajectory;

@@ -165,9 +165,8 @@ std::string PhaseDynamics::apply_contact_impacts(double t, std::span<double> y) 
   respond_to_contacts(points, impulses, held);
   const std::vector<HardPointImpact> impacts = book_contacts(points, impulses, solution, y);
   for (std::size_t i = 0; i < now_.v.size(); ++i) {
-    double& v = y[now_.q.size() + i];
-    v += vdot_[i];
-    hard_impact_->change.push_back(v - hard_impact_->before.v[i]);
+    y[now_.q.size() + i] += vdot_[i];
+    hard_impact_->change.push_back(now_.v[i] - hard_impact_->before.v[i]);
   }
   setup_.contacts->note_impact(t, points, impacts, workspace_.kinematics);
   return {};

@@ -89,6 +89,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
     law_vdot_.resize(model.velocities());
     if (solver_) law_solver_.emplace(*setup_.law_model, setup_.closures);
   }
+  loaded_.resize(now_.q.size() + now_.v.size());
   check_and_classify();
 }
 
@@ -178,8 +179,22 @@ Manifold PhaseDynamics::manifold() const {
   return manifold;
 }
 
+// With contacts alone, the impulses of the trees take the place of the velocities of their roots, (8.3a).
 void PhaseDynamics::coupled(std::vector<int>& numbers) const {
-  for (int i = 0; i < model_.coordinates() + model_.velocities(); ++i) numbers.push_back(i);
+  const int nq = model_.coordinates(), motion = nq + model_.velocities();
+  const bool by_impulses = only_contacts_ && setup_.recover_roots;
+  std::vector<bool> omitted(static_cast<std::size_t>(motion), false);
+  for (const Body& body : model_.bodies()) {
+    for (int k = 0; k < 6 && by_impulses && body.parent < 0; ++k) omitted[nq + body.v + k] = true;
+  }
+  for (int i = 0; i < motion; ++i) {
+    if (!omitted[i]) numbers.push_back(i);
+  }
+  for (int t = 0; t < static_cast<int>(trees_.size()) && by_impulses; ++t) {
+    const int tree = motion + kWholeCount + kTreeCount * t;
+    for (int k = 0; k < 3; ++k) numbers.push_back(tree + kTreeMoment + k);
+    for (int k = 0; k < 3; ++k) numbers.push_back(tree + kTreeForce + k);
+  }
   if (setup_.contacts) setup_.contacts->add_active_sticks(size() - exchange_count() - stick_count(), numbers);
 }
 
@@ -205,6 +220,13 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   std::copy(y.begin(), y.begin() + nq, now_.q.begin());
   std::copy(y.begin() + nq, y.begin() + nq + nv, now_.v.begin());
   if (setup_.contacts) setup_.contacts->set_stick(y.last(exchange_count() + stick_count()).first(stick_count()));
+  for (std::size_t i = 0; i < momenta_.size() && only_contacts_; ++i) {  // (8.3a)
+    const double* impulse = y.data() + nq + nv + kWholeCount + kTreeCount * i;
+    for (int k = 0; k < 3; ++k) {
+      drifted_[i].h.angular[k] = momenta_[i].h.angular[k] + impulse[kTreeMoment + k];
+      drifted_[i].h.linear[k] = momenta_[i].h.linear[k] + impulse[kTreeForce + k];
+    }
+  }
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;
@@ -231,9 +253,14 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   recover(t);
 }
 
+// Velocities of the roots, and without external effects their positions, from the momenta of their trees: the conserved
+// ones, or with contacts alone those after their impulses (8.3a).
 void PhaseDynamics::recover(double t) {
-  if (!recovers()) return;
-  recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
+  if (recovers()) recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
+  if (!only_contacts_ || !setup_.recover_roots) return;
+  std::copy(now_.q.begin(), now_.q.end(), loaded_.begin());
+  recover_roots<double>(model_.tree(), drifted_, 0.0, workspace_.kernel, now_.q, now_.v);
+  std::copy_n(loaded_.begin(), now_.q.size(), now_.q.begin());
 }
 
 // Sets dependent joints by their couplings. A coupling that is open by a rounding error would let its effort work,

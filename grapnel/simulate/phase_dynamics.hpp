@@ -158,6 +158,12 @@ class PhaseDynamics {
   void enter_interval(double begin, double end) { inside_ = 0.5 * (begin + end); }
   /// From now on, evaluations at a break are the later limits.
   void leave_interval() { inside_.reset(); }
+  /// enter_interval(), in y at the break `begin`, also the begin of a phase. Where rates of prescribed joints jump
+  /// there, all velocities in y jump, as by impulses in these joints; their work and the ground's impulse are added to
+  /// the integrals. Returns whether y changed.
+  bool cross_break(double begin, double end, std::span<double> y);
+  /// `state` with prescribed joints on their references at t, the state after these impulses.
+  State on_references(const State& state, double t);
   /// Begins a phase from t to `end`: notifies the controller. @throws std::logic_error if a clock would run backwards.
   void begin_control(double t, double end);
   /// Ends the phase at t.
@@ -301,6 +307,8 @@ class PhaseDynamics {
   void stop_braked_joints(std::span<const HeldRate> held, std::span<double> y);
   template <class Call>
   auto in_contact_impact(std::span<const HeldRate> held, Call&& call);
+  bool join_references(double t, std::span<double> y);
+  bool jump(double t, std::span<const int> velocities, std::span<double> y);
   void add_loop_impulses();
   void respond_to_contacts(std::span<const HardPoint> points, std::span<const Vector3d> impulses,
                            std::span<const HeldRate> held);
@@ -372,7 +380,7 @@ class PhaseDynamics {
   std::optional<HardImpact> hard_impact_;         // the last one
   double momenta_time_ = 0;                       // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;     // per free root, at the start of the phase
-  std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_corrected
+  std::vector<RootMomentum<double>> drifted_;     // by contacts' impulses; scratch of momentum_corrected
   bool any_computed_ = false;
   std::vector<phase_integral::TreeMotion<double>> trees_;  // current trees, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body
@@ -389,7 +397,7 @@ class PhaseDynamics {
     std::string row;
   };
   std::optional<LoopFailure> loop_failure_;
-  std::vector<double> loaded_;  // scratch of project(): q and v before
+  std::vector<double> loaded_;  // scratch of project() and recover(): q and v before
   bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed
   bool only_contacts_ = false;  // no external effects but contacts

@@ -52,6 +52,8 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
   put(integrals.external_impulse.angular, whole + kExternalMoment);
   put(integrals.external_impulse.linear, whole + kExternalForce);
   double* at = whole + kWholeCount;
+  for (std::size_t i = 0; i < momenta_.size() && only_contacts_; ++i)  // before these impulses
+    momenta_[i].h = momenta_[i].h - integrals.trees[i].impulse;
   for (const TreeIntegrals& tree : integrals.trees) {
     at[kTreeWork] = tree.work;
     put(tree.impulse.angular, at + kTreeMoment), put(tree.impulse.linear, at + kTreeForce);

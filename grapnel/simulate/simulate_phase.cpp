@@ -79,9 +79,10 @@ class PhaseRun {
     }
     std::vector<double> y0 =
         resumed_ ? dynamics_.initial(start, t0, resumed_->integrals) : dynamics_.initial(start, t0);
-    close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
+    if (!resumed_) dynamics_.cross_break(t0, ends.front(), y0);
+    close_loops(t0, y0, 0);
     try {
       dynamics_.begin_control(t0, t1);
       dynamics_.apply_stop_impacts(t0, y0);
@@ -101,7 +102,12 @@ class PhaseRun {
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (std::size_t next = 0; next < ends.size();) {
-      const double end = dynamics_.begin_smooth_interval(begin, ends[next], begin == t0 ? y0 : stepper_.state());
+      bool jumps = false;
+      if (begin != t0) {
+        y_.assign(stepper_.state().begin(), stepper_.state().end());
+        jumps = dynamics_.cross_break(begin, ends[next], y_);
+      }
+      const double end = dynamics_.begin_smooth_interval(begin, ends[next], begin == t0 ? y0 : y_);
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if constexpr (requires { stepper_.propose_step(0.0); }) {
@@ -110,7 +116,10 @@ class PhaseRun {
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
       } else {
         stepper_.set_end_time(end);
-        stepper_.reset_derivative(dynamics_);
+        if (jumps)
+          stepper_.set_state(dynamics_, y_);
+        else
+          stepper_.reset_derivative(dynamics_);
       }
       fresh_ = true;
       cross_interval(begin, ends[next]);

