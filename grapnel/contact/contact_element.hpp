@@ -6,8 +6,10 @@
 ///
 /// The first shape A is the one whose kind comes first (ContactShape::Kind). All vectors are in A's core frame.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "grapnel/contact/contact_material.hpp"
@@ -22,16 +24,55 @@ struct ContactElement {
   double depth;     // of both surfaces together [m]
   double share;     // of the whole contact's damping
   double area;      // [m^2]; zero for points and lines
-  int patch;        // elements of one number form a patch
 };
 
-struct ContactElements {
-  std::vector<ContactElement> list;
-  int patches = 0;
+/// Elements by component in blocks, so that sums over them use SIMD registers: kLanes elements at a time, with one
+/// partial sum per lane. Therefore sums have the same bits for any width of registers. Elements behind the last one are
+/// zero.
+class ContactElements {
+ public:
+  static constexpr std::size_t kLanes = 8;
+  struct Vectors {
+    double x[kLanes], y[kLanes], z[kLanes];
+    Vector3d operator[](std::size_t lane) const { return {x[lane], y[lane], z[lane]}; }
+    void set(std::size_t lane, const Vector3d& v) { x[lane] = v[0], y[lane] = v[1], z[lane] = v[2]; }
+  };
+  struct Block {
+    Vectors point, normal;
+    double elastic[kLanes], depth[kLanes], share[kLanes], area[kLanes];
+  };
+
   double energy = 0;          // [J]; not of pressure contacts
   bool beyond_model = false;  // a core reaches beyond the other's surface, where normals may jump
 
-  void clear() { list.clear(), patches = 0, energy = 0, beyond_model = false; }
+  void reserve(std::size_t elements) { blocks_.reserve((elements + kLanes - 1) / kLanes); }
+  void clear() { blocks_.clear(), size_ = 0, energy = 0, beyond_model = false; }
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  std::span<const Block> blocks() const { return blocks_; }
+  std::span<Block> blocks() { return blocks_; }
+
+  void add(const ContactElement& e) {
+    const std::size_t lane = size_++ % kLanes;
+    if (lane == 0) blocks_.emplace_back();
+    Block& to = blocks_.back();
+    to.point.set(lane, e.point), to.normal.set(lane, e.normal);
+    to.elastic[lane] = e.elastic, to.depth[lane] = e.depth, to.share[lane] = e.share, to.area[lane] = e.area;
+  }
+  /// Calls change(block, lane) for the elements from number `first` on.
+  template <class Change>
+  void change_from(std::size_t first, Change&& change) {
+    for (std::size_t i = first; i < size_; ++i) change(blocks_[i / kLanes], i % kLanes);
+  }
+  double largest_depth() const {
+    double deepest = 0;
+    for (const Block& block : blocks_) deepest = std::max(deepest, *std::max_element(block.depth, block.depth + kLanes));
+    return deepest;
+  }
+
+ private:
+  std::vector<Block> blocks_;
+  std::size_t size_ = 0;
 };
 
 /// Two shapes in contact and the constants of their law.
@@ -128,6 +169,7 @@ class PressureContact {
   };
   bool collect(const ContactShapes& shapes, const Posed& X_AB);
   bool find_direction(const ContactShapes& shapes, const Posed& X_AB);
+  void search_direction(const ContactShapes& shapes, const Posed& X_AB);
   void offer(const Vector3d& n, double overlap);
   void descend(const ContactShapes& shapes, const Posed& X_AB);
   void find_region(const ContactShapes& shapes, const Posed& X_AB);
@@ -171,7 +213,9 @@ class PressureContact {
   bool boxed_ = false;          // polygons are cut to the region's box
   Vector3d direction_{};        // A to B, with a small overlap along it
   double overlap_ = 0;          // along direction_ [m]: a bound of the depth
-  double bound_ = 0;            // of the pressure [Pa]
+  Posed directed_{};            // relative pose of both
+  bool has_direction_ = false;
+  double bound_ = 0;  // of the pressure [Pa]
 };
 
 }  // namespace grapnel

@@ -1,6 +1,7 @@
 #include "grapnel/contact/contact_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "grapnel/dynamics/kinematics.hpp"
@@ -136,34 +137,86 @@ double ContactSet::margin(double t, const Kinematics& kinematics) {
   return least;
 }
 
-// Of a pair that is apart; otherwise the gap is zero.
-ContactSet::Clearance ContactSet::clearance_of(const Pair& pair, const Kinematics& kinematics) {
-  if (pair.mode != Mode::apart) return {};
+// `duration`: of the step that ends here. Pairs far beyond its reach need no margin.
+ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kinematics, double duration) {
+  Clearance at;
+  const bool apart = pair.mode == Mode::apart, touching = pair.mode == Mode::touching;
+  if (!apart && !touching) return at;
   const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
-  return {pair.contact.gap_bound(a.X_WB, b.X_WB), pair.contact.speed_bound(a, b),
-          pair.contact.between_centers(a.X_WB, b.X_WB)};
+  const double level = pair.is_hard() && touching ? kPartingGap : 0;
+  if (apart) {
+    constexpr double kFar = 4;
+    at.gap = pair.contact.gap_bound(a.X_WB, b.X_WB), at.speed = pair.contact.speed_bound(a, b);
+    at.between = pair.contact.between_centers(a.X_WB, b.X_WB);
+    if (pair.is_hard() || at.gap > kFar * kFaster * at.speed * duration) return at;
+  }
+  at.is_smooth = pair.contact.has_sphere();
+  if (at.is_smooth) {
+    const PairContact::SphereGap s = pair.contact.sphere_gap(a, b);
+    at.margin = apart ? s.gap : level - s.gap, at.rate = apart ? s.rate : -s.rate;
+  }
+  if (touching) {
+    at.gap = at.is_smooth ? at.margin : level + pair.contact.overlap(a.X_WB, b.X_WB);
+    at.speed = at.is_smooth ? std::abs(at.rate) : pair.contact.overlap_speed(a, b);
+  }
+  return at;
 }
 
 void ContactSet::begin_step(const Kinematics& kinematics) {
   for (Pair& pair : pairs_) {
     pair.watched = true;
-    pair.at_begin = clearance_of(pair, kinematics);
+    pair.at_begin = clearance_of(pair, kinematics, std::numeric_limits<double>::infinity());
   }
 }
 
-// A gap that falls from the value at the begin and rises to that at the end, both at the greatest rate, is the least
-// possible one.
+namespace {
+
+// Margin, rate away from an end of the step, and the largest acceleration towards zero => the time until zero, if all
+// of them are the worst; infinite if never.
+double time_until_zero(double margin, double rate, double acceleration) {
+  const double m = std::max(margin, 0.0);
+  if (acceleration > 0) return (rate + std::sqrt(rate * rate + 2 * acceleration * m)) / acceleration;
+  return rate < 0 ? -m / rate : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+// Whether a pair may leave its mode in a step, by velocities: a margin that falls from the value at the begin and rises
+// to that at the end, both at the greatest rate, is the least possible one. By accelerations: the same with the rates
+// at both ends, and the largest of three means of the acceleration: over the step, and weighted at each end.
+bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double duration, bool touching) {
+  const double change = touching ? std::abs(end.gap - begin.gap) : norm(end.between - begin.between);
+  const double travel = std::max(std::max(begin.speed, end.speed) * duration, change);
+  if (begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > kFaster * travel) return false;
+  if (!begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing)) return true;
+  if (!(begin.margin > kGrazing || begin.rate > 0)) return true;
+  const double mean = (end.margin - begin.margin) / duration;
+  const double acceleration =
+      kFaster / duration *
+      std::max({std::abs(end.rate - begin.rate), 2 * std::abs(mean - begin.rate), 2 * std::abs(end.rate - mean)});
+  return !(time_until_zero(begin.margin, begin.rate, acceleration) +
+               time_until_zero(end.margin, -end.rate, acceleration) >
+           duration);
+}
+
 bool ContactSet::end_step(const Kinematics& kinematics, double duration) {
   bool any = false;
   for (Pair& pair : pairs_) {
-    const Clearance begin = pair.at_begin, end = clearance_of(pair, kinematics);
-    const double travel = std::max(std::max(begin.speed, end.speed) * duration, norm(end.between - begin.between));
-    const double fall = kFaster * travel;
-    pair.watched = !(begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > fall);
+    const Clearance end = clearance_of(pair, kinematics, duration);
+    pair.watched = may_change(pair.at_begin, end, duration, pair.mode == Mode::touching);
     pair.at_begin = end;
     any = any || pair.watched;
   }
   return any;
+}
+
+bool ContactSet::may_part(double duration) const {
+  constexpr double kFewSteps = 4;
+  return std::any_of(pairs_.begin(), pairs_.end(), [&](const Pair& pair) {
+    const Clearance& at = pair.at_begin;
+    const double fall = at.is_smooth ? std::max(0.0, -at.rate) : at.speed;
+    return pair.mode == Mode::touching && at.gap < kFewSteps * duration * fall;
+  });
 }
 
 double ContactSet::least_overlap(const Kinematics& kinematics) {

@@ -133,10 +133,14 @@ class ContactSet {
   /// Begins a step in this state, and watches all pairs.
   void begin_step(const Kinematics& kinematics);
   /// Ends a step of this duration [s] in this state, in which the next one begins. Of this step, those pairs are
-  /// watched whose modes may change: all that are not apart, and those that may close if no velocity inside of the step
-  /// exceeds kFaster times the largest one of its ends and the mean. Returns whether there are any.
+  /// watched whose modes may change if no velocity inside of the step exceeds kFaster times the largest one of its ends
+  /// and the mean, or, of pairs with a sphere, no acceleration kFaster times the mean ones. Returns whether there are
+  /// any.
   bool end_step(const Kinematics& kinematics, double duration);
   static constexpr double kFaster = 3;
+  /// Whether the contact of a pair may end within a few steps of this duration [s] after the last begin_step() or
+  /// end_step(), if velocities change little.
+  bool may_part(double duration) const;
   /// The least overlap of the pairs that touch [m]; infinite without any. Their forces end with a kink where it is
   /// zero.
   double least_overlap(const Kinematics& kinematics);
@@ -195,10 +199,14 @@ class ContactSet {
     std::size_t next = 0;                            // place of the next one
     bool full = false;
   };
-  /// A lower bound of a gap [m], a bound of its rate [m/s], and the position of both shapes relative to each other.
+  /// A pair at an end of a step. Apart: a lower bound of the gap [m], a bound of its rate [m/s], and the position of
+  /// both shapes relative to each other. Touching: the margin, and a bound of its rate. Of other modes zero.
   struct Clearance {
     double gap = 0, speed = 0;
     Vector3d between = Vector3d::zero();
+    /// Of a pair with a sphere that is near: its margin and the margin's rate.
+    bool is_smooth = false;
+    double margin = 0, rate = 0;
   };
   struct Pair {
     int body_a, body_b, group;
@@ -212,7 +220,8 @@ class ContactSet {
     bool is_hard() const { return contact.law().hard; }
   };
   double margin_of(Pair& pair, double t, const Kinematics& kinematics);
-  static Clearance clearance_of(const Pair& pair, const Kinematics& kinematics);
+  Clearance clearance_of(Pair& pair, const Kinematics& kinematics, double duration);
+  static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool touching);
   void part(Pair& pair, double t, const Kinematics& kinematics);
   static bool is_crowded(const Pair& pair, double t);
   static bool takes_part(const Pair& pair);

@@ -26,6 +26,15 @@ void check(const Geometry& geometry) {
   }
 }
 
+bool is_identity_matrix(const Rotationd& R) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (R(i, j) != (i == j ? 1.0 : 0.0)) return false;
+    }
+  }
+  return true;
+}
+
 // Distance and normal from the vector that leads from the nearest point of the core to a point outside.
 CoreDistance outside(const Vector3d& v, double distance) { return {distance, (1 / distance) * v}; }
 
@@ -59,6 +68,7 @@ ContactShape::ContactShape(const Geometry& geometry) : mesh_(geometry.mesh) {
   check(geometry);
   core_ = core_of(geometry);
   X_BC_ = core_pose(geometry);
+  is_aligned_ = is_identity_matrix(X_BC_.R);
   half_extents_ = {std::abs(core_.half[0]), std::abs(core_.half[1]), std::abs(core_.half[2])};
   bounding_core_ = core_;
   switch (geometry.shape) {
@@ -88,6 +98,7 @@ ContactShape::ContactShape(const Geometry& geometry) : mesh_(geometry.mesh) {
 ContactShape ContactShape::half_space(const Posed& X_BG) {
   ContactShape shape;
   shape.X_BC_ = X_BG;
+  shape.is_aligned_ = is_identity_matrix(X_BG.R);
   shape.faces_ = {{{0, 0, 1}, 0}};
   shape.half_extents_ = {kInfinite, kInfinite, kInfinite};
   shape.reach_ = shape.thickness_ = kInfinite;

@@ -44,6 +44,8 @@ class ContactShape {
   const ConvexCore& bounding_core() const { return bounding_core_; }
   /// Pose of the core's frame on the body. Cylinders and capsules: z along the axis. Half-spaces: z outward.
   const Posed& X_BC() const { return X_BC_; }
+  /// Whether the axes of C are those of B.
+  bool is_aligned() const { return is_aligned_; }
   /// Of polyhedra, half-spaces and the prisms of cylinders, in C.
   const std::vector<FacePlane>& faces() const { return faces_; }
   /// Half extents of a box around core and prism, along C's axes [m].
@@ -71,6 +73,7 @@ class ContactShape {
   ConvexCore core_;
   ConvexCore bounding_core_;
   Posed X_BC_ = Posed::identity();
+  bool is_aligned_ = true;
   std::vector<FacePlane> faces_;
   Vector3d half_extents_ = Vector3d::zero();
   double reach_ = 0, thickness_ = 0;

@@ -60,35 +60,59 @@ PairContact::PairContact(ContactShape a, ContactShape b, ContactLaw law)
       pressure_(shapes_) {
   if (shapes_.a.kind() == Kind::half_space) throw std::invalid_argument("PairContact: two half-spaces");
   const bool is_polyhedral = shapes_.a.kind() >= Kind::cylinder;
-  elements_.list.reserve(is_polyhedral ? PressureContact::kMaxElements : 1024);
-  force_.patches.reserve(is_polyhedral ? PressureContact::kMaxElements / 6 : 8);
+  elements_.reserve(is_polyhedral ? PressureContact::kMaxElements : 1024);
 }
 
 namespace {
 
+// The pose of a shape's core. A sphere's frame has the axes of W.
+Posed core_pose_of(const ContactShape& shape, const Posed& X_WB) {
+  const Vector3d p = X_WB * shape.X_BC().p;
+  if (shape.kind() == Kind::sphere) return {Rotationd::identity(), p};
+  return {shape.is_aligned() ? X_WB.R : X_WB.R * shape.X_BC().R, p};
+}
+
 // Farthest distance along a unit vector in W of the box around the shape from its core's origin.
-double extent_along(const ContactShape& shape, const Posed& X_WB, const Vector3d& n_W) {
-  const Vector3d n = transposed_times(shape.X_BC().R, transposed_times(X_WB.R, n_W));
+double extent_along(const ContactShape& shape, const Posed& X_WC, const Vector3d& n_W) {
+  if (shape.kind() == Kind::sphere) return shape.core().rounding;
+  const Vector3d n = transposed_times(X_WC.R, n_W);
   const Vector3d& half = shape.half_extents();
   return shape.core().rounding + std::abs(n[0]) * half[0] + std::abs(n[1]) * half[1] + std::abs(n[2]) * half[2];
 }
 
+Posed pose_between(const Posed& X_WA, const Posed& X_WB) {
+  return {transpose(X_WA.R) * X_WB.R, transposed_times(X_WA.R, X_WB.p - X_WA.p)};
+}
+
 }  // namespace
 
+// Of the first and the second shape.
+PairContact::CorePoses PairContact::core_poses(const Posed& X_WA, const Posed& X_WB) const {
+  return {core_pose_of(shapes_.a, exchanged_ ? X_WB : X_WA), core_pose_of(shapes_.b, exchanged_ ? X_WA : X_WB)};
+}
+
+// The bound by spheres alone needs no orientations.
 double PairContact::gap_bound(const Posed& X_WA, const Posed& X_WB) const {
-  constexpr double kRounding = 1 + 1e-12;
-  const Posed& X_WFirst = exchanged_ ? X_WB : X_WA;
-  const Posed& X_WSecond = exchanged_ ? X_WA : X_WB;
-  const Vector3d a = X_WFirst * shapes_.a.X_BC().p, b = X_WSecond * shapes_.b.X_BC().p;
-  if (shapes_.b.kind() == ContactShape::Kind::half_space) {
-    const Vector3d outward = X_WSecond.R * shapes_.b.X_BC().R.column(2);
-    const double height = dot(outward, a - b), by_sphere = height - shapes_.a.reach();
-    return by_sphere > 0 ? by_sphere : height - kRounding * extent_along(shapes_.a, X_WFirst, outward);
+  if (shapes_.b.kind() != Kind::half_space) {
+    const double by_spheres = norm(between_centers(X_WA, X_WB)) - shapes_.a.reach() - shapes_.b.reach();
+    if (by_spheres > 0) return by_spheres;
   }
-  const double distance = norm(a - b), by_spheres = distance - shapes_.a.reach() - shapes_.b.reach();
+  return gap_bound_from(core_poses(X_WA, X_WB));
+}
+
+double PairContact::gap_bound_from(const CorePoses& cores) const {
+  constexpr double kRounding = 1 + 1e-12;
+  const Vector3d between = cores.X_WA.p - cores.X_WB.p;
+  if (shapes_.b.kind() == Kind::half_space) {
+    const Vector3d outward = cores.X_WB.R.column(2);
+    const double height = dot(outward, between), by_sphere = height - shapes_.a.reach();
+    return by_sphere > 0 ? by_sphere : height - kRounding * extent_along(shapes_.a, cores.X_WA, outward);
+  }
+  const double distance = norm(between), by_spheres = distance - shapes_.a.reach() - shapes_.b.reach();
   if (by_spheres > 0 || !(distance > 0)) return by_spheres;
-  const Vector3d n = (1 / distance) * (a - b);
-  return distance - kRounding * (extent_along(shapes_.a, X_WFirst, n) + extent_along(shapes_.b, X_WSecond, n));
+  const Vector3d n = (1 / distance) * between;
+  return distance -
+         kRounding * (extent_along(shapes_.a, cores.X_WA, n) + extent_along(shapes_.b, cores.X_WB, n));
 }
 
 // The elements of the same relative pose, bit by bit, are kept.
@@ -109,28 +133,22 @@ void PairContact::gather(const Posed& X_AB) {
   }
 }
 
-// Elements => the centre of their elastic forces, in force_, and the direction of the sum; zero if these cancel (beyond
-// the model). Both are continuous where damping ends the normal force before the overlap ends.
-Vector3d PairContact::find_center() {
-  Vector3d sum = Vector3d::zero(), center = Vector3d::zero();
-  double total = 0, depth = 0;
-  for (const ContactElement& e : elements_.list) {
-    sum += e.elastic * e.normal, total += e.elastic;
-    center += e.elastic * e.point;
-    depth = std::max(depth, e.depth);
-  }
-  force_.depth = depth, force_.p_WC = elements_.list.front().point, lever_ = 0;
-  if (!(total > 0)) return Vector3d::zero();
-  force_.p_WC = center = (1 / total) * center;
-  if (shapes_.law.static_friction > 0) {
-    for (const ContactElement& e : elements_.list) lever_ += e.elastic * norm(e.point - center);
-    lever_ /= total;
-  }
-  const double resultant = norm(sum);
-  return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
-}
-
 namespace {
+
+using Block = ContactElements::Block;
+constexpr std::size_t kLanes = ContactElements::kLanes;
+
+// One partial sum per lane.
+struct LaneSum {
+  double lane[kLanes] = {};
+  double total() const {
+    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
+  }
+};
+struct LaneVectorSum {
+  LaneSum x, y, z;
+  Vector3d total() const { return {x.total(), y.total(), z.total()}; }
+};
 
 // The approach speed of both shapes along the contact's normal n, as a function of the position in A.
 struct Approach {
@@ -140,81 +158,113 @@ struct Approach {
   double at(const Vector3d& p) const { return -(parting + dot(gradient, p)); }
 };
 
-// The normal forces of a patch on B, before division by sums; moment about A's origin; dissipated power.
-struct PatchSums {
-  PatchForce patch{Vector3d::zero(), Vector3d::zero(), 0, 0, 0};
-  Vector3d moment = Vector3d::zero();
-  double power = 0;
+// Of the normal forces on B; the moment about A's origin.
+struct NormalSums {
+  LaneVectorSum force, moment;
+  LaneSum normal, power, area;
 };
 
 // The part of an element's force along n that is not elastic.
-double dissipative_force(const ContactElement& e, const ContactLaw& law, double approach) {
-  return contact_law::normal_force(e.elastic, law.dissipation, e.share * law.damping, e.depth / law.damping_depth,
-                                   approach) -
-         e.elastic;
+template <bool kDamper>
+GRAPNEL_INLINE double dissipative_force(double elastic, double share, double depth, const ContactLaw& law,
+                                        double approach) {
+  const double damping = kDamper ? share * law.damping * contact_law::smooth_step(depth / law.damping_depth) : 0.0;
+  const double force = elastic * (1 + law.dissipation * approach) + damping * approach;
+  return (force > 0 ? force : 0.0) - elastic;
 }
 
-PatchSums sum_points(std::span<const ContactElement> elements, const ContactLaw& law, const Approach& approach) {
-  PatchSums sums;
-  PatchForce& patch = sums.patch;
-  for (const ContactElement& e : elements) {
-    const double speed = approach.at(e.point), dissipative = dissipative_force(e, law, speed);
-    const Vector3d force = e.elastic * e.normal + dissipative * approach.n;
-    const double normal = std::max(0.0, dot(force, approach.n));
-    patch.p_WC += normal * e.point, patch.normal += force;
-    patch.normal_force += normal, patch.area += e.area;
-    patch.depth = std::max(patch.depth, e.depth);
-    sums.moment += cross(e.point, force);
-    sums.power += dissipative * speed;
+template <bool kDamper>
+void add_block(const Block& e, const ContactLaw& law, const Approach& approach, NormalSums& sums) {
+  const Vector3d &n = approach.n, &g = approach.gradient;
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    const double x = e.point.x[l], y = e.point.y[l], z = e.point.z[l], elastic = e.elastic[l];
+    const double speed = -(approach.parting + (g[0] * x + g[1] * y + g[2] * z));
+    const double lost = dissipative_force<kDamper>(elastic, e.share[l], e.depth[l], law, speed);
+    const double f_x = elastic * e.normal.x[l] + lost * n[0], f_y = elastic * e.normal.y[l] + lost * n[1];
+    const double f_z = elastic * e.normal.z[l] + lost * n[2];
+    const double along = f_x * n[0] + f_y * n[1] + f_z * n[2];
+    sums.force.x.lane[l] += f_x, sums.force.y.lane[l] += f_y, sums.force.z.lane[l] += f_z;
+    sums.moment.x.lane[l] += y * f_z - z * f_y;
+    sums.moment.y.lane[l] += z * f_x - x * f_z;
+    sums.moment.z.lane[l] += x * f_y - y * f_x;
+    sums.normal.lane[l] += along > 0 ? along : 0.0;
+    sums.power.lane[l] += lost * speed;
+    sums.area.lane[l] += e.area[l];
   }
-  return sums;
-}
-
-// The same for elements of one normal: moments of the elastic and of the dissipative forces.
-PatchSums sum_plane(std::span<const ContactElement> elements, const ContactLaw& law, const Approach& approach) {
-  PatchSums sums;
-  PatchForce& patch = sums.patch;
-  const Vector3d normal_of_patch = elements.front().normal;
-  const double along = dot(normal_of_patch, approach.n);
-  double elastic = 0, lost = 0;
-  Vector3d elastic_moment = Vector3d::zero(), lost_moment = Vector3d::zero();
-  for (const ContactElement& e : elements) {
-    const double speed = approach.at(e.point), dissipative = dissipative_force(e, law, speed);
-    const double normal = std::max(0.0, e.elastic * along + dissipative);
-    patch.p_WC += normal * e.point;
-    patch.normal_force += normal, patch.area += e.area;
-    patch.depth = std::max(patch.depth, e.depth);
-    elastic += e.elastic, lost += dissipative;
-    elastic_moment += e.elastic * e.point, lost_moment += dissipative * e.point;
-    sums.power += dissipative * speed;
-  }
-  patch.normal = elastic * normal_of_patch + lost * approach.n;
-  sums.moment = cross(elastic_moment, normal_of_patch) + cross(lost_moment, approach.n);
-  return sums;
 }
 
 }  // namespace
 
+// The only element => as find_center().
+Vector3d PairContact::find_point() {
+  const Block& e = elements_.blocks().front();
+  force_.depth = e.depth[0], force_.p_WC = e.point[0], lever_ = 0;
+  return e.elastic[0] > 0 ? e.normal[0] : Vector3d::zero();
+}
+
+// Elements => the centre of their elastic forces, in force_, and the direction of the sum; zero if these cancel (beyond
+// the model). Both are continuous where damping ends the normal force before the overlap ends.
+Vector3d PairContact::find_center() {
+  if (elements_.size() == 1) return find_point();
+  LaneVectorSum normals, points;
+  LaneSum forces;
+  double deepest[kLanes] = {};
+  for (const Block& e : elements_.blocks()) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const double f = e.elastic[l];
+      forces.lane[l] += f;
+      normals.x.lane[l] += f * e.normal.x[l], normals.y.lane[l] += f * e.normal.y[l];
+      normals.z.lane[l] += f * e.normal.z[l];
+      points.x.lane[l] += f * e.point.x[l], points.y.lane[l] += f * e.point.y[l], points.z.lane[l] += f * e.point.z[l];
+      deepest[l] = e.depth[l] > deepest[l] ? e.depth[l] : deepest[l];
+    }
+  }
+  const double total = forces.total();
+  force_.depth = *std::max_element(deepest, deepest + kLanes);
+  force_.p_WC = elements_.blocks().front().point[0], lever_ = 0;
+  if (!(total > 0)) return Vector3d::zero();
+  const Vector3d center = (1 / total) * points.total();
+  force_.p_WC = center;
+  if (shapes_.law.static_friction > 0) {
+    LaneSum levers;
+    for (const Block& e : elements_.blocks()) {
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const double x = e.point.x[l] - center[0], y = e.point.y[l] - center[1], z = e.point.z[l] - center[2];
+        levers.lane[l] += e.elastic[l] * std::sqrt(x * x + y * y + z * z);
+      }
+    }
+    lever_ = levers.total() / total;
+  }
+  const Vector3d sum = normals.total();
+  const double resultant = norm(sum);
+  return resultant > 1e-9 * total ? (1 / resultant) * sum : Vector3d::zero();
+}
+
 // The elements, the contact's normal n, and the relative twist of B at A's origin, in A => elastic forces along the
-// elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, to the power and to
-// their patches. At edges, elements' normals differ from n; damping along them would resist sliding.
+// elements' normals and dissipative forces along n, on B, added to the wrench about A's origin, and to the power. At
+// edges, elements' normals differ from n; damping along them would resist sliding.
 void PairContact::add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b) {
   const Approach approach{n, dot(V_AB.linear, n), cross(n, V_AB.angular)};
-  const std::span<const ContactElement> all = elements_.list;
-  Vector3d sum = Vector3d::zero(), moment = Vector3d::zero();
-  double power = 0, total = 0;
-  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
-    while (end < all.size() && all[end].patch == all[begin].patch) ++end;
-    const std::span<const ContactElement> elements = all.subspan(begin, end - begin);
-    // Elements with an area have one normal.
-    const PatchSums sums = elements.front().area > 0 ? sum_plane(elements, shapes_.law, approach)
-                                                     : sum_points(elements, shapes_.law, approach);
-    sum += sums.patch.normal, moment += sums.moment;
-    total += sums.patch.normal_force, power += sums.power;
-    force_.patches[elements.front().patch] = sums.patch;
+  const ContactLaw& law = shapes_.law;
+  if (elements_.size() == 1) {
+    const Block& e = elements_.blocks().front();
+    const Vector3d p = e.point[0];
+    const double speed = approach.at(p), elastic = e.elastic[0];
+    const double lost = dissipative_force<true>(elastic, e.share[0], e.depth[0], law, speed);
+    const Vector3d force = elastic * e.normal[0] + lost * n;
+    on_b.linear += force, on_b.angular += cross(p, force);
+    force_.normal_force = std::max(0.0, dot(force, n)), force_.damping_power = lost * speed;
+    return;
   }
-  on_b.linear += sum, on_b.angular += moment;
-  force_.damping_power += power, force_.normal_force += total;
+  NormalSums sums;
+  if (law.damping > 0) {
+    for (const Block& e : elements_.blocks()) add_block<true>(e, law, approach, sums);
+  } else {
+    for (const Block& e : elements_.blocks()) add_block<false>(e, law, approach, sums);
+  }
+  on_b.linear += sums.force.total(), on_b.angular += sums.moment.total();
+  force_.normal_force = sums.normal.total(), force_.damping_power = sums.power.total();
+  force_.area = sums.area.total();
 }
 
 namespace {
@@ -244,8 +294,9 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d& center = force_.p_WC;
   const auto tangential = [&](const Vector3d& x) { return x - dot(x, n) * n; };
   const Vector3d u = tangential(V_AB.linear + cross(V_AB.angular, center));
-  onset_ = onset_at(force_.depth, dot(u, u), shapes_);
-  force_.slip_speed = onset_ * norm(u);
+  const double u2 = dot(u, u);
+  onset_ = onset_at(force_.depth, u2, shapes_);
+  force_.slip_speed = onset_ * std::sqrt(u2);
   add_rolling(n, V_AB.angular, on_b);
   if (!(law.static_friction > 0)) return;
 
@@ -254,24 +305,25 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const double spin_lever = lever_ + law.torsional_length / law.static_friction;
   const double spin_speed = spin_lever * dot(V_AB.angular, n), per_length = onset_ / law.stiction_displacement;
   const Vector3d slip = tangential(stick.slip);
-  const double size = std::hypot(norm(slip), stick.spin);
-  const double outward = size > 0 ? std::max(0.0, (dot(slip, u) + stick.spin * spin_speed) / size) : 0.0;
+  const double size2 = dot(slip, slip) + stick.spin * stick.spin, size = std::sqrt(size2);
   const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0);  // alpha
-  const double relief = size > 0 ? slipping * outward / size : 0.0;
+  const double outward = std::max(0.0, dot(slip, u) + stick.spin * spin_speed);       // times size
+  const double relief = slipping > 0 ? slipping * outward / size2 : 0.0;
   const Vector3d slip_rate = per_length * (u - relief * slip);
   const double spin_rate = per_length * (spin_speed - relief * stick.spin);
 
   // Force and couple, with damping, within the ellipsoid. Where it slips, the delay of chi's turning is the time in
   // which chi follows the direction of slip, so that friction is opposite to the slip also where this direction
   // changes.
-  const double delay = law.stiction_displacement / law.stiction_speed, speed = std::hypot(norm(u), spin_speed);
-  const double lead = law.stiction_displacement / std::hypot(speed, law.stiction_speed);
+  const double speed2 = u2 + spin_speed * spin_speed, speed = std::sqrt(speed2);
+  const double delay = law.stiction_displacement / law.stiction_speed;
+  const double lead = law.stiction_displacement / std::sqrt(speed2 + law.stiction_speed * law.stiction_speed);
   const double turning = delay + slipping * (lead - delay);
   const double growth = dot(slip, slip_rate) + stick.spin * spin_rate;  // of |chi|^2 / 2
-  const double along = size > 0 ? (delay - turning) * growth / (size * size) : 0.0;
+  const double along = slipping > 0 ? (delay - turning) * growth / size2 : 0.0;
   const Vector3d toward = slip + turning * slip_rate + along * slip;
   const double spin_toward = stick.spin + turning * spin_rate + along * stick.spin;
-  const double length = std::hypot(norm(toward), spin_toward);
+  const double length = std::sqrt(dot(toward, toward) + spin_toward * spin_toward);
   const double coefficient =
       contact_law::friction_coefficient(law.static_friction, law.kinetic_friction, law.stiction_speed, speed);
   force_.friction_use = std::min(1.0, length);
@@ -298,46 +350,40 @@ void PairContact::add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd
 // Sums in A's core frame, with the sense from the first core to the second => results in W, from the first shape to the
 // second. `mean_rate`: of both bodies' angular velocities, in W, with which the deformation turns.
 void PairContact::finish(const Posed& X_WA, const Vector3d& mean_rate, const StickState& stick, const Wrenchd& on_b) {
-  std::erase_if(force_.patches, [](const PatchForce& p) { return !(p.normal_force > 0); });
   const Vector3d center = force_.p_WC;
   const double sign = exchanged_ ? -1 : 1;
   force_.p_WC = X_WA * center;
   force_.on_b = sign * (X_WA.R * shift(on_b, center));
   force_.on_a = -force_.on_b;
   force_.stick_rate.slip = X_WA.R * force_.stick_rate.slip + onset_ * cross(mean_rate, stick.slip);
-  for (PatchForce& p : force_.patches) {
-    p.p_WC = X_WA * ((1 / p.normal_force) * p.p_WC);
-    p.normal = (sign / norm(p.normal)) * (X_WA.R * p.normal);
-  }
 }
 
 void PairContact::clear_force() {
   force_.touches = force_.beyond_model = false;
   force_.on_a = force_.on_b = Wrenchd::zero();
   force_.p_WC = Vector3d::zero();
-  force_.normal_force = force_.depth = force_.slip_speed = force_.damping_power = force_.friction_power = 0;
-  force_.friction_use = 0;
+  force_.normal_force = force_.area = force_.depth = force_.slip_speed = 0;
+  force_.damping_power = force_.friction_power = force_.friction_use = 0;
   force_.stick_rate = {};
-  force_.patches.clear();
 }
 
 // Poses, twists and deformation => forces. The deformation is that of the second core relative to the first.
 const ContactForce& PairContact::evaluate(const MovingBody& a, const MovingBody& b, const StickState& stick) {
   clear_force();
-  if (gap_bound(a.X_WB, b.X_WB) > 0) return force_;
+  const CorePoses cores = core_poses(a.X_WB, b.X_WB);
+  if (gap_bound_from(cores) > 0) return force_;
 
   // Relative pose and twist of the cores, the twist at A's origin in A.
   const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
-  const Posed X_WA = first.X_WB * shapes_.a.X_BC(), X_WB = second.X_WB * shapes_.b.X_BC();
-  gather(inverse(X_WA) * X_WB);
+  const Posed& X_WA = cores.X_WA;
+  gather(pose_between(cores.X_WA, cores.X_WB));
   force_.beyond_model = elements_.beyond_model;
-  if (elements_.list.empty()) return force_;
+  if (elements_.empty()) return force_;
   const Twistd V_W = shift(second.V_WB, X_WA.p - second.X_WB.p) - shift(first.V_WB, X_WA.p - first.X_WB.p);
   const Twistd V_AB = transposed_times(X_WA.R, V_W);
 
   // Normal forces and their centre, then friction there.
   force_.touches = true;
-  force_.patches.resize(elements_.patches, {Vector3d::zero(), Vector3d::zero(), 0, 0, 0});
   Wrenchd on_b = Wrenchd::zero();
   const Vector3d n = find_center();
   add_normal_forces(n, V_AB, on_b);
@@ -437,26 +483,18 @@ CorePair PairContact::cores(const Posed& X_AB) const {
 
 // Of the second core relative to the first.
 Posed PairContact::relative_pose(const Posed& X_WA, const Posed& X_WB) const {
-  return inverse((exchanged_ ? X_WB : X_WA) * shapes_.a.X_BC()) * ((exchanged_ ? X_WA : X_WB) * shapes_.b.X_BC());
+  const CorePoses cores = core_poses(X_WA, X_WB);
+  return pose_between(cores.X_WA, cores.X_WB);
 }
-
-namespace {
-
-double largest_depth(const ContactElements& elements) {
-  double depth = 0;
-  for (const ContactElement& e : elements.list) depth = std::max(depth, e.depth);
-  return depth;
-}
-
-}  // namespace
 
 double PairContact::overlap(const Posed& X_WA, const Posed& X_WB) {
-  const double bound = gap_bound(X_WA, X_WB);
+  const CorePoses cores = core_poses(X_WA, X_WB);
+  const double bound = gap_bound_from(cores);
   if (bound > 0) return -bound;
-  const Posed X_AB = relative_pose(X_WA, X_WB);
+  const Posed X_AB = pose_between(cores.X_WA, cores.X_WB);
   if (PressureContact::has_overlap(shapes_)) return pressure_.overlap(shapes_, X_AB);
   gather(X_AB);
-  const double deepest = largest_depth(elements_);
+  const double deepest = elements_.largest_depth();
   return deepest > 0 ? deepest : -gap(X_WA, X_WB);
 }
 
@@ -478,7 +516,36 @@ double PairContact::speed_bound(const MovingBody& a, const MovingBody& b) const 
 double PairContact::depth(const Posed& X_WA, const Posed& X_WB) {
   if (gap_bound(X_WA, X_WB) > 0) return 0;
   gather(relative_pose(X_WA, X_WB));
-  return largest_depth(elements_);
+  return elements_.largest_depth();
+}
+
+// Overlaps change by the relative velocity of points in contact. Of polyhedra they are along other directions than the
+// forces.
+double PairContact::overlap_speed(const MovingBody& a, const MovingBody& b) {
+  const CorePoses cores = core_poses(a.X_WB, b.X_WB);
+  gather(pose_between(cores.X_WA, cores.X_WB));
+  const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
+  const Posed& X_WA = cores.X_WA;
+  const Twistd V_W = shift(second.V_WB, X_WA.p - second.X_WB.p) - shift(first.V_WB, X_WA.p - first.X_WB.p);
+  const Twistd V_AB = transposed_times(X_WA.R, V_W);
+  const bool by_pressure =
+      shapes_.a.kind() >= Kind::cylinder && (shapes_.a.kind() != Kind::cylinder || shapes_.b.kind() != Kind::half_space);
+  double largest = 0;
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const Block& e = elements_.blocks()[i / kLanes];
+    const Vector3d v = V_AB.linear + cross(V_AB.angular, e.point[i % kLanes]);
+    largest = std::max(largest, by_pressure ? norm(v) : std::abs(dot(v, e.normal[i % kLanes])));
+  }
+  return largest;
+}
+
+PairContact::SphereGap PairContact::sphere_gap(const MovingBody& a, const MovingBody& b) const {
+  const MovingBody &first = exchanged_ ? b : a, &second = exchanged_ ? a : b;
+  const Vector3d center = first.X_WB * shapes_.a.X_BC().p;
+  const Posed X_WC = core_pose_of(shapes_.b, second.X_WB);
+  const CoreDistance to = shapes_.b.distance(transposed_times(X_WC.R, center - X_WC.p));
+  const Twistd V = shift(first.V_WB, center - first.X_WB.p) - shift(second.V_WB, center - second.X_WB.p);
+  return {to.distance - shapes_.a.core().rounding - shapes_.b.core().rounding, dot(V.linear, X_WC.R * to.normal)};
 }
 
 }  // namespace grapnel

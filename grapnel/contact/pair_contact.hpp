@@ -25,15 +25,6 @@ struct StickState {
   double spin = 0;                   // about the normal
 };
 
-/// A patch of contact with one normal, or a point or line; on the second shape, in W.
-struct PatchForce {
-  Vector3d p_WC;        // centre of the normal force
-  Vector3d normal;      // mean unit normal, from the first shape to the second
-  double normal_force;  // [N]
-  double area;          // [m^2]; zero for points and lines
-  double depth;         // maximum, of both surfaces together [m]
-};
-
 struct ContactForce {
   bool touches = false;
   /// The shapes overlap so deeply that normals may jump (23.14): a sign of too little stiffness.
@@ -41,14 +32,14 @@ struct ContactForce {
   Vector3d p_WC = Vector3d::zero();  // centre of the elastic forces, in W [m]
   Wrenchd on_a = Wrenchd::zero();    // wrench on the first shape's body about p_WC, in W [N m, N]: exactly -on_b
   Wrenchd on_b = Wrenchd::zero();
-  double normal_force = 0;    // sum over the patches [N]
+  double normal_force = 0;    // sum over all points [N]
+  double area = 0;            // of surfaces in contact; zero for points and lines [m^2]
   double depth = 0;           // maximum [m]
   double slip_speed = 0;      // at p_WC [m/s]
   double friction_use = 0;    // friction and couple about the normal, over those at which it slips: at most 1
   double damping_power = 0;   // dissipated, >= 0 [W]
   double friction_power = 0;  // given up to friction, rolling and torsional friction; < 0 while sticking relaxes [W]
   StickState stick_rate;      // [1/s]
-  std::vector<PatchForce> patches;
 };
 
 /// Two shapes by the points of their surfaces nearest to each other, in W.
@@ -94,14 +85,30 @@ class PairContact {
   Vector3d between_centers(const Posed& X_WA, const Posed& X_WB) const;
   /// A bound of the speed at which the gap changes [m/s].
   double speed_bound(const MovingBody& a, const MovingBody& b) const;
+  /// A bound of the speed at which overlap() changes while it is positive [m/s]: the largest one of points in contact.
+  double overlap_speed(const MovingBody& a, const MovingBody& b);
+  /// Whether one shape is a sphere: then gap() is a smooth function of time while its nearest feature is the same, and
+  /// -overlap() while it is negative.
+  bool has_sphere() const { return shapes_.a.kind() == ContactShape::Kind::sphere; }
+  /// Of a pair with a sphere: the gap, and its rate.
+  struct SphereGap {
+    double gap, rate;  // [m], [m/s]
+  };
+  SphereGap sphere_gap(const MovingBody& a, const MovingBody& b) const;
   const ContactLaw& law() const { return shapes_.law; }
 
  private:
+  struct CorePoses {
+    Posed X_WA, X_WB;
+  };
+  CorePoses core_poses(const Posed& X_WA, const Posed& X_WB) const;
   Posed relative_pose(const Posed& X_WA, const Posed& X_WB) const;
+  double gap_bound_from(const CorePoses& cores) const;
   CorePair cores(const Posed& X_AB) const;
   void gather(const Posed& X_AB);
   void clear_force();
   Vector3d find_center();
+  Vector3d find_point();
   void add_normal_forces(const Vector3d& n, const Twistd& V_AB, Wrenchd& on_b);
   void add_friction(const Vector3d& n, const Twistd& V_AB, const StickState& stick, Wrenchd& on_b);
   void add_rolling(const Vector3d& normal, const Vector3d& w, Wrenchd& on_b);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "grapnel/contact/contact_element.hpp"
@@ -33,6 +34,25 @@ double reach_along(const ContactShape& b, const Posed& X_AB, const Vector3d& n) 
   return dot(n, X_AB.p) + dot(n_B, b.support_point(n_B));
 }
 double reach_along(const ContactShape& a, const Vector3d& n) { return dot(n, a.support_point(n)); }
+
+// The factors s of PressureContact::narrow().
+constexpr double kFactors[8] = {0, 1, 3, 10, 30, 100, 300, 300};
+
+// The least of h(d + s n) - s top over all factors s, with the support function h of a shape. d and n in its frame.
+double least_reach(const ContactShape& shape, const Vector3d& d, const Vector3d& n, double top) {
+  double reach[8];
+  const ConvexCore& core = shape.bounding_core();
+  if (core.hull || core.round) {
+    for (int i = 0; i < 8; ++i) reach[i] = reach_along(shape, d + kFactors[i] * n) - kFactors[i] * top;
+  } else {
+    for (int i = 0; i < 8; ++i) {
+      const double s = kFactors[i];
+      reach[i] = core.half[0] * std::abs(d[0] + s * n[0]) + core.half[1] * std::abs(d[1] + s * n[1]) +
+                 core.half[2] * std::abs(d[2] + s * n[2]) - s * top;
+    }
+  }
+  return *std::min_element(reach, reach + 8);
+}
 
 // Half extents along A's axes of the box around B.
 Vector3d turned_extents(const Rotationd& R, const Vector3d& half) {
@@ -79,14 +99,23 @@ void PressureContact::descend(const ContactShapes& shapes, const Posed& X_AB) {
   }
 }
 
-// Shapes => a direction from A to B along which they overlap little; false if one separates them.
+// Shapes => a direction from A to B along which they overlap little; false if one separates them. The direction of the
+// same relative pose, bit by bit, is kept.
 bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X_AB) {
+  if (!has_direction_ || std::memcmp(&X_AB, &directed_, sizeof directed_) != 0) {
+    search_direction(shapes, X_AB);
+    directed_ = X_AB, has_direction_ = true;
+  }
+  return overlap_ > 0;
+}
+
+void PressureContact::search_direction(const ContactShapes& shapes, const Posed& X_AB) {
   overlap_ = std::numeric_limits<double>::infinity();
   const Rotationd& R = X_AB.R;
   if (shapes.b.kind() == ContactShape::Kind::half_space) {
     const Vector3d n = -R.column(2);
     offer(n, reach_along(shapes.a, n) - dot(n, X_AB.p));
-    return overlap_ > 0;
+    return;
   }
   const Vector3d &a = shapes.a.half_extents(), &b = shapes.b.half_extents();
   const auto offer_axis = [&](const Vector3d& axis, double extent) {
@@ -96,7 +125,7 @@ bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X
   };
   const Vector3d b_in_a = turned_extents(R, b), a_in_b = turned_extents(transpose(R), a);
   for (int i = 0; i < 3; ++i) {
-    if (!offer_axis(Vector3d::unit(i), a[i] + b_in_a[i]) || !offer_axis(R.column(i), b[i] + a_in_b[i])) return false;
+    if (!offer_axis(Vector3d::unit(i), a[i] + b_in_a[i]) || !offer_axis(R.column(i), b[i] + a_in_b[i])) return;
   }
   for (int i = 0; i < 9; ++i) {
     const Vector3d u = Vector3d::unit(i / 3), v = R.column(i % 3), n = cross(u, v);
@@ -105,10 +134,9 @@ bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X
     const Vector3d axis = (1 / length) * n, axis_B = transposed_times(R, axis);
     double extent = 0;
     for (int k = 0; k < 3; ++k) extent += a[k] * std::abs(axis[k]) + b[k] * std::abs(axis_B[k]);
-    if (!offer_axis(axis, extent)) return false;
+    if (!offer_axis(axis, extent)) return;
   }
   if (!is_simple(shapes.a) || !is_simple(shapes.b)) descend(shapes, X_AB);
-  return overlap_ > 0;
 }
 
 bool PressureContact::has_overlap(const ContactShapes& shapes) {
@@ -149,22 +177,22 @@ void PressureContact::narrow(const ContactShapes& shapes, const Posed& X_AB) {
   const bool plane = shapes.b.kind() == ContactShape::Kind::half_space;
   const double top_a = reach_along(shapes.a, n);
   const double top_b = plane ? 0 : reach_along(shapes.b, X_AB, -n);
+  // Of B, h_B(d - s n) = d.p - s n.p + h(R^T (d - s n)) with its position p.
+  const double limit_a = top_a - overlap_, limit_b = top_b - overlap_ + dot(n, X_AB.p);
+  const Vector3d n_B = -transposed_times(X_AB.R, n);
   Vector3d side[2];
   sides_of(n, side[0], side[1]);
   Vector3d center = (top_a - 0.5 * overlap_) * n, half{0, 0, 0.5 * overlap_};
   for (int k = 0; k < 2; ++k) {
-    const Vector3d& t = side[k];
     double limit[2];
     for (int sign = 0; sign < 2; ++sign) {
-      const Vector3d d = sign ? -t : t;
-      limit[sign] = std::numeric_limits<double>::infinity();
-      for (const double s : {0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0}) {
-        limit[sign] = std::min(limit[sign], reach_along(shapes.a, d + s * n) - s * (top_a - overlap_));
-        if (plane) continue;
-        limit[sign] = std::min(limit[sign], reach_along(shapes.b, X_AB, d - s * n) - s * (top_b - overlap_));
-      }
+      const Vector3d d = sign ? -side[k] : side[k];
+      limit[sign] = least_reach(shapes.a, d, n, limit_a);
+      if (plane) continue;
+      const double of_b = dot(d, X_AB.p) + least_reach(shapes.b, transposed_times(X_AB.R, d), n_B, limit_b);
+      limit[sign] = std::min(limit[sign], of_b);
     }
-    center += 0.5 * (limit[0] - limit[1]) * t;
+    center += 0.5 * (limit[0] - limit[1]) * side[k];
     half[k] = 0.5 * (limit[0] + limit[1]);
   }
   // Faces of the shapes may lie in the box's sides, and limits have rounding errors of up to 300 times those of
@@ -272,8 +300,7 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
   const auto add = [&](const Corner& x, double area) {
     const double p = pressure.at(x);
     if (!(p * area > 0)) return;
-    elements.list.push_back(
-        {origin_ + plane_.point(x), normal, p * area, p * per_pressure, area * per_area, area, elements.patches});
+    elements.add({origin_ + plane_.point(x), normal, p * area, p * per_pressure, area * per_area, area});
   };
   const auto middle = [](const Corner& p, const Corner& q) { return Corner{0.5 * (p.s + q.s), 0.5 * (p.t + q.t)}; };
   const auto triangle = [&](const Corner& p, const Corner& q) {  // a third of its area
@@ -288,7 +315,6 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
     add(middle(polygon_[i], next), after);
     before = after;
   }
-  ++elements.patches;
 }
 
 // Whether two fields may be equal and at most the greatest pressure somewhere in the region's box.
@@ -316,8 +342,7 @@ void PressureContact::add(const ContactShapes& shapes, const Posed& X_AB, Contac
     }
   }
   // Without a surface of equal pressure one shape may be inside of the other.
-  double deepest = elements.list.empty() ? overlap_ : 0;
-  for (const ContactElement& e : elements.list) deepest = std::max(deepest, e.depth);
+  const double deepest = elements.empty() ? overlap_ : elements.largest_depth();
   elements.beyond_model = too_many_ || deepest > std::min(shapes.a.thickness(), shapes.b.thickness());
 }
 

@@ -70,16 +70,26 @@ double PressureContact::region_reach(const Vector3d& normal, double margin) cons
 // Keeps the part of the polygon where a function is not negative; false if there is none. Of a convex polygon the
 // corners outside are consecutive ones, except for rounding errors.
 bool PressureContact::clip(const Line& line) {
+  constexpr std::size_t kFew = 8;
   const std::size_t n = corners_;
   if (2 * n > clipped_.size()) reserve_corners(4 * n);
   double* const value = inside_.data();
   const Corner* const from = polygon_.data();
-  for (std::size_t i = 0; i < n; ++i) value[i] = line.at(from[i]);
-  if (n > 64) return clip_scattered();
   std::uint64_t outside = 0;  // one bit per corner
-  for (std::size_t i = 0; i < n; ++i) outside |= std::uint64_t{value[i] < 0} << i;
+  if (n <= kFew) {            // by SIMD registers, also beyond the last corner
+    for (std::size_t i = 0; i < kFew; ++i) {
+      value[i] = line.at(from[i]);
+      outside |= std::bit_cast<std::uint64_t>(value[i]) >> 63 << i;
+    }
+  } else {
+    for (std::size_t i = 0; i < n; ++i) value[i] = line.at(from[i]);
+    if (n > 64) return clip_scattered();
+    for (std::size_t i = 0; i < n; ++i) outside |= std::uint64_t{value[i] < 0} << i;
+  }
+  const std::uint64_t all = ~std::uint64_t{0} >> (64 - n);
+  outside &= all;
   if (outside == 0) return true;
-  const std::uint64_t all = ~std::uint64_t{0} >> (64 - n), before = (outside << 1 | outside >> (n - 1)) & all;
+  const std::uint64_t before = (outside << 1 | outside >> (n - 1)) & all;
   if (outside == all) return false;
   const std::uint64_t begins = outside & ~before;
   if (!std::has_single_bit(begins)) return clip_scattered();
@@ -92,9 +102,7 @@ bool PressureContact::clip(const Line& line) {
   };
   // From the corner `first` on, all inside, then both new ones.
   Corner* const to = clipped_.data();
-  const std::size_t until_end = std::min(kept, n - first);
-  std::copy(from + first, from + first + until_end, to);
-  std::copy(from, from + (kept - until_end), to + until_end);
+  for (std::size_t k = 0, i = first; k < kept; ++k, i = i + 1 < n ? i + 1 : 0) to[k] = from[i];
   to[kept] = between(last > 0 ? last - 1 : n - 1, last);
   to[kept + 1] = between(first, first > 0 ? first - 1 : n - 1);
   corners_ = kept + 2;

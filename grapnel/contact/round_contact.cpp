@@ -10,19 +10,20 @@ namespace grapnel {
 
 namespace {
 
-constexpr int kGauss = 8;
-// Abscissas and weights on [-1, 1] (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4).
-constexpr double kAbscissas[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
-constexpr double kWeights[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
+// Gauss points and their weights on [-1, 1] (M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table
+// 25.4): as many as a block has lanes.
+constexpr int kGauss = ContactElements::kLanes;
+constexpr double kAbscissas[kGauss] = {-0.9602898564975363, -0.7966664774136267, -0.5255324099163290,
+                                       -0.1834346424956498, 0.1834346424956498,  0.5255324099163290,
+                                       0.7966664774136267,  0.9602898564975363};
+constexpr double kWeights[kGauss] = {0.1012285362903763, 0.2223810344533745, 0.3137066458778873, 0.3626837833783620,
+                                     0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
 // Calls f(x, weight) at the Gauss points of [low, high].
 template <class Function>
 void at_gauss_points(double low, double high, Function&& f) {
   const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
-  for (int i = 0; i < kGauss; ++i) {
-    const double x = i < 4 ? -kAbscissas[3 - i] : kAbscissas[i - 4];
-    f(middle + half * x, half * kWeights[i < 4 ? 3 - i : i - 4]);
-  }
+  for (int i = 0; i < kGauss; ++i) f(middle + half * kAbscissas[i], half * kWeights[i]);
 }
 
 // Two shapes in a given order, without copies.
@@ -36,9 +37,8 @@ struct RoundPair {
 // A sphere of shape A's radius about p => one element with the other shape at most, `weight` times.
 void add_point(const RoundPair& shapes, const Posed& X_AB, const Vector3d& p, double weight,
                ContactElements& elements) {
-  const Posed X_BA = inverse(X_AB);
   const double radius = shapes.a.core().rounding, rounding = shapes.b.core().rounding;
-  const CoreDistance to = shapes.b.distance(X_BA * p);
+  const CoreDistance to = shapes.b.distance(transposed_times(X_AB.R, p - X_AB.p));
   const double depth = radius + rounding - to.distance;
   if (!(depth > 0)) return;
   const ContactLaw& law = shapes.law;
@@ -47,7 +47,7 @@ void add_point(const RoundPair& shapes, const Posed& X_AB, const Vector3d& p, do
   elements.energy += weight * (law.hertz ? contact_law::hertz_energy(law.elastic, shapes.radius, depth)
                                          : 0.5 * law.elastic * depth * depth);
   const Vector3d middle = p + (0.5 * (radius + to.distance - rounding)) * n;
-  elements.list.push_back({middle, n, weight * elastic, depth, weight, 0, elements.patches++});
+  elements.add({middle, n, weight * elastic, depth, weight, 0});
   if (to.distance <= 0 && shapes.b.kind() != ContactShape::Kind::half_space) elements.beyond_model = true;
 }
 
@@ -64,45 +64,65 @@ struct AxisPart {
   double low, high;
 };
 
+// Whether the squared distance from the core is quadratic between planes normal to its axes: a box, or a segment.
+bool is_boxed(const ContactShape& shape) {
+  return shape.kind() != ContactShape::Kind::half_space && !shape.core().hull && !shape.core().round;
+}
+
 // The distance of points of the axis of capsule A from the core of B.
 struct AxisDistance {
+  AxisDistance(const ContactShape& core_of, const Posed& X_AB, double half_length, double distance_in_touch)
+      : b(core_of),
+        p(-transposed_times(X_AB.R, X_AB.p)),
+        d{X_AB.R(2, 0), X_AB.R(2, 1), X_AB.R(2, 2)},
+        half(half_length),
+        in_touch(distance_in_touch) {
+    if (is_boxed(b)) find_crossings();
+  }
+
   const ContactShape& b;
-  Posed X_BA;
+  Vector3d p, d;    // the axis's middle and direction in B
   double half;      // length of the axis
   double in_touch;  // distance at which the surfaces touch
-  CoreDistance at(double z) const { return b.distance(X_BA.p + z * X_BA.R.column(2)); }
-  double depth(double z) const { return in_touch - at(z).distance; }
-};
+  /// Of a box or segment: the coordinates at which the axis crosses the planes of its faces, clamped to the axis, and
+  /// the axis's ends; sorted.
+  std::array<double, 8> crossings;
+  int crossing_count = 0;
 
-// The coordinates at which a line crosses the planes of a box's faces, clamped to the axis and sorted.
-std::array<double, 8> crossings(const Vector3d& half, const AxisDistance& axis) {
-  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
-  std::array<double, 8> z;
-  z[6] = -axis.half, z[7] = axis.half;
-  for (int k = 0; k < 6; ++k) {
-    const double at = ((k & 1 ? half[k / 2] : -half[k / 2]) - p[k / 2]) / d[k / 2];
-    z[k] = at > -axis.half ? std::min(at, axis.half) : -axis.half;  // also if not a number
+  CoreDistance at(double z) const { return b.distance(p + z * d); }
+  double depth(double z) const { return in_touch - at(z).distance; }
+
+ private:
+  void find_crossings() {
+    const ConvexCore& core = b.core();
+    crossings[0] = -half, crossings[1] = half, crossing_count = 2;
+    for (int k = core.is_segment() ? 2 : 0; k < 3; ++k) {
+      const double inverse = 1 / d[k];
+      for (const double side : {-core.half[k], core.half[k]}) {
+        const double z = (side - p[k]) * inverse;
+        crossings[crossing_count++] = z > -half ? std::min(z, half) : -half;  // also if not a number
+      }
+    }
+    std::sort(crossings.begin(), crossings.begin() + crossing_count);
   }
-  std::sort(z.begin(), z.end());
-  return z;
-}
+};
 
 // Coordinate of the point of the axis nearest to a box: a root of half the derivative of the squared distance, which
 // is monotone, and linear between the crossings.
-double nearest_to_box(const Vector3d& half, const AxisDistance& axis) {
-  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+double nearest_to_box(const AxisDistance& axis) {
+  const Vector3d& size = axis.b.core().half;
   const auto derivative = [&](double z) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
-      const double x = p[k] + z * d[k];
-      sum += d[k] * (x - std::clamp(x, -half[k], half[k]));
+      const double x = axis.p[k] + z * axis.d[k];
+      sum += axis.d[k] * (x - std::clamp(x, -size[k], size[k]));
     }
     return sum;
   };
-  const std::array<double, 8> z = crossings(half, axis);
+  const std::array<double, 8>& z = axis.crossings;
   double before = derivative(z[0]);
   if (before >= 0) return z[0];
-  for (std::size_t i = 1; i < z.size(); ++i) {
+  for (int i = 1; i < axis.crossing_count; ++i) {
     const double now = derivative(z[i]);
     if (now >= 0) return now > before ? z[i - 1] - (z[i] - z[i - 1]) * before / (now - before) : z[i];
     before = now;
@@ -115,7 +135,7 @@ double nearest_to_box(const Vector3d& half, const AxisDistance& axis) {
 double nearest_to_cylinder(const AxisDistance& axis) {
   const auto derivative = [&](double z) {
     const CoreDistance to = axis.at(z);
-    return to.distance * dot(to.normal, axis.X_BA.R.column(2));
+    return to.distance * dot(to.normal, axis.d);
   };
   double low = -axis.half, high = axis.half, f_low = derivative(low), f_high = derivative(high);
   if (f_low >= 0) return low;
@@ -140,14 +160,14 @@ double nearest_to_cylinder(const AxisDistance& axis) {
 
 // Coordinate of the point of the axis nearest to the core of B; inside of a core the deepest.
 double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDistance& axis) {
-  const double slope = axis.X_BA.R(2, 2);
+  const double slope = axis.d[2];
   if (shapes.b.kind() == ContactShape::Kind::half_space) return slope > 0 ? -axis.half : axis.half;
   const ConvexCore& core = shapes.b.core();
   if (core.hull) {
     const ConvexDistance nearest = convex_distance({shapes.a.core(), core, X_AB});
     if (nearest.separated) return std::clamp(nearest.point_a[2], -axis.half, axis.half);
   } else {
-    const double z = core.round ? nearest_to_cylinder(axis) : nearest_to_box(core.half, axis);
+    const double z = core.round ? nearest_to_cylinder(axis) : nearest_to_box(axis);
     if (axis.at(z).distance > 0) return z;
   }
   double low = -axis.half, high = axis.half;  // the distance is convex, inside of B too
@@ -162,8 +182,8 @@ double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDis
 }
 
 // As end_of_contact() for a box: the squared distance is quadratic between the crossings.
-double end_of_contact_with_box(const Vector3d& half, const AxisDistance& axis, double inside, double end) {
-  const Vector3d &p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+double end_of_contact_with_box(const AxisDistance& axis, double inside, double end) {
+  const Vector3d &p = axis.p, &d = axis.d, &half = axis.b.core().half;
   const double sense = end > inside ? 1 : -1, touching = axis.in_touch * axis.in_touch;
   // Half the derivatives and the value, less that of touching surfaces, at `from`, of the quadratic polynomial of the
   // part that contains `middle`; the distance along the sense at which it vanishes.
@@ -178,10 +198,9 @@ double end_of_contact_with_box(const Vector3d& half, const AxisDistance& axis, d
     const double r = std::sqrt(std::max(0.0, b * b - a * c));
     return b > 0 ? -c / (b + r) : a > 0 ? (r - b) / a : 0.0;
   };
-  const std::array<double, 8> z = crossings(half, axis);
   double from = inside;
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    const double to = sense > 0 ? z[i] : z[z.size() - 1 - i];
+  for (int i = 0; i < axis.crossing_count; ++i) {
+    const double to = axis.crossings[sense > 0 ? i : axis.crossing_count - 1 - i];
     if (!(sense * (to - from) > 0)) continue;
     if (axis.depth(to) < 0) return from + sense * std::clamp(root(from, 0.5 * (from + to)), 0.0, sense * (to - from));
     from = to;
@@ -193,9 +212,8 @@ double end_of_contact_with_box(const Vector3d& half, const AxisDistance& axis, d
 double end_of_contact(const AxisDistance& axis, double inside, double end) {
   double f_inside = axis.depth(inside), f_end = axis.depth(end);
   if (f_end >= 0 || inside == end) return end;
-  const ConvexCore& core = axis.b.core();
   if (axis.b.kind() == ContactShape::Kind::half_space) return inside + (end - inside) * (f_inside / (f_inside - f_end));
-  if (!core.hull && !core.round) return end_of_contact_with_box(core.half, axis, inside, end);
+  if (is_boxed(axis.b)) return end_of_contact_with_box(axis, inside, end);
   double x = end;
   for (int step = 0, side = 0; step < 60 && std::abs(end - inside) > 1e-15 * axis.half; ++step) {
     x = (inside * f_end - end * f_inside) / (f_end - f_inside);
@@ -232,7 +250,7 @@ struct AxisSlope {
 };
 AxisSlope slope_at(const AxisDistance& axis, double z) {
   const CoreDistance to = axis.at(z);
-  return {z, to.distance * dot(to.normal, axis.X_BA.R.column(2))};
+  return {z, to.distance * dot(to.normal, axis.d)};
 }
 
 // Adds the kinks of AxisSlope between two coordinates: where the lines through the ends intersect, if the function
@@ -269,16 +287,17 @@ void add_kinks(const AxisDistance& axis, const AxisPart& whole, const AxisSlope&
 AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const AxisPart& part) {
   AxisBreaks breaks;
   breaks.at[breaks.count++] = part.low;
-  const Vector3d p = axis.X_BA.p, d = axis.X_BA.R.column(2);
+  const Vector3d &p = axis.p, &d = axis.d;
   const ConvexCore& core = b.core();
+  if (is_boxed(b)) {
+    for (int i = 0; i < axis.crossing_count; ++i) breaks.add(part, axis.crossings[i]);
+    breaks.at[breaks.count++] = part.high;
+    return breaks;
+  }
   if (core.hull) {
     add_kinks(axis, part, slope_at(axis, part.low), slope_at(axis, part.high), 12, breaks);
-  } else if (b.kind() != ContactShape::Kind::half_space) {
-    for (int k = core.round || core.is_segment() ? 2 : 0; k < 3; ++k) {
-      for (const double side : {-1.0, 1.0}) breaks.add(part, (side * core.half[k] - p[k]) / d[k]);
-    }
-  }
-  if (core.round) {
+  } else if (core.round) {
+    for (const double side : {-1.0, 1.0}) breaks.add(part, (side * core.half[2] - p[2]) / d[2]);
     const double a = d[0] * d[0] + d[1] * d[1], h = d[0] * p[0] + d[1] * p[1];
     const double c = p[0] * p[0] + p[1] * p[1] - core.half[0] * core.half[0], square = h * h - a * c;
     for (const double side : {-1.0, 1.0}) breaks.add(part, (-h + side * std::sqrt(square)) / a);
@@ -288,33 +307,70 @@ AxisBreaks breaks_of(const ContactShape& b, const AxisDistance& axis, const Axis
   return breaks;
 }
 
-// The capsule A against B: its ends as spheres, and its side as a cylinder whose force per length is linear in the
-// depth.
-void add_one_capsule(const RoundPair& shapes, const Posed& X_AB, double weight, ContactElements& elements) {
-  const double half = shapes.a.core().half[2], radius = shapes.a.core().rounding;
-  for (const double z : {-half, half}) add_point(shapes, X_AB, {0, 0, z}, weight, elements);
+// Eight points' distances from a core, and the gradients of the distance.
+struct EightDistances {
+  double distance[kGauss];
+  ContactElements::Vectors normal;
+};
+EightDistances distances_from(const ContactShape& b, const ContactElements::Vectors& p) {
+  EightDistances to;
+  if (is_boxed(b)) {
+    const auto beyond = [](double x, double half) { return x > half ? x - half : x < -half ? x + half : 0.0; };
+    const Vector3d& half = b.core().half;
+    double nearest = 1;
+    for (int i = 0; i < kGauss; ++i) {
+      const double x = beyond(p.x[i], half[0]), y = beyond(p.y[i], half[1]), z = beyond(p.z[i], half[2]);
+      const double distance = std::sqrt(x * x + y * y + z * z), inverse = 1 / distance;
+      to.distance[i] = distance;
+      to.normal.x[i] = inverse * x, to.normal.y[i] = inverse * y, to.normal.z[i] = inverse * z;
+    }
+    for (int i = 0; i < kGauss; ++i) nearest = std::min(nearest, to.distance[i]);
+    if (nearest > 0) return to;
+  }
+  for (int i = 0; i < kGauss; ++i) {
+    const CoreDistance one = b.distance(p[i]);
+    to.distance[i] = one.distance, to.normal.set(i, one.normal);
+  }
+  return to;
+}
 
-  const double rounding = shapes.b.core().rounding;
-  const AxisDistance axis{shapes.b, inverse(X_AB), half, radius + rounding};
+// The side of capsule A, as a cylinder whose force per length is linear in the depth, along a part of its axis.
+void add_part_of_side(const RoundPair& shapes, const Posed& X_AB, const AxisDistance& axis, const AxisPart& part,
+                      double weight, ContactElements& elements) {
+  const double radius = shapes.a.core().rounding, rounding = shapes.b.core().rounding;
+  const ContactLaw& law = shapes.law;
+  const double stiffness = law.hertz ? 0.25 * std::numbers::pi * law.elastic : law.elastic / (2 * axis.half);
+  const double middle = 0.5 * (part.low + part.high), half = 0.5 * (part.high - part.low);
+  double z[kGauss];
+  ContactElements::Vectors p;
+  for (int i = 0; i < kGauss; ++i) {
+    z[i] = middle + half * kAbscissas[i];
+    p.x[i] = axis.p[0] + z[i] * axis.d[0], p.y[i] = axis.p[1] + z[i] * axis.d[1];
+    p.z[i] = axis.p[2] + z[i] * axis.d[2];
+  }
+  const EightDistances to = distances_from(shapes.b, p);
+  for (int i = 0; i < kGauss; ++i) {
+    const double depth = axis.in_touch - to.distance[i], w = weight * (half * kWeights[i]);
+    if (!(depth > 0 && w > 0)) continue;
+    const Vector3d n = -(X_AB.R * to.normal[i]);
+    elements.energy += 0.5 * w * stiffness * depth * depth;
+    elements.add({Vector3d{0, 0, z[i]} + (0.5 * (radius + to.distance[i] - rounding)) * n, n, w * stiffness * depth,
+                  depth, w / (2 * axis.half), 0});
+    if (to.distance[i] <= 0 && shapes.b.kind() != ContactShape::Kind::half_space) elements.beyond_model = true;
+  }
+}
+
+// The capsule A against B: its ends as spheres, and its side.
+void add_one_capsule(const RoundPair& shapes, const Posed& X_AB, double weight, ContactElements& elements) {
+  const double half = shapes.a.core().half[2];
+  for (const double z : {-half, half}) add_point(shapes, X_AB, {0, 0, z}, weight, elements);
+  const AxisDistance axis(shapes.b, X_AB, half, shapes.a.core().rounding + shapes.b.core().rounding);
   const double nearest = nearest_on_axis(shapes, X_AB, axis);
   if (!(axis.depth(nearest) > 0)) return;
   const AxisPart part{end_of_contact(axis, nearest, -half), end_of_contact(axis, nearest, half)};
   const AxisBreaks breaks = breaks_of(shapes.b, axis, part);
-  const ContactLaw& law = shapes.law;
-  const double stiffness = law.hertz ? 0.25 * std::numbers::pi * law.elastic : law.elastic / (2 * half);
-  for (int i = 0; i + 1 < breaks.count; ++i) {
-    at_gauss_points(breaks.at[i], breaks.at[i + 1], [&](double z, double length) {
-      const CoreDistance to = axis.at(z);
-      const double depth = axis.in_touch - to.distance, w = weight * length;
-      if (!(depth > 0 && w > 0)) return;
-      const Vector3d n = -(X_AB.R * to.normal);
-      elements.energy += 0.5 * w * stiffness * depth * depth;
-      elements.list.push_back({Vector3d{0, 0, z} + (0.5 * (radius + to.distance - rounding)) * n, n,
-                               w * stiffness * depth, depth, w / (2 * half), 0, elements.patches});
-      if (to.distance <= 0 && shapes.b.kind() != ContactShape::Kind::half_space) elements.beyond_model = true;
-    });
-  }
-  ++elements.patches;
+  for (int i = 0; i + 1 < breaks.count; ++i)
+    add_part_of_side(shapes, X_AB, axis, {breaks.at[i], breaks.at[i + 1]}, weight, elements);
 }
 
 }  // namespace
@@ -327,12 +383,11 @@ void add_capsule_contact(const ContactShapes& shapes, const Posed& X_AB, Contact
   }
   // Half of each capsule against the other.
   add_one_capsule(pair, X_AB, 0.5, elements);
-  const std::size_t first = elements.list.size();
+  const std::size_t first = elements.size();
   add_one_capsule({shapes.b, shapes.a, shapes.law, shapes.radius}, inverse(X_AB), 0.5, elements);
-  for (std::size_t i = first; i < elements.list.size(); ++i) {
-    ContactElement& e = elements.list[i];
-    e.point = X_AB * e.point, e.normal = -(X_AB.R * e.normal);
-  }
+  elements.change_from(first, [&](ContactElements::Block& block, std::size_t lane) {
+    block.point.set(lane, X_AB * block.point[lane]), block.normal.set(lane, -(X_AB.R * block.normal[lane]));
+  });
 }
 
 namespace {
@@ -386,19 +441,18 @@ void add_cylinder_on_plane(const ContactShapes& shapes, const Posed& X_AB, Conta
     if (!(volume > 0 && depth > 0)) return;
     elements.energy += shapes.pressure * depth * volume;
     total += volume;
-    elements.list.push_back({x * x_axis + y * y_axis + z * z_axis, down, shapes.pressure * volume,
-                             std::min(2 * depth, lowest), 0, volume, elements.patches});
+    elements.add({x * x_axis + y * y_axis + z * z_axis, down, shapes.pressure * volume, std::min(2 * depth, lowest), 0,
+                  volume});
   };
   const double part_from = cylinder.meets(cylinder.half), part_to = cylinder.meets(-cylinder.half);
   if (part_to > part_from && cylinder.cosine > 0) cylinder.integrate(part_from, part_to, false, add);
   if (part_to < cylinder.radius) cylinder.integrate(part_to, cylinder.radius, true, add);
   // The area of the patch, from the mean depth of its columns.
   const double mean_depth = 2 * elements.energy / (shapes.pressure * total);
-  for (ContactElement& e : elements.list) {
-    e.area /= mean_depth;
-    e.share = e.area / shapes.reference_area;
-  }
-  ++elements.patches;
+  elements.change_from(0, [&](ContactElements::Block& block, std::size_t lane) {
+    block.area[lane] /= mean_depth;
+    block.share[lane] = block.area[lane] / shapes.reference_area;
+  });
   elements.beyond_model = lowest > shapes.a.thickness();
 }
 

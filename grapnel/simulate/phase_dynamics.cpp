@@ -152,6 +152,7 @@ void PhaseDynamics::check_and_classify() {
     tree_of_.push_back(b.parent < 0 ? trees_.size() - 1 : tree_of_[b.root]);
     trees_[tree_of_.back()].mass += b.description.mass;
   }
+  pushed_.assign(trees_.size(), 1);
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
                   setup_.orbit.has_value() || !setup_.slips.empty() || base_.acts_from_outside() ||
                   base_.wrench_count() > 0;

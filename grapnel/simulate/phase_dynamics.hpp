@@ -211,6 +211,8 @@ class PhaseDynamics {
   /// times in it, switch_margin() is that of the contacts that may change (ContactSet::end_step). Always if other modes
   /// than those of contacts can change, or joints or roots move as prescribed, for their velocities may rise.
   bool end_step(double t, std::span<const double> y, double duration);
+  /// ContactSet::may_part().
+  bool may_part(double duration) const { return setup_.contacts && setup_.contacts->may_part(duration); }
   /// The least overlap of touching contacts in y, where their forces end [m]: ContactSet::least_overlap().
   double least_overlap(double t, std::span<const double> y);
   /// Chooses the modes of joints and actuators, in y at t; does nothing if none can change.
@@ -337,6 +339,7 @@ class PhaseDynamics {
   void read_sensors(double t, std::span<const double> y);
   const Model& law_model() const { return setup_.law_model ? *setup_.law_model : model_; }
   void accelerate(double t);
+  void find_pushed_trees();
   void measure_trees();
   void add_external(std::span<double> integrals);
 
@@ -384,6 +387,7 @@ class PhaseDynamics {
   bool any_computed_ = false;
   std::vector<phase_integral::TreeMotion<double>> trees_;  // current trees, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body
+  std::vector<std::uint8_t> pushed_;                       // per tree: its motion is measured
   std::optional<LoopSolver> solver_;                       // with closures or couplings
   // Of the laws' model, if they have a separate one:
   std::optional<Workspace> law_workspace_;

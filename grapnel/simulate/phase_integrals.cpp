@@ -106,6 +106,7 @@ void PhaseDynamics::book_impulses(std::span<double> y, bool of_contacts) {
     of_joint[kJointCount * n + kJointMotor] += work_of_motor(measured_[n]);
   if (!has_external_) return;
   forward_kinematics(model_, now_, workspace_.kinematics);
+  std::fill(pushed_.begin(), pushed_.end(), 1);
   measure_trees();
   add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
     const std::size_t tree = tree_of_[body];
@@ -114,11 +115,18 @@ void PhaseDynamics::book_impulses(std::span<double> y, bool of_contacts) {
   });
 }
 
-// Centres of mass of the trees, and their velocities: of the root, plus the mean difference from it. The sum of all
+// The trees on which something acts from outside: those in contact, or all if there may be something else.
+void PhaseDynamics::find_pushed_trees() {
+  std::fill(pushed_.begin(), pushed_.end(), only_contacts_ ? 0 : 1);
+  for (const ExternalWrench& e : wrenches_) pushed_[tree_of_[e.body]] = 1;
+}
+
+// Centres of mass of the pushed trees, and their velocities: of the root, plus the mean difference from it. The sum of all
 // velocities would have a rounding error in proportion to the speed, of constant sign, whose power forces integrate.
 void PhaseDynamics::measure_trees() {
   const Kinematics& k = workspace_.kinematics;
   for (std::size_t i = 0; i < tree_of_.size(); ++i) {
+    if (!pushed_[tree_of_[i]]) continue;
     const Body& body = model_.bodies()[i];
     const BodyDescription& d = body.description;
     const Vector3d arm = k.X_WB[i].R * d.com, velocity = shift(k.V_WB[i], arm).linear;
@@ -133,6 +141,7 @@ void PhaseDynamics::measure_trees() {
 // closures between trees, of the ground under a fixed root, and of the wrench that holds a root; in total and of each
 // tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
+  find_pushed_trees();
   measure_trees();
   const Kinematics& k = workspace_.kinematics;
   double* exchanged = integrals.data() + integrals.size() - exchange_count();

@@ -253,6 +253,7 @@ class PhaseRun {
     constexpr double kNear = 0.05, kBefore = 0.99, kAfter = 1.001, kNegligible = 1e-4;
     if (stepper_.status() != StepStatus::running) return std::nullopt;
     const double t = stepper_.time(), h = t - stepper_.previous_time();
+    if (!dynamics_.may_part(std::abs(h))) return std::nullopt;
     const double left = parts_until_zero() / kParts;  // in steps
     if (!(left > kNegligible) || !(left * std::abs(h) > 1e-10 * std::abs(t))) return std::nullopt;
     const double next = t + left * h * (left > kNear ? kBefore : kAfter);

@@ -150,16 +150,72 @@ TEST(ContactWatch, PairsThatMoveFromRestToRestAreWatched) {
   EXPECT_TRUE(set.end_step(kinematics, 1));
 }
 
-TEST(ContactWatch, PairsInContactAreWatched) {
+// Two balls at both ends of a step of 1 ms, which overlap by `before` and `after` [m] at these approach speeds [m/s].
+bool is_watched_in_contact(double before, double speed_before, double after, double speed_after) {
   const ContactShape ball(primitive(Geometry::Shape::sphere, {0.1, 0, 0}));
-  Kinematics kinematics;
-  kinematics.X_WB = {Posed::identity(), {Rotationd::identity(), {0.199, 0, 0}}};
-  kinematics.V_WB = {Twistd::zero(), Twistd::zero()};
   ContactSet set({{0, ball}, {1, ball}}, {{0, 1, elastic_law()}}, 1);
-  set.begin(0, kinematics);
-  set.begin_step(kinematics);
-  EXPECT_TRUE(set.end_step(kinematics, 1e-3));
-  EXPECT_NEAR(set.margin(0, kinematics), 0.001, 1e-12);
+  const auto at = [](double overlap, double speed) {
+    Kinematics kinematics;
+    kinematics.X_WB = {Posed::identity(), {Rotationd::identity(), {0.2 - overlap, 0, 0}}};
+    kinematics.V_WB = {Twistd::zero(), {Vector3d::zero(), {-speed, 0, 0}}};
+    return kinematics;
+  };
+  set.begin(0, at(before, speed_before));
+  set.begin_step(at(before, speed_before));
+  const bool watched = set.end_step(at(after, speed_after), 1e-3);
+  const double margin = set.margin(0, at(after, speed_after));
+  EXPECT_TRUE(watched ? std::abs(margin - after) < 1e-12 : std::isinf(margin)) << margin;
+  return watched;
+}
+
+TEST(ContactWatch, PairsWhoseContactMayEndAreWatched) {
+  EXPECT_FALSE(is_watched_in_contact(1e-3, 0, 1e-3, 0));           // at rest
+  EXPECT_FALSE(is_watched_in_contact(0, 1, 0.9e-3, 0.8));          // contact begins
+  EXPECT_FALSE(is_watched_in_contact(0.9e-3, 0.8, 0.9e-3, -0.8));  // the deepest overlap is within the step
+  EXPECT_TRUE(is_watched_in_contact(0.1e-3, 0.8, 0.1e-3, -0.8));   // likewise, but the overlaps are small
+  EXPECT_TRUE(is_watched_in_contact(0.9e-3, -0.8, -0.1e-3, -1));   // contact has ended
+  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.8, 0.2e-3, 0.8));   // contact has probably ended and begun again
+  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.01, 0.19e-3, 0.9)); // only the acceleration at the end shows it
+}
+
+// As PairsThatAreNotWatchedStayApartThroughoutTheStep. The second body moves apart and is accelerated back.
+TEST(ContactWatch, PairsThatAreNotWatchedTouchThroughoutTheStep) {
+  int clear = 0, watched = 0, parted = 0;
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(9000 + i);
+    const CaseShape kinds[] = {CaseShape::sphere, CaseShape::capsule, CaseShape::box, CaseShape::half_space};
+    const ContactShape a = random_contact_shape(kinds[i % 3], random), b = random_contact_shape(kinds[i % 4], random);
+    const Posed X_WA{random.rotation(), random.vector(1)};
+    ContactSet set({{0, a}, {1, b}}, {{0, 1, elastic_law()}}, 1);
+    Kinematics begin;
+    begin.X_WB = {X_WA, overlapping_pose(a, b, X_WA, 1e-2, random)};
+    begin.V_WB = {{random.vector(0.1), random.vector(0.1)}, {random.vector(0.1), random.vector(0.1)}};
+    const Vector3d away = set.separation(0, begin).normal;
+    const double speed = random.uniform(0, 0.4);
+    begin.V_WB[1].linear += speed * away;
+    set.begin(0, begin);
+    for (const double duration : {0.01, 0.02, 0.05, 0.1, 0.2, 0.4}) {
+      const double acceleration = random.uniform(1, 3) * speed / duration;
+      const auto at = [&](double t) {
+        Kinematics later = begin;
+        for (int body = 0; body < 2; ++body) later.X_WB[body] = moved(begin.X_WB[body], begin.V_WB[body], t);
+        later.X_WB[1].p -= (0.5 * acceleration * t * t) * away;
+        later.V_WB[1].linear -= (acceleration * t) * away;
+        return later;
+      };
+      double greatest = -std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= 50; ++k) greatest = std::max(greatest, set.separation(0, at(duration * k / 50)).distance);
+      set.begin_step(begin);
+      const bool is_watched = set.end_step(at(duration), duration);
+      EXPECT_TRUE(is_watched || greatest < 0) << duration << ' ' << greatest;
+      ++(is_watched ? watched : clear);
+      parted += greatest >= 0;
+    }
+  }
+  EXPECT_GT(clear, 50);
+  EXPECT_GT(watched, 50);
+  EXPECT_GT(parted, 10);
 }
 
 // Slip and deformation of a sphere that just touches another shape, and at a small distance.

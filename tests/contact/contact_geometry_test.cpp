@@ -53,7 +53,7 @@ TEST(ContactGeometry, CylinderOnAHalfSpaceHasTheForceOfItsSubmergedVolume) {
   const double slope = elastic_law().elastic / r;
   const ContactForce standing = pair.evaluate({at(0, 0, half - depth), kRest}, {Posed::identity(), kRest});
   EXPECT_NEAR(standing.normal_force, slope * M_PI * r * r * depth, 1e-9 * standing.normal_force);
-  EXPECT_NEAR(standing.patches.at(0).area, M_PI * r * r, 1e-9);
+  EXPECT_NEAR(standing.area, M_PI * r * r, 1e-9);
   const Posed lying{rotation_about({1, 0, 0}, M_PI / 2), {0, 0, r - depth}};
   const ContactForce side = pair.evaluate({lying, kRest}, {Posed::identity(), kRest});
   const double angle = std::acos(1 - depth / r), segment = r * r * (angle - std::sin(angle) * std::cos(angle));

@@ -1,5 +1,6 @@
 #include "engines/contact_scene.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 namespace grapnel::testing {
@@ -51,7 +52,7 @@ ContactLaw law(bool hertz, double elastic, double dissipation) {
 
 enum SceneBody { kBase, kLeft, kLeftTip, kRight, kRightTip, kBox, kRock, kBall, kMarble, kPebble, kRod };
 
-Model make_model() {
+Model make_model(bool only_capture = false) {
   ModelBuilder builder;
   builder.add(free_body("base", 40, {3, 3, 4}));
   builder.add(link("left", "base", {0.3, 0.25, 0}, {0, 0, 1})),
@@ -59,6 +60,7 @@ Model make_model() {
   builder.add(link("right", "base", {0.3, -0.25, 0}, {0, 0, 1}));
   builder.add(link("right-tip", "right", {0.5, 0, 0}, {0, 1, 0}));
   builder.add(free_body("box", 6, {0.1, 0.12, 0.09}));
+  if (only_capture) return builder.build();
   builder.add(free_body("rock", 3, {0.03, 0.04, 0.05}));
   builder.add(free_body("ball", 4, {0.02, 0.02, 0.02}));
   builder.add(free_body("marble", 1.5, {0.005, 0.005, 0.005}));
@@ -111,6 +113,17 @@ ContactScene two_arm_scene(bool linear) {
   pair(4, 3, spring), pair(4, 5, lossy);              // ball with hull and cylinder
   pair(6, 9, law(false, 3e3, linear ? 0 : 0.4));      // marble and wall
   pair(6, 7, lossy), pair(7, 8, lossy);               // spheres, and a sphere and a capsule
+  return s;
+}
+
+ContactScene dual_arm_capture() {
+  const ContactScene whole = two_arm_scene(true);
+  ContactScene s{make_model(true), {}, {}, {}};
+  s.state = zero_state(s.model);
+  std::copy_n(whole.state.q.begin(), s.state.q.size(), s.state.q.begin());
+  std::copy_n(whole.state.v.begin(), s.state.v.size(), s.state.v.begin());
+  s.surfaces.assign(whole.surfaces.begin(), whole.surfaces.begin() + 3);  // fingers and box
+  s.pairs.assign(whole.pairs.begin(), whole.pairs.begin() + 2);
   return s;
 }
 

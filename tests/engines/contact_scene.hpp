@@ -25,7 +25,10 @@ struct ContactScene {
 /// and without dissipation, the second finger is a sphere and the hull is a box.
 ContactScene two_arm_scene(bool linear);
 
-/// The same with a sphere as the first shape of each pair, and with a sphere, a half-space, a box or the hull as the
+/// The robot of two_arm_scene(true) and the box alone.
+ContactScene dual_arm_capture();
+
+/// two_arm_scene(false) with a sphere as the first shape of each pair, and with a sphere, a half-space, a box or the hull as the
 /// second. All laws are those of Hertz, with dissipation.
 ContactScene sphere_scene();
 /// Free balls that spin about all axes and slide throughout their contacts, with friction: one
