@@ -66,7 +66,8 @@ class ContactElements {
   }
   double largest_depth() const {
     double deepest = 0;
-    for (const Block& block : blocks_) deepest = std::max(deepest, *std::max_element(block.depth, block.depth + kLanes));
+    for (const Block& block : blocks_)
+      deepest = std::max(deepest, *std::max_element(block.depth, block.depth + kLanes));
     return deepest;
   }
 

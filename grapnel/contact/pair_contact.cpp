@@ -111,8 +111,7 @@ double PairContact::gap_bound_from(const CorePoses& cores) const {
   const double distance = norm(between), by_spheres = distance - shapes_.a.reach() - shapes_.b.reach();
   if (by_spheres > 0 || !(distance > 0)) return by_spheres;
   const Vector3d n = (1 / distance) * between;
-  return distance -
-         kRounding * (extent_along(shapes_.a, cores.X_WA, n) + extent_along(shapes_.b, cores.X_WB, n));
+  return distance - kRounding * (extent_along(shapes_.a, cores.X_WA, n) + extent_along(shapes_.b, cores.X_WB, n));
 }
 
 // The elements of the same relative pose, bit by bit, are kept.
@@ -307,7 +306,7 @@ void PairContact::add_friction(const Vector3d& n, const Twistd& V_AB, const Stic
   const Vector3d slip = tangential(stick.slip);
   const double size2 = dot(slip, slip) + stick.spin * stick.spin, size = std::sqrt(size2);
   const double slipping = std::clamp((size - kElastic) / (1 - kElastic), 0.0, 1.0);  // alpha
-  const double outward = std::max(0.0, dot(slip, u) + stick.spin * spin_speed);       // times size
+  const double outward = std::max(0.0, dot(slip, u) + stick.spin * spin_speed);      // times size
   const double relief = slipping > 0 ? slipping * outward / size2 : 0.0;
   const Vector3d slip_rate = per_length * (u - relief * slip);
   const double spin_rate = per_length * (spin_speed - relief * stick.spin);
@@ -528,8 +527,8 @@ double PairContact::overlap_speed(const MovingBody& a, const MovingBody& b) {
   const Posed& X_WA = cores.X_WA;
   const Twistd V_W = shift(second.V_WB, X_WA.p - second.X_WB.p) - shift(first.V_WB, X_WA.p - first.X_WB.p);
   const Twistd V_AB = transposed_times(X_WA.R, V_W);
-  const bool by_pressure =
-      shapes_.a.kind() >= Kind::cylinder && (shapes_.a.kind() != Kind::cylinder || shapes_.b.kind() != Kind::half_space);
+  const bool by_pressure = shapes_.a.kind() >= Kind::cylinder &&
+                           (shapes_.a.kind() != Kind::cylinder || shapes_.b.kind() != Kind::half_space);
   double largest = 0;
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const Block& e = elements_.blocks()[i / kLanes];

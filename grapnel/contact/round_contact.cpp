@@ -441,8 +441,8 @@ void add_cylinder_on_plane(const ContactShapes& shapes, const Posed& X_AB, Conta
     if (!(volume > 0 && depth > 0)) return;
     elements.energy += shapes.pressure * depth * volume;
     total += volume;
-    elements.add({x * x_axis + y * y_axis + z * z_axis, down, shapes.pressure * volume, std::min(2 * depth, lowest), 0,
-                  volume});
+    elements.add(
+        {x * x_axis + y * y_axis + z * z_axis, down, shapes.pressure * volume, std::min(2 * depth, lowest), 0, volume});
   };
   const double part_from = cylinder.meets(cylinder.half), part_to = cylinder.meets(-cylinder.half);
   if (part_to > part_from && cylinder.cosine > 0) cylinder.integrate(part_from, part_to, false, add);

@@ -9,59 +9,80 @@ constexpr double kStabilityLimit = 6;  // of DOP853: the least h |lambda|, that 
 constexpr double kNearLimit = 4.5;
 constexpr double kLeastNoisy = 0.25;    // least h |lambda| of steps that rounding errors of stiff forces limit
 constexpr double kQuiet = 10;           // largest change, beside the linear one, of motion at rest, in tolerances
+constexpr double kLeastShort = 0.1;     // least h |lambda| of steps that fast modes limit
+constexpr double kSlowMotion = 0.1;     // largest rate of a slow motion, relative to the fastest modes
 constexpr double kExplicitCost = 14;    // evaluations per explicit step at the limit, with rejected ones
 constexpr int kUnlimitedSteps = 6;      // end a sequence of limited steps
-constexpr int kRarestTrial = 960;       // limited explicit steps, after trials that did not pay
 constexpr int kJudgedSteps = 6;         // implicit steps judged together
 constexpr double kFactorization = 0.5;  // cost of a factorization, in evaluations per coupled number
+// After short explicit steps: judgements in favour of implicit steps before explicit ones are checked, and the number
+// of these.
+constexpr int kFirstCheck = 16, kRarestCheck = 256, kCheckedSteps = 15;
 
 }  // namespace
 
-bool StiffnessMonitor::explicit_step(double begin, double end, double product, double change) {
-  const bool stable = product > kNearLimit, noisy = !stable && product > kLeastNoisy && change < kQuiet;
-  if (!stable && !noisy) {
-    if (limited_ > 0 && ++unlimited_ >= kUnlimitedSteps) forget();
+// @return whether enough steps have been limited for a trial.
+bool StiffnessMonitor::Count::note(bool is_limited, bool is_noisy, double step) {
+  if (!is_limited) {
+    if (steps > 0 && ++others >= kUnlimitedSteps) {
+      forget();
+      required = std::max(required, first_trial);
+    }
     return false;
   }
-  unlimited_ = 0;
-  if (noisy) ++noisy_;
+  others = 0;
+  if (is_noisy) ++noisy;
   constexpr double kShare = 0.2;  // of a step in the mean
-  const double size = (end - begin) * (noisy ? 1 : kStabilityLimit / product);
-  size_ = limited_ == 0 ? size : size_ + kShare * (size - size_);
-  return ++limited_ >= required_;
+  size = steps == 0 ? step : size + kShare * (step - size);
+  return ++steps >= required;
+}
+
+bool StiffnessMonitor::explicit_step(const ExplicitStep& step) {
+  const double h = step.size, product = step.product;
+  const bool stable = product > kNearLimit, noisy = !stable && product > kLeastNoisy && step.bend < kQuiet;
+  const bool limited = stable_.note(stable || noisy, noisy, stable ? h * kStabilityLimit / product : h);
+  const bool resolving = short_.note(product > kLeastShort && step.motion < kSlowMotion * product, false, h);
+  if (!limited && !resolving) return false;
+  is_short_ = !limited;
+  size_ = cause().size;
+  return true;
 }
 
 void StiffnessMonitor::begin_trial() {
-  judged_ = 0, before_ = {}, paid_ = false;
-  is_noisy_ = 2 * noisy_ > limited_;
+  judged_ = paid_ = 0, before_ = {};
+  by_size_ = is_short_ || 2 * stable_.noisy > stable_.steps;
   limit_ = 0;
 }
-
-void StiffnessMonitor::postpone() { required_ = std::min(2 * required_, kRarestTrial); }
 
 bool StiffnessMonitor::implicit_step(double begin) {
   if (judged_ == 0) since_ = begin;
   return ++judged_ >= kJudgedSteps;
 }
 
-// The first steps of a trial, which are short, and its first derivatives count as well.
+// The first steps of a trial, which are short, and its first derivatives count as well. The steps that followed a trial
+// by short steps may become longer, so they are checked after some time.
 bool StiffnessMonitor::prefers_explicit(double end, const Cost& cost, std::size_t coupled, double radius) {
   const double evaluations =
       static_cast<double>(cost.evaluations - before_.evaluations) +
       kFactorization * static_cast<double>(coupled) * static_cast<double>(cost.factorizations - before_.factorizations);
-  if (limit_ == 0) limit_ = is_noisy_ ? std::min(kStabilityLimit, size_ * radius) : kStabilityLimit;
+  if (limit_ == 0) limit_ = by_size_ ? std::min(kStabilityLimit, size_ * radius) : kStabilityLimit;
   if (radius > 0) size_ = std::min(limit_ / radius, end - since_);
   const bool pays = radius > 0 && evaluations * limit_ < kExplicitCost * radius * (end - since_);
   judged_ = 0;
   before_ = cost;
-  if (pays) {
-    paid_ = true;
-  } else if (paid_) {
-    required_ = kFirstTrial;
-  } else {
-    postpone();
+  if (!pays) {
+    judgements_before_check_ = 0;
+    if (paid_ > 0)
+      cause().required = cause().first_trial;
+    else
+      cause().postpone();
+    return true;
   }
-  return !pays;
+  const int check = std::max(judgements_before_check_, kFirstCheck);
+  if (++paid_ < check || !is_short_) return false;
+  judgements_before_check_ = std::min(2 * check, kRarestCheck);
+  short_.required = kCheckedSteps;
+  return true;
 }
 
 IntegrationStatistics AutomaticStepper::statistics() const {
@@ -79,10 +100,15 @@ IntegrationStatistics AutomaticStepper::statistics() const {
 void AutomaticStepper::note_explicit_step() {
   const bool backwards = time() < previous_time();
   if (choice_ != Choice::automatic || backwards) return;
-  const double h = time() - previous_time();
-  const std::span<const double> y = state();
-  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] = y[i] - begin_[i] - h * begin_slope_[i];
-  changes_ = monitor_.explicit_step(previous_time(), time(), explicit_.stiffness(), norm_(y, begin_));
+  StiffnessMonitor::ExplicitStep step{.size = time() - previous_time(), .product = explicit_.stiffness()};
+  const std::span<const double> y = state(), slope = derivative();
+  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] = y[i] - begin_[i];
+  const double moved = norm_(y, begin_);
+  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] -= step.size * begin_slope_[i];
+  for (std::size_t i = 0; i < y.size(); ++i) begin_slope_[i] = slope[i] - begin_slope_[i];
+  step.bend = norm_(y, begin_);
+  if (moved > 0) step.motion = step.size * norm_(y, begin_slope_) / moved;
+  changes_ = monitor_.explicit_step(step);
 }
 
 void AutomaticStepper::note_implicit_step() {

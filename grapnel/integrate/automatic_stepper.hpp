@@ -19,14 +19,20 @@ namespace grapnel {
 
 /// Decides between the methods from counts only, so that results do not depend on the machine.
 ///
-/// If stability limits explicit steps for some time, implicit steps are tried. They are kept as long
-/// as they cost fewer evaluations per time than explicit steps at the limit of stability would.
+/// If stability, rounding errors of stiff forces, or fast modes of a slow motion limit explicit steps for some time,
+/// implicit steps are tried. They are kept as long as they cost fewer evaluations per time than explicit steps would.
 class StiffnessMonitor {
  public:
-  /// Notes an explicit step of which `product` is DormandPrince853::stiffness(), and `change` the norm of y(end) -
-  /// y(begin) - (end - begin) y'(begin) in tolerances. @return whether implicit steps should be tried.
-  bool explicit_step(double begin, double end, double product, double change);
-  /// The present explicit step that stability limits.
+  /// An explicit step of length `size`.
+  struct ExplicitStep {
+    double size = 0;
+    double product = 0;  // DormandPrince853::stiffness()
+    double bend = 0;     // norm of y(end) - y(begin) - size y'(begin) in tolerances
+    double motion = 0;   // size |y'(end) - y'(begin)| / |y(end) - y(begin)|: of the motion what `product` is of f
+  };
+  /// Notes an explicit step. @return whether implicit steps should be tried.
+  bool explicit_step(const ExplicitStep& step);
+  /// The present explicit step that is limited.
   double explicit_size() const { return size_; }
 
   /// What implicit steps have cost since a trial began.
@@ -41,25 +47,38 @@ class StiffnessMonitor {
   /// magnitude of the fastest eigenvalue. @return whether explicit steps cost less.
   bool prefers_explicit(double end, const Cost& cost, std::size_t coupled, double radius);
   /// No implicit step was possible.
-  void implicit_failed() { postpone(); }
-  /// The motion changed, as at an event: the count of limited steps restarts.
-  void forget() { limited_ = noisy_ = unlimited_ = 0; }
+  void implicit_failed() { cause().postpone(); }
+  /// The motion changed, as at an event: the counts of limited steps restart.
+  void forget() { stable_.forget(), short_.forget(); }
 
  private:
-  static constexpr int kFirstTrial = 15;  // limited explicit steps before a trial of implicit steps
+  // Limited explicit steps, interrupted by few others.
+  struct Count {
+    int first_trial, rarest_trial;  // steps before a trial: at first; at most, after trials that do not pay
+    int required = first_trial;     // the same for the next trial
+    int steps = 0, others = 0;      // limited steps; others since the last of them
+    int noisy = 0;                  // of the steps, those that rounding errors limit
+    double size = 0;                // of the steps, in the mean
 
-  void postpone();
+    bool note(bool is_limited, bool is_noisy, double step);
+    void forget() { steps = others = noisy = 0; }
+    void postpone() { required = std::clamp(2 * required, first_trial, rarest_trial); }
+  };
 
-  int limited_ = 0, unlimited_ = 0;  // explicit steps that stability or rounding errors limit, and others since
-  int noisy_ = 0;                    // those of the former that rounding errors limit
-  int required_ = kFirstTrial;       // the number of the former before a trial
-  double size_ = 0;                  // of these steps
-  bool is_noisy_ = false;            // the present trial: rounding errors limited most steps before it
-  double limit_ = 0;                 // the present trial: h |lambda| of explicit steps; 0: not known yet
-  double since_ = 0;                 // begin of the implicit steps that are judged together
-  int judged_ = 0;                   // their number
-  Cost before_;                      // them
-  bool paid_ = false;                // the present trial
+  Count& cause() { return is_short_ ? short_ : stable_; }
+
+  Count stable_{.first_trial = 15, .rarest_trial = 960};   // steps that stability or rounding errors limit
+  Count short_{.first_trial = 240, .rarest_trial = 3840};  // steps of slow motions that fast modes limit
+  double size_ = 0;                                        // of explicit steps, before and after implicit ones
+  int judgements_before_check_ = 0;                        // by explicit steps; 0: the initial number
+  // The present trial:
+  bool is_short_ = false;  // its cause
+  bool by_size_ = false;   // compared with the explicit steps before it; otherwise with those at the limit of stability
+  double limit_ = 0;       // h |lambda| of the explicit steps; 0: not known yet
+  double since_ = 0;       // begin of the implicit steps that are judged together
+  int judged_ = 0;         // their number
+  Cost before_;            // them
+  int paid_ = 0;           // judgements in favour of implicit steps
 };
 
 /// A stepper with the interface of DormandPrince853, and error control by the same tolerances. It begins with explicit

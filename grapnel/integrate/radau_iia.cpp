@@ -220,6 +220,9 @@ void RadauIIA::difference() {
     }
     double* const column = j < x ? &W_x_[static_cast<std::size_t>(j) * w] : &W_w_[static_cast<std::size_t>(j - x) * w];
     for (int i = 0; i < w; ++i) column[i] = by * (slope[x + i] - slope_[x + i]);
+    if (!limits_quadratures()) continue;
+    const int g = system_.quadratures, first = system_.coupled();
+    for (int i = 0; i < g; ++i) G_[static_cast<std::size_t>(j) * g + i] = by * (slope[first + i] - slope_[first + i]);
   }
   std::fill(curvature_.begin(), curvature_.end(), 0.0);
   for (int j = 0; j < w; ++j) {
@@ -496,17 +499,38 @@ bool RadauIIA::add_quadratures(double h) {
 double RadauIIA::error_of(double h, std::span<const double> slope) {
   const Tableau& T = tableau();
   const int x = system_.positions, w = system_.rates, n = x + w;
+  const auto estimated = static_cast<int>(tolerances_.size());
   const double mu = h * T.gamma0;
-  for (int k = 0; k < n; ++k) sum_[k] = mu * slope[k];
+  for (int k = 0; k < estimated; ++k) sum_[k] = mu * slope[k];
   for (int i = 0; i < kStages; ++i) {
     const double* const z = stage(Z_, i);
-    for (int k = 0; k < n; ++k) sum_[k] += T.e[i] * z[k];
+    for (int k = 0; k < estimated; ++k) sum_[k] += T.e[i] * z[k];
   }
   add_product(mu, W_x_, {sum_.data(), static_cast<std::size_t>(x)}, sum_.data() + x, w);
   const Factors& f = factors_[0];
   solve<false>(w, f.re.data(), f.im.data(), f.pivot.data(), sum_.data() + x, nullptr);
   add_product(mu, X_w_, {sum_.data() + x, static_cast<std::size_t>(w)}, sum_.data(), x);
-  return weighted({sum_.data(), static_cast<std::size_t>(n)});
+  double error = weighted({sum_.data(), static_cast<std::size_t>(n)});
+  if (limits_quadratures() && std::isfinite(error)) error = std::max(error, error_of_quadratures(h));
+  return error;
+}
+
+// Errors of the coupled numbers, and (12.23) without them of quadratures, both in sum_ => the largest quotient of a
+// quadrature's error (8.1d) and its tolerance (8.1f).
+double RadauIIA::error_of_quadratures(double h) {
+  const auto n = static_cast<std::size_t>(system_.coupled());
+  const int count = system_.quadratures;
+  double* const errors = sum_.data() + n;
+  add_product(h * tableau().gamma0, G_, {sum_.data(), n}, errors, count);
+  double largest = 0, sum = 0;
+  for (int k = 0; k < count; ++k) {
+    double rate = 0;  // changes by this if the coupled numbers change by their tolerances
+    for (std::size_t j = 0; j < n; ++j)
+      rate += std::abs(G_[j * static_cast<std::size_t>(count) + static_cast<std::size_t>(k)]) * tolerances_[j];
+    sum += 0 * errors[k];
+    largest = std::max(largest, std::abs(errors[k]) / (tolerances_[n + k] + h * newton_share_ * rate));
+  }
+  return sum == 0 ? largest : std::numeric_limits<double>::infinity();
 }
 
 // Completes the step with the stages Z.
@@ -541,8 +565,15 @@ void RadauIIA::expect_rest(double share) {
   extrapolated_.assign(Z_.size(), 0.0);
 }
 
+void RadauIIA::limit_quadratures(std::span<const double> tolerances) {
+  const auto coupled = static_cast<std::size_t>(system_.coupled());
+  tolerances_.resize(coupled);
+  tolerances_.insert(tolerances_.end(), tolerances.begin(), tolerances.end());
+  G_.assign(coupled * tolerances.size(), 0.0);
+}
+
 void RadauIIA::set_tolerances(std::span<const double> tolerances) {
-  std::copy_n(tolerances.begin(), tolerances_.size(), tolerances_.begin());
+  std::copy_n(tolerances.begin(), std::min(tolerances.size(), tolerances_.size()), tolerances_.begin());
 }
 
 // Jacobian [0 X_w; W_x W_w] => (|J^k p|/|p|)^(1/k). An even k suits pairs of complex eigenvalues.

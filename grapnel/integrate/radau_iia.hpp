@@ -53,7 +53,10 @@ class RadauIIA {
   void jump() { slope_known_ = false; }
   /// Continues from the numbers y at time t, where the derivative is `slope`; step size and matrices are kept.
   void continue_from(double t, std::span<const double> y, std::span<const double> slope);
-  /// Replaces the tolerances, per coupled number.
+  /// From the first step on, limits the estimated errors of quadratures by these tolerances too, beyond those due to
+  /// the remaining error of Newton's method. Infinite: no limit.
+  void limit_quadratures(std::span<const double> tolerances);
+  /// Replaces the tolerances, of the coupled numbers and, if they are limited, of the quadratures.
   void set_tolerances(std::span<const double> tolerances);
   /// Newton's method has also converged if it stalls at corrections below this share of the tolerances, because of
   /// rounding errors. Initially 1e-5.
@@ -113,7 +116,9 @@ class RadauIIA {
   bool add_quadratures(double h);
   void finish(double h, double t_end);
   double error_of(double h, std::span<const double> slope);
+  double error_of_quadratures(double h);
   double weighted(std::span<const double> x) const;
+  bool limits_quadratures() const { return tolerances_.size() > static_cast<std::size_t>(system_.coupled()); }
   bool fail(const char* why);
   void note_rest();
 
@@ -130,9 +135,10 @@ class RadauIIA {
   std::vector<double> times_, moved_, slopes_;        // of simultaneous points: stages or columns
   std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
   std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
-  std::vector<std::uint8_t> at_rest_;                 // per coupled number; empty: all are extrapolated
-  std::vector<double> extrapolated_;                  // per stage, all numbers, of the last prediction
-  std::vector<double> power_, next_power_;            // the power method's vector, coupled numbers
+  std::vector<double> G_;  // by columns, of quadratures' rates to the coupled numbers; empty without their tolerances
+  std::vector<std::uint8_t> at_rest_;       // per coupled number; empty: all are extrapolated
+  std::vector<double> extrapolated_;        // per stage, all numbers, of the last prediction
+  std::vector<double> power_, next_power_;  // the power method's vector, coupled numbers
   std::array<Factors, 3> factors_;
   std::vector<double> re_, im_;  // right-hand sides, per factor
   long evaluations_ = 0, jacobians_ = 0, factorizations_ = 0, iterations_ = 0, rejected_ = 0;

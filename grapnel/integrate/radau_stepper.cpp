@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace grapnel {
@@ -51,7 +52,7 @@ RadauStepper::RadauStepper(const Manifold& manifold, const Tolerances& tolerance
       slope_(state_.size()),
       ordered_(state_.size()),
       ordered_slope_(state_.size()),
-      step_tolerances_(coupled_.size()) {
+      step_tolerances_(state_.size(), std::numeric_limits<double>::infinity()) {
   const ErrorNorm<double> checked(manifold, tolerances);  // refuses invalid tolerances
   if (!(control.initial_step >= 0.0 && std::isfinite(control.initial_step)))
     throw std::invalid_argument("StepControl: initial_step must be finite and not negative");
@@ -61,6 +62,7 @@ RadauStepper::RadauStepper(const Manifold& manifold, const Tolerances& tolerance
   for (const int offset : manifold.quaternions) std::fill_n(in_quaternion_.begin() + offset, 4, true);
   radau_.accept_rounding(kNewtonShare);
   radau_.expect_rest(kNewtonShare);
+  radau_.limit_quadratures(std::span(step_tolerances_).subspan(coupled_.size()));
   if (std::isfinite(control.max_step)) radau_.limit_step(control.max_step);
 }
 
@@ -117,10 +119,13 @@ void RadauStepper::evaluate_points(std::span<const double> t, std::span<const do
   }
 }
 
-// State => tolerance of each coupled number; a quaternion's numbers have the size of its rotation vector [rad].
+// State => tolerance of each number; a quaternion's numbers have the size of its rotation vector [rad]. Sums that are
+// not under error control have none.
 void RadauStepper::set_tolerances() {
-  for (std::size_t i = 0; i < coupled_.size(); ++i) {
-    const auto k = static_cast<std::size_t>(coupled_[i]);
+  const int controlled = manifold_.controlled_size();
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(order_[i]);
+    if (i >= coupled_.size() && order_[i] >= controlled) continue;
     step_tolerances_[i] = atol_[k] + rtol_ * (in_quaternion_[k] ? 1.0 : std::abs(state_[k]));
   }
   radau_.set_tolerances(step_tolerances_);

@@ -121,8 +121,9 @@ void PhaseDynamics::find_pushed_trees() {
   for (const ExternalWrench& e : wrenches_) pushed_[tree_of_[e.body]] = 1;
 }
 
-// Centres of mass of the pushed trees, and their velocities: of the root, plus the mean difference from it. The sum of all
-// velocities would have a rounding error in proportion to the speed, of constant sign, whose power forces integrate.
+// Centres of mass of the pushed trees, and their velocities: of the root, plus the mean difference from it. The sum of
+// all velocities would have a rounding error in proportion to the speed, of constant sign, whose power forces
+// integrate.
 void PhaseDynamics::measure_trees() {
   const Kinematics& k = workspace_.kinematics;
   for (std::size_t i = 0; i < tree_of_.size(); ++i) {

@@ -169,13 +169,13 @@ bool is_watched_in_contact(double before, double speed_before, double after, dou
 }
 
 TEST(ContactWatch, PairsWhoseContactMayEndAreWatched) {
-  EXPECT_FALSE(is_watched_in_contact(1e-3, 0, 1e-3, 0));           // at rest
-  EXPECT_FALSE(is_watched_in_contact(0, 1, 0.9e-3, 0.8));          // contact begins
-  EXPECT_FALSE(is_watched_in_contact(0.9e-3, 0.8, 0.9e-3, -0.8));  // the deepest overlap is within the step
-  EXPECT_TRUE(is_watched_in_contact(0.1e-3, 0.8, 0.1e-3, -0.8));   // likewise, but the overlaps are small
-  EXPECT_TRUE(is_watched_in_contact(0.9e-3, -0.8, -0.1e-3, -1));   // contact has ended
-  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.8, 0.2e-3, 0.8));   // contact has probably ended and begun again
-  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.01, 0.19e-3, 0.9)); // only the acceleration at the end shows it
+  EXPECT_FALSE(is_watched_in_contact(1e-3, 0, 1e-3, 0));            // at rest
+  EXPECT_FALSE(is_watched_in_contact(0, 1, 0.9e-3, 0.8));           // contact begins
+  EXPECT_FALSE(is_watched_in_contact(0.9e-3, 0.8, 0.9e-3, -0.8));   // the deepest overlap is within the step
+  EXPECT_TRUE(is_watched_in_contact(0.1e-3, 0.8, 0.1e-3, -0.8));    // likewise, but the overlaps are small
+  EXPECT_TRUE(is_watched_in_contact(0.9e-3, -0.8, -0.1e-3, -1));    // contact has ended
+  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.8, 0.2e-3, 0.8));    // contact has probably ended and begun again
+  EXPECT_TRUE(is_watched_in_contact(0.2e-3, -0.01, 0.19e-3, 0.9));  // only the acceleration at the end shows it
 }
 
 // As PairsThatAreNotWatchedStayApartThroughoutTheStep. The second body moves apart and is accelerated back.

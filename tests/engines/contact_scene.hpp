@@ -28,8 +28,8 @@ ContactScene two_arm_scene(bool linear);
 /// The robot of two_arm_scene(true) and the box alone.
 ContactScene dual_arm_capture();
 
-/// two_arm_scene(false) with a sphere as the first shape of each pair, and with a sphere, a half-space, a box or the hull as the
-/// second. All laws are those of Hertz, with dissipation.
+/// two_arm_scene(false) with a sphere as the first shape of each pair, and with a sphere, a half-space, a box or the
+/// hull as the second. All laws are those of Hertz, with dissipation.
 ContactScene sphere_scene();
 /// Free balls that spin about all axes and slide throughout their contacts, with friction: one
 /// strikes a wall at an angle, two strike each other.

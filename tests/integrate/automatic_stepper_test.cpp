@@ -145,6 +145,48 @@ TEST(AutomaticStepper, LimitsHold) {
   EXPECT_GE(shorter.statistics().accepted, 100);
 }
 
+// Steps of the implicit stepper for a follower, and the error of an integral with the rate g(t, y), on which nothing
+// depends; without its error control if `controlled` is false.
+struct IntegratedSteps {
+  double error = 0;
+  int steps = 0, rejected = 0;
+};
+template <class Rate>
+IntegratedSteps integrate_rate(const Follower& follower, const Rate& rate, double exact, bool controlled) {
+  const auto rhs = [&](double t, std::span<const double> y, std::span<double> dydt) {
+    follower(t, y, dydt);
+    dydt[2] = rate(t, y);
+  };
+  RadauStepper stepper({.size = 3, .controlled = controlled ? 3 : 2}, {.rtol = 1e-10, .atol = 1e-10}, {}, {0, 1});
+  const Vector start = {Follower::s(0), Follower::ds(0), 0};
+  const IntegrationResult result = integrate(stepper, rhs, 0, start, 10);
+  EXPECT_TRUE(result.finished()) << result.explanation();
+  return {std::abs(stepper.state()[2] - exact), static_cast<int>(result.statistics.accepted),
+          static_cast<int>(result.statistics.rejected)};
+}
+
+// The rate of the integral changes faster than the motion, so that the integral limits the steps.
+TEST(RadauStepper, IntegralsAreUnderErrorControl) {
+  const auto rate = [](double t, std::span<const double>) { return std::cos(40 * t); };
+  const double exact = std::sin(400.0) / 40;
+  const IntegratedSteps with = integrate_rate({1e-3}, rate, exact, true);
+  const IntegratedSteps without = integrate_rate({1e-3}, rate, exact, false);
+  std::printf("[ measured ] error %.2g in %d steps; without control %.2g in %d\n", with.error, with.steps,
+              without.error, without.steps);
+  EXPECT_LT(with.error, 1e-9);
+  EXPECT_GT(without.error, 1e-6);
+}
+
+// The rate magnifies errors of the fast velocity, which die out within a step. The estimate leaves them out: the error
+// at the begin of a step rejects no step.
+TEST(RadauStepper, IntegralsOfFastModesRejectFewSteps) {
+  const auto rate = [](double t, std::span<const double> y) { return 1e5 * (y[1] - Follower::ds(t)) + 1; };
+  const IntegratedSteps with = integrate_rate({1e-5}, rate, 10, true);
+  std::printf("[ measured ] error %.2g, %d steps, %d rejected\n", with.error, with.steps, with.rejected);
+  EXPECT_LT(with.error, 1e-8);
+  EXPECT_LT(with.rejected, 20);
+}
+
 TEST(RadauStepper, ArgumentsAreChecked) {
   const auto rhs = [](double, std::span<const double> y, std::span<double> dydt) { dydt[0] = -y[0]; };
   EXPECT_THROW(RadauStepper({.size = 2}, {}, {}, {0, 2}), std::invalid_argument);
