@@ -24,17 +24,54 @@ EscapeTree::EscapeTree(const CagePoses& poses, long& count) : poses_(poses), cou
 
 bool EscapeTree::grow(long evaluations) {
   if (has_left(nodes_[0])) return true;
+  constexpr double kAlongAxes = 0.5;  // share of the walks
   for (const long end = count_ + evaluations; count_ < end;) {
+    if (uniform(0, 1) < kAlongAxes) {
+      if (walk_along_axes()) return true;
+      continue;
+    }
     const CageWaypoint goal = random_goal();
-    if (extend(nearest(goal), goal)) return true;
+    if (has_left(advance(nearest(goal), goal))) return true;
   }
   return false;
 }
 
+// From a node: turns that align axes, one after the other, then a translation along an axis. Openings of grippers, and
+// bodies that pass them, often have parallel edges. Whether it leads out.
+bool EscapeTree::walk_along_axes() {
+  if (poses_.fixed_axes().empty()) return false;
+  CageWaypoint at = nodes_[uniform(0, 1) < 0.5 ? 0 : random_index(nodes_.size())];
+  if (poses_.rotations().dims > 0 && uniform(0, 1) < 0.75) {
+    for (int i = 0; i < 2; ++i) at = advance(at, turned(at));
+  }
+  return has_left(advance(at, pushed(at)));
+}
+
+// A pose in which an axis of the body is parallel to one of the fixed shapes.
+CageWaypoint EscapeTree::turned(const CageWaypoint& at) {
+  const Vector3d& axis = poses_.moving_axes()[random_index(poses_.moving_axes().size())];
+  const Vector3d& to = poses_.fixed_axes()[random_index(poses_.fixed_axes().size())];
+  const Rotationd R = poses_.present() * rotation_matrix(at.q);
+  const Vector3d from = R * axis;
+  const Rotationd turn = rotation_between(from, dot(from, to) < 0 ? -to : to);
+  return {at.p, quaternion_from(transpose(poses_.present()) * turn * R)};
+}
+
+// A pose outside, along an axis of the fixed shapes.
+CageWaypoint EscapeTree::pushed(const CageWaypoint& at) {
+  const Vector3d& axis = poses_.fixed_axes()[random_index(poses_.fixed_axes().size())];
+  const double length = (uniform(0, 1) < 0.5 ? -2.5 : 2.5) * poses_.leave();
+  return {at.p + length * axis, at.q};
+}
+
+std::size_t EscapeTree::random_index(std::size_t size) {
+  return static_cast<std::size_t>(uniform(0, static_cast<double>(size)));
+}
+
 bool EscapeTree::follow(const std::vector<CageWaypoint>& goals, long evaluations) {
   const long end = count_ + evaluations;
-  return std::ranges::any_of(goals,
-                             [&](const CageWaypoint& goal) { return count_ < end && extend(nearest(goal), goal); });
+  return std::ranges::any_of(
+      goals, [&](const CageWaypoint& goal) { return count_ < end && has_left(advance(nearest(goal), goal)); });
 }
 
 double EscapeTree::uniform(double low, double high) {
@@ -50,7 +87,7 @@ CageWaypoint EscapeTree::random_goal() {
   } while (dot(p, p) > 1 || dot(p, p) == 0);
   const bool out = uniform(0, 1) < 0.5;
   p = (out ? leave / norm(p) : leave * uniform(0, 1)) * p;
-  const CageWaypoint& some = nodes_[static_cast<std::size_t>(uniform(0, static_cast<double>(nodes_.size())))];
+  const CageWaypoint& some = nodes_[random_index(nodes_.size())];
   if (out || poses_.rotations().dims == 0) return {p, some.q};
   Vector3d turn = Vector3d::zero();
   const double most = std::numbers::pi * uniform(0, 1);
@@ -78,8 +115,9 @@ const CageWaypoint& EscapeTree::nearest(const CageWaypoint& goal) const {
   return *best;
 }
 
-// Moves from a node towards a goal through free poses; whether that leaves the cage.
-bool EscapeTree::extend(CageWaypoint at, const CageWaypoint& goal) {
+// Moves from a node towards a goal through free poses => the last of them, which becomes a node; beyond the exit, it
+// ends.
+CageWaypoint EscapeTree::advance(CageWaypoint at, const CageWaypoint& goal) {
   constexpr int kSteps = 50;
   constexpr std::size_t kMaxNodes = 5000;
   const CageWaypoint start = at;
@@ -94,9 +132,8 @@ bool EscapeTree::extend(CageWaypoint at, const CageWaypoint& goal) {
     // Spherical interpolation.
     at = {at.p + share * (goal.p - at.p), quaternion_from(R * rotation_about(axis, share * angle))};
   }
-  if (has_left(at)) return true;
   if (way(start, at) > poses_.resolution() && nodes_.size() < kMaxNodes) nodes_.push_back(at);
-  return false;
+  return at;
 }
 
 }  // namespace grapnel

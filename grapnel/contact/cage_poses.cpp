@@ -30,6 +30,17 @@ double default_resolution(const Cage& cage, double radius) {
   return least;
 }
 
+// Adds the axes of a shape that are not parallel to those of the list.
+void add_axes(const Rotationd& R, std::vector<Vector3d>& axes) {
+  constexpr std::size_t kMost = 24;
+  constexpr double kSame = 1e-2;  // [rad]
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d axis = R.column(k);
+    const auto is_same = [&](const Vector3d& other) { return norm(cross(axis, other)) < kSame; };
+    if (axes.size() < kMost && std::ranges::none_of(axes, is_same)) axes.push_back(axis);
+  }
+}
+
 }  // namespace
 
 Ball ball_around(const std::vector<PlacedContactShape>& shapes) {
@@ -65,6 +76,8 @@ CagePoses::CagePoses(const Cage& cage, double resolution, double allowance) : ca
   for (const PlacedContactShape& one : cage.fixed) {
     if (!is_half_space(one.shape)) fixed.push_back(one);
   }
+  for (const ContactShape& shape : cage.moving) add_axes(shape.X_BC().R, moving_axes_);
+  for (const PlacedContactShape& one : cage.fixed) add_axes(one.X_FB.R * one.shape.X_BC().R, fixed_axes_);
   for (std::size_t i = 0; i < pairs_.size(); ++i) order_.push_back(i);
   if (!fixed.empty()) {
     const Ball all = ball_around(fixed);

@@ -58,6 +58,12 @@ class CagePoses {
   /// A rotation about the centre displaces no core by more than the angle times this [m].
   double arm() const { return arm_; }
   const RotationSpace& rotations() const { return rotations_; }
+  /// Directions of the edges and axes of the moving shapes, in M's frame, and of the fixed ones, in F; opposite ones
+  /// are listed once.
+  const std::vector<Vector3d>& moving_axes() const { return moving_axes_; }
+  const std::vector<Vector3d>& fixed_axes() const { return fixed_axes_; }
+  /// M's orientation at the present pose.
+  const Rotationd& present() const { return cage_.X_FM.R; }
   /// Displacement of the centre at which the body has left; zero: it has [m].
   double leave() const { return leave_; }
   /// M's pose after a displacement of the body's centre, in F, and a rotation from the present pose.
@@ -88,6 +94,7 @@ class CagePoses {
   std::vector<std::size_t> order_;  // of evaluation
   Ball body_;
   RotationSpace rotations_;
+  std::vector<Vector3d> moving_axes_, fixed_axes_;
   double resolution_, allowance_ = 0, leave_ = 0, arm_ = 0;
 };
 
@@ -98,8 +105,8 @@ struct CageWaypoint {
 };
 
 /// A tree of poses that grows into random directions (S. LaValle, J. Kuffner, Int. J. Robotics Research 20 (2001)
-/// 378-400). Its edges are free as a whole, because none of their steps is longer than the distances at its begin
-/// permit (24.1).
+/// 378-400), and by turns and translations that align axes of the body with those of the fixed shapes. Its edges are
+/// free as a whole, because none of their steps is longer than the distances at its begin permit (24.1).
 class EscapeTree {
  public:
   /// Adds the number of evaluated poses to `count`.
@@ -111,10 +118,14 @@ class EscapeTree {
 
  private:
   double uniform(double low, double high);
+  std::size_t random_index(std::size_t size);
   CageWaypoint random_goal();
+  CageWaypoint turned(const CageWaypoint& at);
+  CageWaypoint pushed(const CageWaypoint& at);
+  bool walk_along_axes();
   double way(const CageWaypoint& from, const CageWaypoint& to) const;
   const CageWaypoint& nearest(const CageWaypoint& goal) const;
-  bool extend(CageWaypoint at, const CageWaypoint& goal);
+  CageWaypoint advance(CageWaypoint at, const CageWaypoint& goal);
   bool has_left(const CageWaypoint& at) const { return norm(at.p) >= poses_.leave(); }
 
   const CagePoses& poses_;
