@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/contact/contact_chain.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 
 namespace grapnel {
@@ -40,7 +41,70 @@ ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::v
     const ContactSurface &a = surfaces[pair.a], &b = surfaces[pair.b];
     if (a.body == b.body) throw std::invalid_argument("ContactSet: both surfaces of a pair are on one body");
     pairs_.push_back({a.body, b.body, pair.group, PairContact(a.shape, b.shape, pair.law)});
+    if (a.chain || b.chain) {
+      const ContactSurface& other = a.chain ? b : a;
+      if (other.chain || other.shape.kind() != ContactShape::Kind::sphere)
+        throw std::invalid_argument("ContactSet: a flexible link meets another shape than a sphere");
+      Pair& of_link = pairs_.back();
+      of_link.chain = a.chain ? a.chain : b.chain, of_link.chain_is_a = a.chain != nullptr;
+      of_link.p_BC = other.shape.X_BC().p;
+    }
     any_hard_ = any_hard_ || pair.law.hard;
+  }
+}
+
+// --- Flexible links ---
+
+ChainMotion ContactSet::chain_motion(const Pair& pair, const Kinematics& kinematics) {
+  const MovingBody ball = motion_of(pair.chain_is_a ? pair.body_b : pair.body_a, kinematics);
+  const Vector3d p_WC = ball.X_WB * pair.p_BC;
+  return {*pair.chain, kinematics, p_WC, shift(ball.V_WB, p_WC - ball.X_WB.p).linear};
+}
+
+// Of both surfaces' frames: bodies, or a flexible link as it acts on the other surface.
+std::pair<MovingBody, MovingBody> ContactSet::motions_of(const Pair& pair, const Kinematics& kinematics) {
+  if (!pair.chain) return {motion_of(pair.body_a, kinematics), motion_of(pair.body_b, kinematics)};
+  const MovingBody link = chain_motion(pair, kinematics).link();
+  if (pair.chain_is_a) return {link, motion_of(pair.body_b, kinematics)};
+  return {motion_of(pair.body_a, kinematics), link};
+}
+
+std::pair<Posed, Posed> ContactSet::poses_of(const Pair& pair, const Kinematics& kinematics) {
+  if (!pair.chain) return {pose_of(pair.body_a, kinematics), pose_of(pair.body_b, kinematics)};
+  const auto [a, b] = motions_of(pair, kinematics);
+  return {a.X_WB, b.X_WB};
+}
+
+std::vector<std::pair<int, int>> ContactSet::all_bodies_of(std::size_t pair) const {
+  const Pair& p = pairs_[pair];
+  if (!p.chain) return {bodies_of(pair)};
+  std::vector<std::pair<int, int>> all;
+  for (const ContactChain::Piece& piece : p.chain->pieces)
+    all.emplace_back(p.chain_is_a ? piece.body : p.body_a, p.chain_is_a ? p.body_b : piece.body);
+  return all;
+}
+
+std::size_t ContactSet::most_wrenches() const {
+  std::size_t count = 0;
+  for (const Pair& pair : pairs_) count += pair.chain ? 4 : 2;
+  return count;
+}
+
+// The force of a pair => forces between bodies.
+void ContactSet::spread(Pair& pair, const ContactForce& force, const Kinematics& kinematics) {
+  if (!pair.chain) {
+    pair.acting[0] = {pair.body_a, pair.body_b, force.p_WC, force.on_b}, pair.acting_count = 1;
+    return;
+  }
+  const ChainMotion motion = chain_motion(pair, kinematics);
+  const Posed X_WB = pose_of(pair.chain_is_a ? pair.body_b : pair.body_a, kinematics);
+  const Vector3d p_WC = X_WB * pair.p_BC;
+  const Wrenchd on_sphere = shift(pair.chain_is_a ? force.on_b : force.on_a, p_WC - force.p_WC);
+  pair.acting_count = 0;
+  for (const ChainMotion::Part& part : motion.parts(on_sphere)) {
+    if (part.body < 0) continue;
+    const int body_a = pair.chain_is_a ? part.body : pair.body_a, body_b = pair.chain_is_a ? pair.body_b : part.body;
+    pair.acting[pair.acting_count++] = {body_a, body_b, p_WC, pair.chain_is_a ? part.on_sphere : -part.on_sphere};
   }
 }
 
@@ -49,7 +113,7 @@ ContactSet::ContactSet(const std::vector<ContactSurface>& surfaces, const std::v
 // Apart: the gap, or a lower bound by bounding spheres. Otherwise the overlap. Hard pairs
 // close at a level that returns to zero after an impact, and touch up to kPartingGap.
 double ContactSet::margin_of(Pair& pair, double t, const Kinematics& kinematics) {
-  const Posed X_WA = pose_of(pair.body_a, kinematics), X_WB = pose_of(pair.body_b, kinematics);
+  const auto [X_WA, X_WB] = poses_of(pair, kinematics);
   if (pair.mode == Mode::apart) {
     const double bound = pair.contact.gap_bound(X_WA, X_WB);
     const double gap = bound > 0 ? bound : pair.contact.gap(X_WA, X_WB);
@@ -62,7 +126,7 @@ double ContactSet::margin_of(Pair& pair, double t, const Kinematics& kinematics)
 
 // Whether the surfaces of a pair at the boundary of its mode move apart.
 bool ContactSet::parts(const Pair& pair, const Kinematics& kinematics) const {
-  const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+  const auto [a, b] = motions_of(pair, kinematics);
   const ShapeSeparation s = pair.contact.separation(a.X_WB, b.X_WB);
   const Vector3d v_a = shift(a.V_WB, s.point_a - a.X_WB.p).linear, v_b = shift(b.V_WB, s.point_b - b.X_WB.p).linear;
   return dot(v_b - v_a, s.normal) > 0;
@@ -142,7 +206,7 @@ ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kin
   Clearance at;
   const bool apart = pair.mode == Mode::apart, touching = pair.mode == Mode::touching;
   if (!apart && !touching) return at;
-  const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+  const auto [a, b] = motions_of(pair, kinematics);
   const double level = pair.is_hard() && touching ? kPartingGap : 0;
   if (apart) {
     constexpr double kFar = 4;
@@ -223,7 +287,8 @@ double ContactSet::least_overlap(const Kinematics& kinematics) {
   double least = std::numeric_limits<double>::infinity();
   for (Pair& pair : pairs_) {
     if (pair.mode != Mode::touching) continue;
-    least = std::min(least, pair.contact.overlap(pose_of(pair.body_a, kinematics), pose_of(pair.body_b, kinematics)));
+    const auto [X_WA, X_WB] = poses_of(pair, kinematics);
+    least = std::min(least, pair.contact.overlap(X_WA, X_WB));
   }
   return least;
 }
@@ -240,12 +305,12 @@ void ContactSet::choose_modes(double t, const Kinematics& kinematics) {
 
 // --- Forces ---
 
-void ContactSet::add_to_group(const Pair& pair, const ContactForce& force, double power) {
+void ContactSet::add_to_group(const Pair& pair, const ContactForce& force, const Vector3d& force_on_b, double power) {
   GroupContact& group = groups_[pair.group];
   group.touches = true;
   group.beyond_model = group.beyond_model || force.beyond_model;
   group.p_WC += force.normal_force * force.p_WC;
-  group.force_on_b += force.on_b.linear;
+  group.force_on_b += force_on_b;
   group.normal_force += force.normal_force;
   group.depth = std::max(group.depth, force.depth);
   group.slip_speed = std::max(group.slip_speed, force.slip_speed);
@@ -258,18 +323,24 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
   std::fill(groups_.begin(), groups_.end(), GroupContact{});
   for (Pair& pair : pairs_) {
     if (pair.mode != Mode::touching) continue;
-    const MovingBody a = motion_of(pair.body_a, kinematics), b = motion_of(pair.body_b, kinematics);
+    const auto [a, b] = motions_of(pair, kinematics);
     const ContactForce& force = pair.contact.evaluate(a, b, pair.stick);
     if (!force.touches) {
       double& slip_speed = groups_[pair.group].slip_speed;
       if (!force.beyond_model) slip_speed = std::max(slip_speed, pair.contact.graze(a, b, pair.stick).slip_speed);
       continue;
     }
-    if (pair.body_a >= 0) wrenches.push_back({pair.body_a, force.p_WC, force.on_a});
-    if (pair.body_b >= 0) wrenches.push_back({pair.body_b, force.p_WC, force.on_b});
-    add_to_group(pair, force,
-                 power_of(pair.body_a, force.p_WC, force.on_a, kinematics) +
-                     power_of(pair.body_b, force.p_WC, force.on_b, kinematics));
+    spread(pair, force, kinematics);
+    Vector3d force_on_b = Vector3d::zero();
+    double power = 0;
+    for (int i = 0; i < pair.acting_count; ++i) {
+      const ActingForce& f = pair.acting[i];
+      if (f.body_a >= 0) wrenches.push_back({f.body_a, f.p_WC, -f.on_b});
+      if (f.body_b >= 0) wrenches.push_back({f.body_b, f.p_WC, f.on_b});
+      force_on_b += f.on_b.linear;
+      power += power_of(f.body_a, f.p_WC, -f.on_b, kinematics) + power_of(f.body_b, f.p_WC, f.on_b, kinematics);
+    }
+    add_to_group(pair, force, force_on_b, power);
   }
   for (GroupContact& group : groups_) {
     if (!(group.normal_force > 0)) continue;
@@ -313,14 +384,16 @@ double ContactSet::elastic_energy(std::size_t group, const Kinematics& kinematic
   double energy = 0;
   for (Pair& pair : pairs_) {
     if (pair.group != static_cast<int>(group) || pair.mode != Mode::touching) continue;
-    energy += pair.contact.elastic_energy(pose_of(pair.body_a, kinematics), pose_of(pair.body_b, kinematics));
+    const auto [X_WA, X_WB] = poses_of(pair, kinematics);
+    energy += pair.contact.elastic_energy(X_WA, X_WB);
   }
   return energy;
 }
 
 ShapeSeparation ContactSet::separation(std::size_t pair, const Kinematics& kinematics) const {
   const Pair& p = pairs_[pair];
-  return p.contact.separation(pose_of(p.body_a, kinematics), pose_of(p.body_b, kinematics));
+  const auto [X_WA, X_WB] = poses_of(p, kinematics);
+  return p.contact.separation(X_WA, X_WB);
 }
 
 }  // namespace grapnel

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -19,11 +20,16 @@
 namespace grapnel {
 
 struct Kinematics;
+struct ContactChain;
+class ChainMotion;
 
 /// A surface of a body of a model; body -1: fixed in W.
 struct ContactSurface {
   int body;
   ContactShape shape;
+  /// Of a flexible link: its pieces. The shape is then in the link's frame L, the body is the first piece, and the
+  /// other surface of its pairs is a sphere.
+  std::shared_ptr<const ContactChain> chain = {};
 };
 
 /// Two surfaces that may touch, by index, and their law. Pairs of one group are reported together.
@@ -98,7 +104,7 @@ class ContactSet {
   enum class Mode : std::uint8_t { unknown, apart, touching, passing };
 
   /// All modes are unknown. @throws std::invalid_argument if an index or a group is invalid, if both surfaces of a pair
-  /// are on one body, or as PairContact.
+  /// are on one body, if a surface with a chain meets another shape than a sphere, or as PairContact.
   ContactSet(const std::vector<ContactSurface>& surfaces, const std::vector<SurfacePair>& pairs, int groups);
 
   /// Impacts of a hard pair within this time [s] after which it has persistent contact.
@@ -110,8 +116,10 @@ class ContactSet {
   std::size_t size() const { return pairs_.size(); }
   std::size_t groups() const { return groups_.size(); }
   int group_of(std::size_t pair) const { return pairs_[pair].group; }
-  /// Both bodies of a pair; -1: fixed in W.
+  /// Both bodies of a pair; -1: fixed in W. Of a flexible link the first piece.
   std::pair<int, int> bodies_of(std::size_t pair) const { return {pairs_[pair].body_a, pairs_[pair].body_b}; }
+  /// All bodies between which the forces of a pair may act.
+  std::vector<std::pair<int, int>> all_bodies_of(std::size_t pair) const;
   /// Both bodies of the first pair of a group; -1: fixed in W, or the group has no pair.
   std::pair<int, int> bodies_of_group(std::size_t group) const {
     for (const Pair& pair : pairs_) {
@@ -162,14 +170,17 @@ class ContactSet {
   }
 
   /// Appends the wrenches on all bodies in contact, those on one pair's bodies after each other. Does not allocate if
-  /// `wrenches` has room for two per pair.
+  /// `wrenches` has room for most_wrenches() more.
   void evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
-  /// Calls add(body_a, body_b, contact) with the ContactForce of each pair in contact at the last evaluate().
+  /// Largest number of wrenches of evaluate().
+  std::size_t most_wrenches() const;
+  /// Calls add(body_a, body_b, p_WC, wrench on b about it) with the forces of all pairs at the last evaluate().
   template <class Add>
   void each_force(Add&& add) const {
     for (const Pair& pair : pairs_) {
-      if (pair.mode == Mode::touching && pair.contact.last().touches)
-        add(pair.body_a, pair.body_b, pair.contact.last());
+      if (pair.mode != Mode::touching || !pair.contact.last().touches) continue;
+      for (int i = 0; i < pair.acting_count; ++i)
+        add(pair.acting[i].body_a, pair.acting[i].body_b, pair.acting[i].p_WC, pair.acting[i].on_b);
     }
   }
   /// Numbers of a pair's StickState among those of stick().
@@ -208,9 +219,21 @@ class ContactSet {
     bool is_smooth = false;
     double margin = 0, rate = 0;
   };
+  /// Between two bodies, at the last evaluate().
+  struct ActingForce {
+    int body_a, body_b;
+    Vector3d p_WC;
+    Wrenchd on_b;  // about p_WC
+  };
   struct Pair {
     int body_a, body_b, group;
     PairContact contact;
+    /// Of a flexible link, on the side of a or b; the other shape is a sphere.
+    std::shared_ptr<const ContactChain> chain = {};
+    bool chain_is_a = false;
+    Vector3d p_BC = Vector3d::zero();  // centre of the sphere on its body
+    std::array<ActingForce, 2> acting = {};
+    int acting_count = 0;
     Mode mode = Mode::unknown;
     bool watched = true;      // its margin counts
     Clearance at_begin = {};  // of the step
@@ -219,6 +242,10 @@ class ContactSet {
     HardHistory hard = {};
     bool is_hard() const { return contact.law().hard; }
   };
+  static ChainMotion chain_motion(const Pair& pair, const Kinematics& kinematics);
+  static std::pair<MovingBody, MovingBody> motions_of(const Pair& pair, const Kinematics& kinematics);
+  static std::pair<Posed, Posed> poses_of(const Pair& pair, const Kinematics& kinematics);
+  static void spread(Pair& pair, const ContactForce& force, const Kinematics& kinematics);
   double margin_of(Pair& pair, double t, const Kinematics& kinematics);
   Clearance clearance_of(Pair& pair, const Kinematics& kinematics, double duration);
   static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool touching);
@@ -231,7 +258,7 @@ class ContactSet {
   bool parts(const Pair& pair, const Kinematics& kinematics) const;
   Mode mode_after(const Pair& pair, double margin, const Kinematics& kinematics) const;
   void set_mode(Pair& pair, Mode mode, double t);
-  void add_to_group(const Pair& pair, const ContactForce& force, double power);
+  void add_to_group(const Pair& pair, const ContactForce& force, const Vector3d& force_on_b, double power);
 
   std::vector<Pair> pairs_;
   std::vector<GroupContact> groups_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "grapnel/contact/contact_chain.hpp"
 #include "grapnel/contact/contact_set.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 
@@ -14,7 +15,6 @@ namespace {
 // Depth below the gap at an impact at which the pair would close again: above rounding errors of gaps [m].
 constexpr double kRoundingOfGap = 1e-11;
 
-Posed place_of(int body, const Kinematics& kinematics) { return body < 0 ? Posed::identity() : kinematics.X_WB[body]; }
 Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& kinematics) {
   return body < 0 ? Vector3d::zero() : shift(kinematics.V_WB[body], p_W - kinematics.X_WB[body].p).linear;
 }
@@ -24,7 +24,8 @@ Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& kinematics
 // A hard pair becomes apart. It closes again below the present gap, or at gap zero.
 void ContactSet::part(Pair& pair, double t, const Kinematics& kinematics) {
   set_mode(pair, Mode::apart, t);
-  const double gap = pair.contact.gap(place_of(pair.body_a, kinematics), place_of(pair.body_b, kinematics));
+  const auto [X_WA, X_WB] = poses_of(pair, kinematics);
+  const double gap = pair.contact.gap(X_WA, X_WB);
   pair.hard.level = std::min(gap, 0.0) - kRoundingOfGap;
   if (gap > kRoundingOfGap) pair.hard.level = 0;
   pair.hard.level_time = t;
@@ -39,17 +40,19 @@ bool ContactSet::is_crowded(const Pair& pair, double t) {
 bool ContactSet::add_hard_points(std::size_t index, double t, const Kinematics& kinematics,
                                  std::vector<HardPoint>& points) const {
   const Pair& pair = pairs_[index];
-  const Posed X_WA = place_of(pair.body_a, kinematics), X_WB = place_of(pair.body_b, kinematics);
+  const auto [X_WA, X_WB] = poses_of(pair, kinematics);
   if (pair.contact.gap_bound(X_WA, X_WB) > kTouchTolerance || pair.contact.gap(X_WA, X_WB) > kTouchTolerance)
     return false;
   const ContactLaw& law = pair.contact.law();
   const TouchPoints touch = pair.contact.touch(X_WA, X_WB);
+  int body_a = pair.body_a, body_b = pair.body_b;
+  if (pair.chain) (pair.chain_is_a ? body_a : body_b) = chain_motion(pair, kinematics).body();
   double fastest = -std::numeric_limits<double>::infinity();
   for (const Vector3d& p : touch.points) {
-    const Vector3d relative = velocity_at(pair.body_b, p, kinematics) - velocity_at(pair.body_a, p, kinematics);
+    const Vector3d relative = velocity_at(body_b, p, kinematics) - velocity_at(body_a, p, kinematics);
     const double approach = -dot(relative, touch.normal);
     fastest = std::max(fastest, approach);
-    points.push_back({index, pair.body_a, pair.body_b, p, touch.normal, law.restitution, law.kinetic_friction, approach,
+    points.push_back({index, body_a, body_b, p, touch.normal, law.restitution, law.kinetic_friction, approach,
                       pair.mode == Mode::touching, law.rest_speed});
   }
   return pair.mode == Mode::apart && fastest >= law.rest_speed && !is_crowded(pair, t);

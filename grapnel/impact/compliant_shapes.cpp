@@ -21,8 +21,9 @@ ShapeForces::ShapeForces(const Model& model, ImpactShapes& shapes, const Vector3
   shapes.elastic_energy.assign(shapes.contacts.groups(), 0.0);
   shapes.point = point;
   for (std::size_t pair = 0; pair < shapes.contacts.size(); ++pair) {
-    const auto [a, b] = shapes.contacts.bodies_of(pair);
-    if (find_impulse(a, b) == shapes.impulses.size()) shapes.impulses.push_back({a, b});
+    for (const auto& [a, b] : shapes.contacts.all_bodies_of(pair)) {
+      if (find_impulse(a, b) == shapes.impulses.size()) shapes.impulses.push_back({a, b});
+    }
   }
 }
 

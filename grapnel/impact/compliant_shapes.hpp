@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "grapnel/contact/contact_integrals.hpp"
@@ -95,7 +96,7 @@ class ShapeForces {
   /// Impulse rate of each pair: add(body_a, body_b, p_WC, wrench on b about it).
   template <class Add>
   void each_force(Add&& add) const {
-    shapes_.contacts.each_force([&](int a, int b, const ContactForce& force) { add(a, b, force.p_WC, force.on_b); });
+    shapes_.contacts.each_force(std::forward<Add>(add));
   }
 
   // Results:

@@ -11,6 +11,7 @@
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/problem/beam.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/cut_shapes.hpp"
 #include "grapnel/problem/vibration_modes.hpp"
 
 namespace grapnel {
@@ -62,14 +63,10 @@ std::string piece_name(const std::string& link, int piece) {
   return piece == 0 ? link : fmt::format("{}:{}", link, piece);
 }
 
-// Cuts a shape that extends along the beam into pieces; other shapes stay whole, on the piece with their centre.
-void cut(const Geometry& shape, const std::string& link, const Beam& beam,
-         std::vector<std::pair<std::string, Geometry>>& out) {
+// The parts of a shape that extends along the beam, one for each of its pieces; no parts of other shapes.
+CutShape cut(const Geometry& shape, const std::string& link, const Beam& beam) {
   const Posed& X = shape.X_BG;
-  const auto on_piece = [&](int piece, Geometry part) {
-    part.X_BG.p = part.X_BG.p - beam.origin(piece);
-    out.emplace_back(piece_name(link, piece), std::move(part));
-  };
+  CutShape all{shape, beam.at(0), beam.x(), {}};
   int axis = -1;
   double length = 0;
   if (shape.shape == Geometry::Shape::box) {
@@ -82,15 +79,29 @@ void cut(const Geometry& shape, const std::string& link, const Beam& beam,
   const double middle = dot(beam.x(), X.p - beam.at(0));
   const double first = middle - 0.5 * length, last = middle + 0.5 * length;
   const int begin = beam.piece_of(beam.at(first)), end = beam.piece_of(beam.at(last));
-  if (axis < 0 || begin == end) return on_piece(beam.piece_of(X.p), shape);
+  if (axis < 0 || begin == end) return all;
   for (int piece = begin; piece <= end; ++piece) {
     const double from = piece == begin ? first : beam.begin(piece), to = piece == end ? last : beam.end(piece);
     if (!(to > from)) continue;
     Geometry part = shape;
-    part.X_BG.p = X.p + (0.5 * (from + to) - middle) * beam.x();
+    part.X_BG.p = X.p + (0.5 * (from + to) - middle) * beam.x() - beam.origin(piece);
     part.size[shape.shape == Geometry::Shape::box ? axis : 1] = to - from;
-    on_piece(piece, std::move(part));
+    all.pieces.push_back(
+        {piece_name(link, piece), beam.origin(piece), beam.begin(piece), beam.end(piece), std::move(part)});
   }
+  return all;
+}
+
+// The parts of a shape on their pieces; a shape without parts is on the piece with its centre.
+void add_parts(const Geometry& shape, const std::string& link, const Beam& beam,
+               std::vector<std::pair<std::string, Geometry>>& out) {
+  CutShape parts = cut(shape, link, beam);
+  for (CutShape::Piece& piece : parts.pieces) out.emplace_back(std::move(piece.body), std::move(piece.part));
+  if (!parts.pieces.empty()) return;
+  const int piece = beam.piece_of(shape.X_BG.p);
+  Geometry whole = shape;
+  whole.X_BG.p = whole.X_BG.p - beam.origin(piece);
+  out.emplace_back(piece_name(link, piece), std::move(whole));
 }
 
 RigidBodyInertiad less(const RigidBodyInertiad& whole, const RigidBodyInertiad& part) {
@@ -269,7 +280,7 @@ class Expansion {
     for (BodyDescription& piece : pieces) flexible.bodies.push_back(std::move(piece));
     const Beam beam(link);
     for (const auto& [name, shape] : robot_.geometry) {
-      if (name == link.name) cut(shape, link.name, beam, flexible.geometry);
+      if (name == link.name) add_parts(shape, link.name, beam, flexible.geometry);
     }
   }
 
@@ -499,6 +510,24 @@ std::string panel_fault(const TargetSetup& target) {
     if (!fault.empty()) return fmt::format("panel '{}': {}", target.panels[i].name, fault);
   }
   return {};
+}
+
+std::vector<CutShape> cut_shapes(const RobotSetup& robot) {
+  std::vector<CutShape> all;
+  for (const BodyDescription& link : robot.bodies) {
+    if (!link.beam) continue;
+    const Beam beam(link);
+    for (const auto& [name, shape] : robot.geometry) {
+      if (name != link.name) continue;
+      CutShape parts = cut(shape, link.name, beam);
+      if (parts.pieces.size() > 1) all.push_back(std::move(parts));
+    }
+  }
+  return all;
+}
+
+std::vector<CutShape> cut_shapes(const TargetSetup& target) {
+  return target.panels.empty() ? std::vector<CutShape>{} : cut_shapes(as_robot(target));
 }
 
 TargetBodies target_bodies(const TargetSetup& target) {

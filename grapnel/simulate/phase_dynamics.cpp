@@ -83,7 +83,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   slips_.resize(setup_.slips.size());
   wrenches_.resize(first_slip_ + 2 * slips_.size() + base_.wrench_count());
   steady_wrenches_ = wrenches_.size();
-  if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + 2 * setup_.contacts->size());
+  if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + setup_.contacts->most_wrenches());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
     law_vdot_.resize(model.velocities());

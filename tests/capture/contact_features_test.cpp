@@ -160,6 +160,55 @@ TEST(ContactFeatures, AFlexibleArmTouchesTwiceAndConvergesWithItsSegments) {
   EXPECT_LT(std::abs(speed[2] - speed[1]), 0.1 * std::abs(speed[1] - speed[0]));          // measured 5e-5 and 2.1e-3
 }
 
+// A ball meets a long link beside the place of a hinge, and slides over it. `beam`: its keys; empty: a rigid link.
+std::string ball_on_link(const std::string& beam) {
+  return "robot:\n"
+         "  name: r\n"
+         "  base: {name: base, mass: 200, inertia: [50, 50, 50]}\n"
+         "  links:\n"
+         "    - name: arm\n"
+         "      parent: base\n"
+         "      joint: {name: mount, type: fixed, origin: {position: [0.5, 0, 0]}}\n"
+         "      mass: 4\n"
+         "      com: [1, 0, 0]\n"
+         "      inertia: [0.01, 1.34, 1.34]\n" +
+         beam +
+         "      geometry: {shape: capsule, radius: 0.05, length: 1.9, position: [1, 0, 0], rpy: [0, "
+         "1.5707963267948966, 0]}\n"
+         "  end_effectors: [{name: end, link: arm}]\n"
+         "targets:\n"
+         "  - name: ball\n"
+         "    mass: 3\n"
+         "    inertia: [0.02, 0.02, 0.02]\n"
+         "    geometry: {shape: sphere, radius: 0.1}\n"
+         "    state: {at: start, position: [1.65, 0.17, 0], velocity: [0.5, -0.2, 0]}\n"
+         "materials: [{name: pad, stiffness: 2e3, dissipation: 0.5, friction: 0.3}]\n"
+         "contacts: {pairs: [[arm, ball]], material: pad}\n"
+         "motion: {duration: 0.4, joints: free}\n";
+}
+
+// The hinges of two segments are at 0.2113, 0.7887, 1.2113 and 1.7887 m of the beam; the ball is at 1.2113 m, which is
+// x = 1.7113 m, while it touches. Two capsules there would be twice as stiff.
+TEST(ContactFeatures, ABallMeetsOneSurfaceAtTheHingesOfAStiffLink) {
+  const CaptureResult rigid = run(ball_on_link(""));
+  expect_balanced(rigid, 1);
+  double deviation[2];
+  for (int i = 0; i < 2; ++i) {
+    const CaptureResult flexible = run(ball_on_link(
+        i == 0 ? "      beam: {to: [2, 0, 0], bending_stiffness_z: 4e4, damping_ratio: 0.01, segments: 2}\n"
+               : "      beam: {to: [2, 0, 0], bending_stiffness_z: 4e5, damping_ratio: 0.01, segments: 2}\n"));
+    expect_balanced(flexible, 1);
+    const ContactPairReport &a = flexible.contacts[0], &b = rigid.contacts[0];
+    EXPECT_EQ(a.touches, b.touches);
+    deviation[i] = std::abs(a.peak_force / b.peak_force - 1);
+    std::printf(
+        "[ measured ] peak %.6g N (%.6g), duration %.6g s (%.6g), impulse %.6g N s (%.6g), loss %.6g J (%.6g)\n",
+        a.peak_force, b.peak_force, a.duration, b.duration, a.impulse, b.impulse, a.friction_loss, b.friction_loss);
+  }
+  EXPECT_LT(deviation[1], 0.01);
+  EXPECT_LT(deviation[1], 0.3 * deviation[0]);
+}
+
 // --- Reaction wheels ---
 
 std::string wheels_and_controller() {
