@@ -98,7 +98,7 @@ class StabilityMonitor {
     double limit = 0;  // of the drive [N m or N]; of base control about the axis
     double noise = 0;  // of the sensor [rad/s or m/s]
     Oscillation oscillation;
-    Oscillation forced;                            // in steps in which joints follow a moving reference, or noise
+    Oscillation forced;  // in steps in which joints follow a moving reference, or noise
     // Before the last contact began:
     std::optional<StabilityReport> unstable = {};
     double largest = 0;  // magnitude of the rate [rad/s or m/s]

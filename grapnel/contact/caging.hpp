@@ -27,7 +27,7 @@ struct CageSearch {
   /// radius of the sphere around the moving shapes, or a tenth of the smallest half thickness of all shapes if that is
   /// less.
   double resolution = 0;
-  long max_cells = 200'000;  // bound on the number of evaluated poses
+  long max_cells = 50'000;  // bound on the number of evaluated poses
 };
 
 struct CageAnswer {

@@ -13,7 +13,7 @@ namespace grapnel {
 /// Search of an escape path from a gripper (search_cage()).
 struct CageSearchSetup {
   double resolution = 0;  // [m]; 0: CageSearch::resolution
-  int poses = 200'000;    // evaluated at most
+  int poses = 50'000;     // evaluated at most
 };
 
 /// Stages of the capture of one target, without effect on the motion except by grasps that close when it is settled.
