@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/contact/point_velocity.hpp"
 #include "grapnel/problem/contact_surfaces.hpp"
 #include "grapnel/problem/problem_clearance.hpp"
 
@@ -88,15 +88,12 @@ std::vector<HardContactImpulse> RunContacts::note_impact(std::span<const HardPoi
                                                          std::span<const ContactPointImpulse> impulses,
                                                          const CaptureSystem& system, const State& after, double time) {
   const Kinematics k = forward_kinematics(system.model, after);
-  const auto velocity = [&](int body, const Vector3d& p) {
-    return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p - k.X_WB[body].p).linear;
-  };
   std::vector<HardPointImpact> impacts;
   std::vector<HardContactImpulse> reports(pairs_.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const HardPoint& at = points[i];
     const ContactPointImpulse& law = impulses[i];
-    const double separates = dot(velocity(at.body_b, at.p_WC) - velocity(at.body_a, at.p_WC), at.normal);
+    const double separates = dot(relative_velocity(at, k), at.normal);
     impacts.push_back({law.normal, law.work, -law.normal_work, -law.friction_work, separates});
     HardContactImpulse& report = reports[static_cast<std::size_t>(last_->group_of(at.pair))];
     report.approach_speed = report.points > 0 ? std::max(report.approach_speed, at.approach_speed) : at.approach_speed;

@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "grapnel/contact/contact_chain.hpp"
-#include "grapnel/contact/contact_set.hpp"
-#include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/contact/point_velocity.hpp"
 
 namespace grapnel {
 
@@ -14,10 +13,6 @@ namespace {
 
 // Depth below the gap at an impact at which the pair would close again: above rounding errors of gaps [m].
 constexpr double kRoundingOfGap = 1e-11;
-
-Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& kinematics) {
-  return body < 0 ? Vector3d::zero() : shift(kinematics.V_WB[body], p_W - kinematics.X_WB[body].p).linear;
-}
 
 }  // namespace
 
@@ -49,7 +44,7 @@ bool ContactSet::add_hard_points(std::size_t index, double t, const Kinematics& 
   if (pair.chain) (pair.chain_is_a ? body_a : body_b) = chain_motion(pair, kinematics).body();
   double fastest = -std::numeric_limits<double>::infinity();
   for (const Vector3d& p : touch.points) {
-    const Vector3d relative = velocity_at(body_b, p, kinematics) - velocity_at(body_a, p, kinematics);
+    const Vector3d relative = point_velocity(body_b, p, kinematics) - point_velocity(body_a, p, kinematics);
     const double approach = -dot(relative, touch.normal);
     fastest = std::max(fastest, approach);
     points.push_back({index, body_a, body_b, p, touch.normal, law.restitution, law.kinetic_friction, approach,

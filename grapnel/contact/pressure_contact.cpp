@@ -99,8 +99,8 @@ void PressureContact::descend(const ContactShapes& shapes, const Posed& X_AB) {
   }
 }
 
-// Shapes => a direction from A to B along which they overlap little; false if one separates them. The direction of the
-// same relative pose, bit by bit, is kept.
+// Shapes => a direction from A to B along which they overlap little; false if one separates them. The direction
+// found last is reused if the relative pose has the same bits.
 bool PressureContact::find_direction(const ContactShapes& shapes, const Posed& X_AB) {
   if (!has_direction_ || std::memcmp(&X_AB, &directed_, sizeof directed_) != 0) {
     search_direction(shapes, X_AB);

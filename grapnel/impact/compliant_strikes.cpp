@@ -1,18 +1,11 @@
 /// Impacts in an instant of hard shapes within a compliant impact (docs/theory, section 23, Hard contacts).
 
+#include "grapnel/contact/point_velocity.hpp"
 #include "grapnel/impact/compliant_system.hpp"
 #include "grapnel/impact/hard_impact.hpp"
 
 namespace grapnel {
 namespace {
-
-Vector3d velocity_at(int body, const Vector3d& p_W, const Kinematics& k) {
-  return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
-}
-
-Vector3d relative_velocity(const HardPoint& at, const Kinematics& k) {
-  return velocity_at(at.body_b, at.p_WC, k) - velocity_at(at.body_a, at.p_WC, k);
-}
 
 }  // namespace
 

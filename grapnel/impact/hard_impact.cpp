@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "grapnel/contact/point_velocity.hpp"
 #include "grapnel/impact/impact_law.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 
@@ -14,19 +15,12 @@ namespace {
 // Slip speed that counts as a rounding error, relative to the largest approach speed.
 constexpr double kNoSlip = 1e-9;
 
-Vector3d velocity_of_point(int body, const Vector3d& p_W, const Kinematics& k) {
-  return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
-}
-Vector3d relative_velocity_at(const HardPoint& at, const Kinematics& k) {
-  return velocity_of_point(at.body_b, at.p_WC, k) - velocity_of_point(at.body_a, at.p_WC, k);
-}
-
 double slip_along(const Vector3d& v, const Vector3d& n) { return norm(v - dot(v, n) * n); }
 
 // The largest slip speed of points, at the velocities of kinematics, or after an impact [m/s].
 double largest_slip(std::span<const HardPoint> points, const Kinematics& k) {
   double slip = 0;
-  for (const HardPoint& p : points) slip = std::max(slip, slip_along(relative_velocity_at(p, k), p.normal));
+  for (const HardPoint& p : points) slip = std::max(slip, slip_along(relative_velocity(p, k), p.normal));
   return slip;
 }
 double largest_slip(std::span<const HardPoint> points, const ImpactSolution& solution) {
@@ -37,7 +31,7 @@ double largest_slip(std::span<const HardPoint> points, const ImpactSolution& sol
 }
 double largest_approach(std::span<const HardPoint> points, const Kinematics& k) {
   double speed = 0;
-  for (const HardPoint& p : points) speed = std::max(speed, -dot(relative_velocity_at(p, k), p.normal));
+  for (const HardPoint& p : points) speed = std::max(speed, -dot(relative_velocity(p, k), p.normal));
   return speed;
 }
 
@@ -112,7 +106,7 @@ std::vector<ContactPointImpulse> impulses_of_all(std::span<const HardPoint> all,
 
 bool any_approaches(std::span<const HardPoint> points, const Kinematics& k) {
   return std::any_of(points.begin(), points.end(),
-                     [&](const HardPoint& p) { return -dot(relative_velocity_at(p, k), p.normal) >= p.rest_speed; });
+                     [&](const HardPoint& p) { return -dot(relative_velocity(p, k), p.normal) >= p.rest_speed; });
 }
 
 // The largest change of the velocities of rows that should keep them, over the largest speed.

@@ -20,7 +20,7 @@ namespace grapnel {
 /// Decides between the methods from counts only, so that results do not depend on the machine.
 ///
 /// If stability, rounding errors of stiff forces, or fast modes of a slow motion limit explicit steps for some time,
-/// implicit steps are tried. They are kept as long as they cost fewer evaluations per time than explicit steps would.
+/// implicit steps are tried. They continue as long as they cost fewer evaluations per time than explicit steps would.
 class StiffnessMonitor {
  public:
   /// An explicit step of length `size`.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "grapnel/contact/point_velocity.hpp"
 #include "grapnel/impact/hard_impact.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
@@ -14,10 +15,6 @@ namespace grapnel {
 using namespace phase_integral;
 
 namespace {
-
-Vector3d point_velocity(int body, const Vector3d& p_W, const Kinematics& k) {
-  return body < 0 ? Vector3d::zero() : shift(k.V_WB[body], p_W - k.X_WB[body].p).linear;
-}
 
 Grasp grasp_of_closure(const LoopClosure& closure, const Kinematics& k) {
   const Posed X_WC = k.X_WB[closure.body_a] * closure.X_AC;
@@ -120,8 +117,7 @@ std::vector<HardPointImpact> PhaseDynamics::book_contacts(std::span<const HardPo
   forward_kinematics(model_, now_, workspace_.kinematics);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const HardPoint& at = points[i];
-    impacts[i].separation_speed =
-        dot(point_velocity(at.body_b, at.p_WC, k) - point_velocity(at.body_a, at.p_WC, k), at.normal);
+    impacts[i].separation_speed = dot(relative_velocity(at, k), at.normal);
   }
   return impacts;
 }

@@ -303,11 +303,11 @@ TEST(HardImpact, RandomImpactsConserveMomentumAndNeverGainEnergy) {
   }
   std::printf("[ measured ] %d impacts, %d without end: momentum %.2g, rows %.2g, energy %.2g\n", solved, without_end,
               momentum, rows, energy);
-  EXPECT_LE(without_end, 2);
+  EXPECT_LE(without_end, 2);  // measured 1, and 0 by another compiler
   EXPECT_GT(solved, 60);
-  EXPECT_LT(momentum, 1e-10);
-  EXPECT_LT(rows, 1e-10);
-  EXPECT_LT(energy, 1e-9);
+  EXPECT_LT(momentum, 1e-11);  // measured 1.4e-13
+  EXPECT_LT(rows, 1e-11);      // measured 2.3e-14
+  EXPECT_LT(energy, 1e-12);    // measured 8.2e-15
 }
 
 // Grasps that rebound do not hold; the box that they push on the floor rebounds from it in the same instant.
