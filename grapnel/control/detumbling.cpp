@@ -182,7 +182,9 @@ Eigen::VectorXd damping_efforts(const DetumblingLaw& law, const State& state, co
   for (Eigen::Index j = 0; j < n; ++j) free.col(j) = map.beside(Eigen::VectorXd::Unit(n, j) * root[j]);
   const Eigen::MatrixXd fall = free * own * free.transpose();
   const double fastest =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (fall + fall.transpose())).eigenvalues().maxCoeff();
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(0.5 * (fall + fall.transpose())))
+          .eigenvalues()
+          .maxCoeff();
   const double slowed = std::min(1.0, 1 / std::max(fastest * law.settling, 1e-300));
   return -slowed * root.cwiseProduct(map.beside(root.cwiseProduct(rates)));
 }

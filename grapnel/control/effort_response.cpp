@@ -73,7 +73,7 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   close_loops();
   Eigen::MatrixXd spread;
   inertia_.solve(rows_.transpose(), spread);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> W(rows_ * spread);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> W(Eigen::MatrixXd(rows_ * spread));
   Eigen::VectorXd inverse = W.eigenvalues();
   const double least = kRedundant * inverse.maxCoeff();
   for (double& value : inverse) value = value > least ? 1 / value : 0;

@@ -15,7 +15,7 @@ constexpr int kMaxPeriodsOfDelay = 8;
 // x + K_d x').
 Eigen::MatrixXd factor_of(const Eigen::MatrixXd& response) {
   constexpr double kImmobile = 1e-10;  // of the largest eigenvalue
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (response + response.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(0.5 * (response + response.transpose())));
   const Eigen::VectorXd& values = solver.eigenvalues();  // increasing
   Eigen::Index first = 0;
   while (first < values.size() && !(values[first] > kImmobile * values[values.size() - 1])) ++first;

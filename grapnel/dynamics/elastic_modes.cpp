@@ -78,7 +78,7 @@ std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, s
   const Cholesky root(sprung.stiffness);
   const MatrixXd half = lower_solution(root, reduced);
   const MatrixXd scaled = lower_solution(root, MatrixXd(half.transpose()));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (scaled + scaled.transpose()));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(0.5 * (scaled + scaled.transpose())));
   std::vector<ElasticMode> modes;
   for (Index i = n; i-- > 0;) {
     const double omega = 1 / std::sqrt(solver.eigenvalues()[i]);

@@ -1,6 +1,5 @@
 #include "grapnel/finite_elements/expanded_nodes.hpp"
 
-#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>

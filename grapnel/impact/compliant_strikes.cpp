@@ -5,9 +5,7 @@
 #include "grapnel/impact/hard_impact.hpp"
 
 namespace grapnel {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 // Instant, y => y after the impact of all hard pairs that touch, if one of them must have one: rates, impulses of
 // channels and of held velocities, and their work jump. Without a solution contact lasts, with finite forces.

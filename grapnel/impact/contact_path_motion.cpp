@@ -18,7 +18,7 @@ struct Scaled {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
   explicit Scaled(const Eigen::MatrixXd& A) : size(A.diagonal().cwiseMax(1e-300).cwiseSqrt()) {
     const Eigen::VectorXd inverse = size.cwiseInverse();
-    eigen.compute(inverse.asDiagonal() * A * inverse.asDiagonal());
+    eigen.compute(Eigen::MatrixXd(inverse.asDiagonal() * A * inverse.asDiagonal()));
   }
   bool redundant() const { return eigen.eigenvalues().minCoeff() < kRedundant * eigen.eigenvalues().maxCoeff(); }
   Eigen::MatrixXd inverse() const {

@@ -184,7 +184,8 @@ struct FreePoints {
   // force could balance.
   void restrict_to_range() {
     const Eigen::VectorXd size = A.diagonal().cwiseMax(1e-300).cwiseSqrt(), inverse = size.cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * A * inverse.asDiagonal());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        Eigen::MatrixXd(inverse.asDiagonal() * A * inverse.asDiagonal()));
     Eigen::VectorXd w = eigen.eigenvalues(), along = eigen.eigenvectors().transpose() * b.cwiseProduct(inverse);
     for (Eigen::Index k = 0; k < w.size(); ++k) {
       if (!(w[k] >= kNoFreedom * eigen.eigenvalues().maxCoeff())) along[k] = w[k] = 0;
@@ -285,7 +286,8 @@ void center(const FreePoints& p, const std::vector<char>& on, Eigen::VectorXd& l
   if (m < 2) return;
   const Eigen::MatrixXd A = p.A(rows, rows);
   const Eigen::VectorXd size = A.diagonal().cwiseMax(1e-300).cwiseSqrt(), inverse = size.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * A * inverse.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(inverse.asDiagonal() * A * inverse.asDiagonal()));
   Eigen::Index free = 0;  // eigenvalues are in ascending order
   while (free < 2 * m && eigen.eigenvalues()[free] < kNoFreedom * eigen.eigenvalues().maxCoeff()) ++free;
   if (free == 0) return;

@@ -136,7 +136,7 @@ class Restoration {
     Eigen::VectorXd d0 = Eigen::VectorXd::Zero(size);
     Eigen::MatrixXd Q(size, 0);
     if (J.rows() > 0) {
-      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J.transpose());
+      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(Eigen::MatrixXd(J.transpose()));
       qr.setThreshold(1e-6);
       const Eigen::Index rank = qr.rank();
       Q = qr.householderQ() * Eigen::MatrixXd::Identity(size, rank);

@@ -253,7 +253,7 @@ double lack_of(double s, double damping, NewtonStep& step) {
 // accurate enough for the step; those below are damped.
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
   constexpr double kNoDirection = 1e-15;  // of the largest square: rounding error
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(J * J.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(Eigen::MatrixXd(J * J.transpose()));
   const Eigen::VectorXd& squares = of.eigenvalues();  // increasing
   Eigen::VectorXd y = of.eigenvectors().transpose() * -e;
   const double largest = squares[squares.size() - 1];

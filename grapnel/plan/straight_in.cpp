@@ -221,7 +221,8 @@ class Motion {
   double smallest_above(double share) const {
     if (G_.size() == 0) return 0;
     const Eigen::VectorXd squares =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(G_ * G_.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(G_ * G_.transpose()), Eigen::EigenvaluesOnly)
+            .eigenvalues();
     const double largest = squares[squares.size() - 1];
     constexpr double kRounding = 0.5;
     const auto first =

@@ -55,7 +55,7 @@ class BoxMinimizer {
       if (s_.bound[i] == 0) free.push_back(i);
     }
     if (free.empty()) return true;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(p_.A(free, free));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(p_.A(free, free)));
     const VectorXd g = eigen.eigenvectors().transpose() * s_.gradient(free);
     const VectorXd slack = eigen.eigenvectors().cwiseAbs().transpose() * p_.tolerance(free) +
                            VectorXd::Constant(g.size(), kFlat * p_.b.cwiseAbs().maxCoeff());
@@ -139,7 +139,7 @@ ExcessRows excess_rows(const EffortFamily& f) {
 class MinimaxSimplex {
  public:
   explicit MinimaxSimplex(ExcessRows rows) : r_(std::move(rows)), k_(r_.G.cols()) {
-    const Eigen::ColPivHouseholderQR<MatrixXd> qr(r_.G.transpose());
+    const Eigen::ColPivHouseholderQR<MatrixXd> qr(MatrixXd(r_.G.transpose()));
     basis_.push_back(0);
     for (Index i = 0; i < k_; ++i) basis_.push_back(qr.colsPermutation().indices()[i]);
   }

@@ -4,10 +4,7 @@
 
 #include <utility>
 
-template class Eigen::LLT<Eigen::MatrixXd>;
-template class Eigen::JacobiSVD<Eigen::MatrixXd>;
-template class Eigen::BDCSVD<Eigen::MatrixXd>;
-template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+GRAPNEL_DECOMPOSITIONS(template);
 
 namespace grapnel {
 namespace detail {

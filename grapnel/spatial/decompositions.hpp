@@ -15,10 +15,27 @@
 #include <optional>
 #include <vector>
 
-extern template class Eigen::LLT<Eigen::MatrixXd>;
-extern template class Eigen::JacobiSVD<Eigen::MatrixXd>;
-extern template class Eigen::BDCSVD<Eigen::MatrixXd>;
-extern template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+// Members that are templates themselves are not parts of their class's instantiation: they are declared for a matrix.
+// Where an expression is decomposed, make it a matrix first, Eigen::MatrixXd(A * B).
+#define GRAPNEL_DECOMPOSITIONS(extern_template)                                        \
+  extern_template class Eigen::LLT<Eigen::MatrixXd>;                                   \
+  extern_template Eigen::LLT<Eigen::MatrixXd>& Eigen::LLT<Eigen::MatrixXd>::compute(   \
+      const Eigen::EigenBase<Eigen::MatrixXd>&);                                       \
+  extern_template class Eigen::LDLT<Eigen::MatrixXd>;                                  \
+  extern_template Eigen::LDLT<Eigen::MatrixXd>& Eigen::LDLT<Eigen::MatrixXd>::compute( \
+      const Eigen::EigenBase<Eigen::MatrixXd>&);                                       \
+  extern_template class Eigen::PartialPivLU<Eigen::MatrixXd>;                          \
+  extern_template class Eigen::FullPivLU<Eigen::MatrixXd>;                             \
+  extern_template class Eigen::HouseholderQR<Eigen::MatrixXd>;                         \
+  extern_template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;                   \
+  extern_template class Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;       \
+  extern_template class Eigen::JacobiSVD<Eigen::MatrixXd>;                             \
+  extern_template class Eigen::BDCSVD<Eigen::MatrixXd>;                                \
+  extern_template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;                \
+  extern_template Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>&                      \
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>::compute(const Eigen::EigenBase<Eigen::MatrixXd>&, int)
+
+GRAPNEL_DECOMPOSITIONS(extern template);
 
 namespace grapnel {
 

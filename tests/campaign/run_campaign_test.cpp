@@ -37,6 +37,7 @@ CampaignOptions threads(int count) {
 }
 
 TEST(RunCampaign, TheSameShardsForAnyNumberOfThreads) {
+  SKIP_UNDER_SANITIZERS();  // 770 files; StopPreservesEveryCompleteCase has two threads
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   for (const int count : {1, 2, 4}) {
@@ -57,6 +58,7 @@ TEST(RunCampaign, TheSameShardsForAnyNumberOfThreads) {
 }
 
 TEST(RunCampaign, PartsOfAJobArrayShareTheWork) {
+  SKIP_UNDER_SANITIZERS();  // 260 files
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   std::uint64_t computed = 0;
@@ -194,6 +196,7 @@ TEST(RunCampaign, FullDiskIsAnErrorAndPreservesExistingRows) {
 }
 
 TEST(RunCampaign, MemoryIsBoundedByAFewBlocks) {
+  SKIP_UNDER_SANITIZERS();  // 260 files
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   ShardStore store(folder.path(), campaign, options());

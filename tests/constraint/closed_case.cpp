@@ -1,9 +1,7 @@
 #include "constraint/closed_case.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/SVD>
-
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "oracle/partitioned_dynamics.hpp"
 #include "support/eigen_values.hpp"
 

@@ -4,13 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "constraint/closed_case.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/newton_euler.hpp"
 #include "grapnel/model/coupling.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "oracle/partitioned_dynamics.hpp"
 #include "support/eigen_values.hpp"
 #include "support/worst.hpp"

@@ -2,11 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"

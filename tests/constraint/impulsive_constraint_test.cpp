@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "grapnel/constraint/impulsive_constraint.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"

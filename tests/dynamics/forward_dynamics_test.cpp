@@ -3,10 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "dynamics/random_case.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

@@ -2,12 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "dynamics/random_case.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

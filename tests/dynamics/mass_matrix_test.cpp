@@ -1,10 +1,9 @@
 // The mass matrix, momentum and kinetic energy by independent computations.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "dynamics/random_case.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

@@ -3,13 +3,12 @@
 // forces, external wrenches and gravity.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "engines/mujoco_engine.hpp"
 #include "engines/simbody_engine.hpp"
 #include "flexible/flexible_model.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,6 +11,7 @@
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/identify/identify_target.hpp"
 #include "grapnel/identify/rate_noise.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 #include "support/sanitizers.hpp"

@@ -1,11 +1,9 @@
 /// Restitution at bilateral grasps: u+ = -E u-.
 
 #include "grapnel/impact/bilateral_restitution.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 
 #include "impact/impact_case.hpp"
 #include "support/worst.hpp"

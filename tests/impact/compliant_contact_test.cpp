@@ -1,11 +1,11 @@
 // Contacts of robots and of several bodies: the rigid limit, friction, repeated contacts, rejected arguments.
 #include <gtest/gtest.h>
-#include <Eigen/Cholesky>
 
 #include <array>
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/compliant_case.hpp"
 #include "impact/impact_case.hpp"
 #include "support/eigen_values.hpp"

@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "grapnel/impact/hard_impact.hpp"
 #include "grapnel/impact/impact_law.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/contact_case.hpp"
 #include "impact/impact_case.hpp"
 

@@ -1,7 +1,5 @@
 #include "impact/impact_case.hpp"
-
-#include <Eigen/Cholesky>
-#include <Eigen/SVD>
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 namespace {

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/maximal_coordinates.hpp"
 #include "support/worst.hpp"

@@ -2,10 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "fast_impact/impact_solver.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
 #include "support/worst.hpp"

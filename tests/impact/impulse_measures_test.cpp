@@ -3,13 +3,11 @@
 
 #include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "grapnel/constraint/impulsive_constraint.hpp"
 #include "grapnel/dynamics/momentum.hpp"

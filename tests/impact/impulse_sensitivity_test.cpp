@@ -3,12 +3,10 @@
 
 #include "grapnel/impact/impulse_sensitivity.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <set>

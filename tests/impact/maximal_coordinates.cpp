@@ -1,9 +1,8 @@
 #include "impact/maximal_coordinates.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 
 namespace grapnel::testing {

@@ -1,8 +1,7 @@
 #include "impact/thesis_robot.hpp"
 
-#include <Eigen/QR>
-
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {
 

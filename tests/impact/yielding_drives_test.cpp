@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <cmath>
 
 #include "fast_impact/impact_solver.hpp"
@@ -12,6 +9,7 @@
 #include "grapnel/impact/bilateral_restitution.hpp"
 #include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "impact/impact_case.hpp"
 #include "support/worst.hpp"
 

@@ -2,7 +2,6 @@
 // same source file, at random states.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +11,7 @@
 #include "grapnel/model/coupling.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "import/import_files.hpp"
 #include "import/mujoco_file.hpp"
 #include "support/eigen_values.hpp"

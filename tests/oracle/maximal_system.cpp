@@ -1,8 +1,6 @@
 #include "oracle/maximal_system.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/eigen_values.hpp"
 
 namespace grapnel::oracle {

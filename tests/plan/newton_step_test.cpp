@@ -2,12 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
 
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"
 

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "plan/plan_case.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"

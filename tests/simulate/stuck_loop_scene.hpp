@@ -4,12 +4,9 @@
 /// Arms at rest on one base that hold one target, with sticking friction at every joint: closed loops, planar and
 /// spatial, or a tree. Reference solutions by other convex programs from the mass matrix.
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
-
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/simulate/thruster_allocation.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "simulate/phase_case.hpp"
 
 namespace grapnel::testing {
@@ -207,7 +204,8 @@ struct DenseRest {
     const Eigen::Index n = b.size();
     // In units in which the mobility of each joint alone is 1.
     const Eigen::VectorXd unit = alone.cwiseSqrt().cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * A * unit.asDiagonal());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        Eigen::MatrixXd(unit.asDiagonal() * A * unit.asDiagonal()));
     Eigen::Index first = 0;
     while (first < n && eigen.eigenvalues()[first] <= 1e-10) ++first;
     const Eigen::MatrixXd V = eigen.eigenvectors().rightCols(n - first).transpose();

@@ -1,10 +1,10 @@
 /// Minimum-propellant on-times of thrusters against enumeration of all corners for random arrays.
 
 #include "grapnel/simulate/thruster_allocation.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 
 #include "support/random_robot.hpp"

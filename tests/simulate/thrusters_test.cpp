@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
 
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/simulate/thruster_bank.hpp"
+#include "grapnel/spatial/decompositions.hpp"
 #include "simulate/phase_case.hpp"
 #include "simulate/small_models.hpp"
 
