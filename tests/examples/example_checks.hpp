@@ -25,6 +25,7 @@ ExampleChecks flexible_checks();  // flexible arms and targets
 ExampleChecks impact_checks();
 ExampleChecks control_checks();
 ExampleChecks gripper_checks();
+ExampleChecks test_bed_checks();  // experiments on Earth
 
 /// Several arms on one target: `rows` is the number of constraint rows of all grasps together, all independent;
 /// `impulses` are those of the first impact as stated in the file's header; `loops` is the number of closed loops while

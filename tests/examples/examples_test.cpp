@@ -28,7 +28,8 @@ INSTANTIATE_TEST_SUITE_P(Examples, Shipped, ::testing::ValuesIn(shipped()), name
 
 ExampleChecks all_checks() {
   ExampleChecks all;
-  for (ExampleChecks part : {planned_checks(), flexible_checks(), impact_checks(), control_checks(), gripper_checks()})
+  for (ExampleChecks part :
+       {planned_checks(), flexible_checks(), impact_checks(), control_checks(), gripper_checks(), test_bed_checks()})
     all.merge(part);
   return all;
 }
@@ -46,8 +47,8 @@ TEST_P(Shipped, RunsAsDocumented) {
   // Between two segments that bend about several axes the scene states only the first hinge, which carries the others:
   // measured 3.6e-5.
   EXPECT_LT(d.joints, name == "station-arm-flexible" ? 1e-3 : 1e-12);
-  EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name == "first-plan" || name == "own-controller" ||
-                                name == "planar-admittance");
+  EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name.starts_with("air-bearing-") || name == "first-plan" ||
+                                name == "own-controller" || name == "planar-admittance");
   if (r.scene.planar) {
     EXPECT_LT(d.out_of_plane, 1e-12);
   } else if (name == "planar-caging") {
