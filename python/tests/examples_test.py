@@ -9,6 +9,7 @@ from conftest import SOURCE, environment
 
 EXAMPLES = sorted((SOURCE / "examples" / "python").glob("*.py"))
 FILES = {
+    "earth_twin.py": ["accuracy.csv"],
     "first_capture.py": ["summary.json", "timeseries.h5"],
     "impulse_against_mass_ratio.py": ["impulse.csv"],
     "own_controller.py": ["summary.json", "timeseries.h5"],
