@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "grapnel/contact/contact_element.hpp"
+#include "grapnel/contact/few_corners.hpp"
 
 namespace grapnel {
 
@@ -258,45 +259,79 @@ void PressureContact::keep_lowest(std::size_t first, std::size_t count) {
   fields_.resize(kept);
 }
 
-// The fields of one shape, from `first` on => those that are the least somewhere near the overlap. The nearest face of
-// a point is that on which it projects, at most bound_ / slope away; a face without such points has no polygon here.
-void PressureContact::prune(std::size_t first) {
-  constexpr std::size_t kFew = 8, kMany = 400;
-  if (fields_.size() <= first + kFew) {
-    cells_.resize(fields_.size(), {Vector3d::zero(), std::numeric_limits<double>::infinity()});
-    return;
-  }
-  keep_lowest(first, kMany);
-  is_least_.assign(fields_.size(), 1);
-  cells_.resize(fields_.size());
-  std::size_t rejecting = first;  // the field that rejected the previous one often rejects the next one
-  for (std::size_t i = first; i < fields_.size(); ++i) {
-    const Field field = fields_[i];
-    const double margin = bound_ / norm(field.gradient);
-    const std::size_t tried = rejecting;
-    const auto clip_by = [&](std::size_t k) { return clip(plane_.restricted(fields_[k])); };
-    is_least_[i] = begin_polygon(field, margin) && (tried == i || clip_by(tried));
-    for (std::size_t k = first; is_least_[i] && k < fields_.size(); ++k) {
-      if (k != i && k != tried && !clip_by(k)) is_least_[i] = 0, rejecting = k;
-    }
-    if (is_least_[i]) cells_[i] = cell_of_polygon(margin);
-  }
-  std::size_t kept = first;
-  for (std::size_t i = first; i < fields_.size(); ++i) {
-    if (is_least_[i]) cells_[kept] = cells_[i], fields_.set(kept++, fields_[i]);
-  }
-  fields_.resize(kept), cells_.resize(kept);
+namespace {
+
+// Parts of a few corners' polygon: corners, areas and the centroid, as add_polygon() uses them.
+struct Fan {
+  few_corners::Numbers s, t, after_s, after_t;  // of corners and of those after them
+  few_corners::Numbers area, area_before;  // a third of the triangles of the centroid with the edges after and before
+  double centroid_s, centroid_t;
+};
+
+// Corners behind the last one are the first one, so that they add no area. False without an area.
+GRAPNEL_INLINE bool make_fan(const double* pairs, std::size_t corners, double stretch, Fan& fan) {
+  using few_corners::Numbers;
+  const few_corners::Neighbors& order = few_corners::kNeighbors[corners];
+  few_corners::load(pairs, corners, fan.s, fan.t);
+  few_corners::permute(fan.s, order.after, fan.after_s);
+  few_corners::permute(fan.t, order.after, fan.after_t);
+  const double first_s = fan.s[0], first_t = fan.t[0];
+  const Numbers p_s = fan.s - first_s, p_t = fan.t - first_t, q_s = fan.after_s - first_s, q_t = fan.after_t - first_t;
+  const Numbers part = p_s * q_t - p_t * q_s;
+  const double twice = few_corners::total(part);
+  if (!(twice > 0)) return false;
+  fan.centroid_s = first_s + few_corners::total(part * (p_s + q_s)) / (3 * twice);
+  fan.centroid_t = first_t + few_corners::total(part * (p_t + q_t)) / (3 * twice);
+  const Numbers area = ((fan.s - fan.centroid_s) * (fan.after_t - fan.centroid_t) -
+                        (fan.t - fan.centroid_t) * (fan.after_s - fan.centroid_s)) *
+                       (stretch / 6);
+  const Numbers zero = {};
+  fan.area = area > zero ? area : zero;
+  few_corners::permute(fan.area, order.before, fan.area_before);
+  return true;
 }
+
+}  // namespace
 
 // A polygon => elements at the middles of all edges of the triangles that its centroid forms with its edges: exact for
 // the force and the moment of a linear pressure, and continuous when vertices merge.
 void PressureContact::add_polygon(const ContactShapes& shapes, const Field& field, ContactElements& elements) {
-  Corner centroid;
-  if (!(area_and_centroid(centroid) > 0)) return;
   const double length = norm(plane_.across), stretch = plane_.stretch();
   const Vector3d normal = (1 / length) * plane_.across;
   const Line pressure = plane_.restricted(field);
   const double per_pressure = 1 / shapes.pressure, per_area = 1 / shapes.reference_area;
+
+  using few_corners::Numbers;
+  constexpr std::size_t kFew = few_corners::kFew;
+  if (corners_ <= kFew) {
+    Fan fan;
+    if (!make_fan(&polygon_[0].s, corners_, stretch, fan)) return;
+    alignas(64) double at[2][3][kFew], elastic[2][kFew], depth[2][kFew], share[2][kFew], area[2][kFew];
+    const auto put = [](const Numbers& numbers, double* to)
+                         GRAPNEL_INLINE_LAMBDA { std::memcpy(to, &numbers, sizeof numbers); };
+    const auto set = [&](int side, const Numbers& s, const Numbers& t, const Numbers& a) GRAPNEL_INLINE_LAMBDA {
+      const Numbers p = pressure.constant + pressure.along_s * s + pressure.along_t * t, force = p * a;
+      const Line& height = plane_.height;
+      put(s + origin_[plane_.s], at[side][plane_.s]), put(t + origin_[plane_.t], at[side][plane_.t]);
+      put(height.constant + height.along_s * s + height.along_t * t + origin_[plane_.h], at[side][plane_.h]);
+      put(force, elastic[side]), put(p * per_pressure, depth[side]);
+      put(a * per_area, share[side]), put(a, area[side]);
+    };
+    set(0, 0.5 * (fan.s + fan.centroid_s), 0.5 * (fan.t + fan.centroid_t), fan.area_before + fan.area);
+    set(1, 0.5 * (fan.s + fan.after_s), 0.5 * (fan.t + fan.after_t), fan.area);
+    for (std::size_t i = 0; i < corners_; ++i) {
+      for (int side = 0; side < 2; ++side) {
+        const double force = elastic[side][i];
+        if (!(force > 0)) continue;
+        const Vector3d point{at[side][0][i], at[side][1][i], at[side][2][i]};
+        elements.add({point, normal, force, depth[side][i], share[side][i], area[side][i]});
+      }
+    }
+    return;
+  }
+
+  Corner centroid;
+  if (!(area_and_centroid(centroid) > 0)) return;
   const auto add = [&](const Corner& x, double area) {
     const double p = pressure.at(x);
     if (!(p * area > 0)) return;

@@ -2,8 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
 #include "contact/contact_cases.hpp"
 #include "grapnel/contact/contact_set.hpp"
+#include "grapnel/contact/few_corners.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "support/allocation_trap.hpp"
 
@@ -142,6 +149,77 @@ TEST(ContactGeometry, SupportMapFindsTheFarthestVertexInEveryDirection) {
     EXPECT_EQ(dot(d, map.support(d)), farthest);
   }
 }
+
+#if defined(GRAPNEL_CUT_IN_REGISTERS)
+
+using Corners = std::vector<std::array<double, 2>>;
+
+Corners part_inside(const Corners& polygon, double c, double a, double b) {
+  Corners inside;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const std::array<double, 2>&p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double at_p = c + a * p[0] + b * p[1], at_q = c + a * q[0] + b * q[1];
+    if (at_p >= 0) inside.push_back(p);
+    if ((at_p >= 0) == (at_q >= 0)) continue;
+    const double part = at_p / (at_p - at_q);
+    inside.push_back({p[0] + part * (q[0] - p[0]), p[1] + part * (q[1] - p[1])});
+  }
+  return inside;
+}
+
+double area_of(const Corners& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const std::array<double, 2>&p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    twice += p[0] * q[1] - p[1] * q[0];
+  }
+  return 0.5 * twice;
+}
+
+TEST(ContactGeometry, PolygonsInRegistersAreCutAsCornerByCorner) {
+  Random random(6);
+  int cut = 0, large = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Corners corners(static_cast<std::size_t>(random.integer(3, 8)));
+    std::vector<double> angles;
+    for (std::size_t k = 0; k < corners.size(); ++k) angles.push_back(random.uniform(0, 2 * std::numbers::pi));
+    std::sort(angles.begin(), angles.end());
+    for (std::size_t k = 0; k < corners.size(); ++k) corners[k] = {std::cos(angles[k]), 2 * std::sin(angles[k])};
+    alignas(64) double s[8], t[8];
+    for (std::size_t k = 0; k < 8; ++k) {
+      const std::array<double, 2>& p = corners[k < corners.size() ? k : 0];
+      s[k] = p[0], t[k] = p[1];
+    }
+    few_corners::Polygon polygon{_mm512_load_pd(s), _mm512_load_pd(t), static_cast<unsigned>(corners.size())};
+    const double c = random.uniform(-1.5, 1.5), a = random.uniform(-1, 1), b = random.uniform(-1, 1);
+    const Corners inside = part_inside(corners, c, a, b);
+    const few_corners::Rest rest = few_corners::clip(polygon, c, a, b);
+    if (rest == few_corners::Rest::unknown) {
+      EXPECT_GT(inside.size(), 8u);
+      ++large;
+      continue;
+    }
+    ASSERT_EQ(rest == few_corners::Rest::some, !inside.empty());
+    if (inside.empty()) continue;
+    if (inside != corners) ++cut;
+    ASSERT_EQ(polygon.corners, inside.size());
+    double pairs[16];
+    few_corners::store(polygon, pairs);
+    Corners found;
+    for (std::size_t k = 0; k < 8; ++k) {
+      if (k < inside.size()) {
+        found.push_back({pairs[2 * k], pairs[2 * k + 1]});
+      } else {
+        EXPECT_EQ(pairs[2 * k], pairs[0]);
+      }
+    }
+    EXPECT_NEAR(area_of(found), area_of(inside), 1e-13);
+  }
+  EXPECT_GT(cut, 500);
+  EXPECT_GT(large, 20);
+}
+
+#endif
 
 TEST(ContactGeometry, EvaluationDoesNotAllocate) {
   for (const CaseShape a : kCaseShapes) {
