@@ -294,7 +294,8 @@ GRAPNEL_INLINE bool make_fan(const double* pairs, std::size_t corners, double st
 }  // namespace
 
 // A polygon => elements at the middles of all edges of the triangles that its centroid forms with its edges: exact for
-// the force and the moment of a linear pressure, and continuous when vertices merge.
+// the force and the moment of a linear pressure, and continuous when vertices merge. The area of an edge without
+// pressure, which has no element, counts at the middle beside it.
 void PressureContact::add_polygon(const ContactShapes& shapes, const Field& field, ContactElements& elements) {
   const double length = norm(plane_.across), stretch = plane_.stretch();
   const Vector3d normal = (1 / length) * plane_.across;
@@ -320,6 +321,7 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
     set(0, 0.5 * (fan.s + fan.centroid_s), 0.5 * (fan.t + fan.centroid_t), fan.area_before + fan.area);
     set(1, 0.5 * (fan.s + fan.after_s), 0.5 * (fan.t + fan.after_t), fan.area);
     for (std::size_t i = 0; i < corners_; ++i) {
+      if (!(elastic[1][i] > 0)) area[0][i] += area[1][i];
       for (int side = 0; side < 2; ++side) {
         const double force = elastic[side][i];
         if (!(force > 0)) continue;
@@ -332,10 +334,10 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
 
   Corner centroid;
   if (!(area_and_centroid(centroid) > 0)) return;
-  const auto add = [&](const Corner& x, double area) {
+  const auto add = [&](const Corner& x, double area, double beside) {
     const double p = pressure.at(x);
     if (!(p * area > 0)) return;
-    elements.add({origin_ + plane_.point(x), normal, p * area, p * per_pressure, area * per_area, area});
+    elements.add({origin_ + plane_.point(x), normal, p * area, p * per_pressure, area * per_area, area + beside});
   };
   const auto middle = [](const Corner& p, const Corner& q) { return Corner{0.5 * (p.s + q.s), 0.5 * (p.t + q.t)}; };
   const auto triangle = [&](const Corner& p, const Corner& q) {  // a third of its area
@@ -346,8 +348,9 @@ void PressureContact::add_polygon(const ContactShapes& shapes, const Field& fiel
   for (std::size_t i = 0; i < corners_; ++i) {
     const Corner& next = polygon_[i + 1 < corners_ ? i + 1 : 0];
     const double after = triangle(polygon_[i], next);
-    add(middle(centroid, polygon_[i]), before + after);
-    add(middle(polygon_[i], next), after);
+    const Corner edge = middle(polygon_[i], next);
+    add(middle(centroid, polygon_[i]), before + after, pressure.at(edge) * after > 0 ? 0.0 : after);
+    add(edge, after, 0);
     before = after;
   }
 }
