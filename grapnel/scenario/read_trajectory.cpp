@@ -9,6 +9,7 @@
 #include "grapnel/control/controller_signals.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/csv_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
@@ -17,26 +18,6 @@ namespace {
 
 constexpr std::string_view kRateSuffix = ".rate";
 constexpr std::array<std::string_view, 3> kTorqueColumns = {"base.x", "base.y", "base.z"};
-
-struct CsvCell {
-  std::string_view text;  // without blanks around it
-  std::size_t begin = 0;  // of the text within its line [bytes]
-};
-
-std::vector<CsvCell> split_from(std::string_view line, std::size_t begin) {
-  std::vector<CsvCell> fields;
-  for (std::size_t at = begin;;) {
-    const std::size_t comma = std::min(line.find(',', at), line.size());
-    const std::size_t first = std::min(line.find_first_not_of(" \t", at), comma);
-    std::size_t end = comma;
-    while (end > first && (line[end - 1] == ' ' || line[end - 1] == '\t')) --end;
-    fields.push_back({line.substr(first, end - first), first});
-    if (comma == line.size()) return fields;
-    at = comma + 1;
-  }
-}
-
-std::vector<CsvCell> split(std::string_view line) { return split_from(line, 0); }
 
 // Whether this may be a name of the time column. First lines of other files are not shown in messages.
 bool may_be_time(std::string_view text) {
@@ -62,7 +43,7 @@ class TrajectoryReader {
   enum class Contents { motion, efforts };
   TrajectoryReader(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults,
                    Contents contents = Contents::motion)
-      : file_(file), robot_(robot), faults_(faults), contents_(contents) {}
+      : file_(file), robot_(robot), faults_(faults), contents_(contents), csv_(file.text) {}
 
   std::optional<EffortLog> read_efforts() {
     auto motion = read();
@@ -79,12 +60,7 @@ class TrajectoryReader {
   std::optional<SampledMotion> read() {
     motion_.positions.resize(robot_.joints.size());
     motion_.rates.resize(robot_.joints.size());
-    const std::string_view text = file_.text;
-    for (std::size_t at = 0; at < text.size() && !faults_.full() && !foreign_;) {
-      const std::size_t end = std::min(text.find('\n', at), text.size());
-      read_line(text.substr(at, end - at));
-      at = end + 1;
-    }
+    while (!faults_.full() && !foreign_ && (line_ = csv_.next()) != nullptr) read_line();
     if (!foreign_) check_whole();
     if (faults_.size() != before_ || !robot_.order_known) return {};
     const bool rates = std::any_of(columns_.begin(), columns_.end(),
@@ -171,55 +147,41 @@ class TrajectoryReader {
 
   // ---- Lines ----
 
-  void read_line(std::string_view line) {
-    ++line_number_;
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    const std::size_t first = line.find_first_not_of(" \t");
-    if (first == std::string_view::npos) return;
-    if (line[first] == '#') {
-      if (columns_.empty()) note_comment(line, first + 1);
-      return;
+  void read_line() {
+    const CsvLine* line = line_;
+    if (columns_.empty()) {
+      const CsvLine* header = is_number(line->cells[0]) ? commented_header() : nullptr;
+      if (!header) {
+        foreign_ = !has_commas();
+        if (!foreign_) read_header(line->cells);
+        return;
+      }
+      line_ = header;
+      read_header(header->cells);
+      line_ = line;
+      if (foreign_) return;
     }
-    line_ = line;
-    const std::vector<CsvCell> fields = split(line);
-    if (columns_.empty() && commented_header_.number > 0 && is_number(fields[0]))
-      read_commented_header();
-    else if (columns_.empty())
-      foreign_ = !has_commas(line);
-    if (foreign_) return;
-    if (columns_.empty())
-      read_header(fields);
-    else
-      read_sample(fields);
+    read_sample(line->cells);
   }
 
   // "# time,shoulder,elbow", as numpy.savetxt writes it: the header, if the first line without a sign is a sample.
-  void note_comment(std::string_view line, std::size_t begin) {
-    const std::vector<CsvCell> fields = split_from(line, begin);
-    if (fields.size() > 1 && fields[0].text == "time") commented_header_ = {line, begin, line_number_};
-  }
-  void read_commented_header() {
-    const CommentedHeader header = commented_header_;
-    const std::string_view line = std::exchange(line_, header.line);
-    const int number = std::exchange(line_number_, header.number);
-    read_header(split_from(header.line, header.begin));
-    line_ = line, line_number_ = number;
+  const CsvLine* commented_header() const {
+    const CsvLine* header = nullptr;
+    for (const CsvLine& comment : csv_.comments()) {
+      if (comment.cells.size() > 1 && comment.cells[0].text == "time") header = &comment;
+    }
+    return header;
   }
   bool is_number(const CsvCell& field) {
     scratch_.text.assign(field.text);
     return number_of(scratch_).has_value();
   }
 
-  // Column numbers count characters; only error messages need them.
-  Mark mark_at(std::size_t bytes) const {
-    const std::string_view before = line_.substr(0, bytes);
-    const auto characters = std::count_if(before.begin(), before.end(),
-                                          [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
-    return {file_.source, line_number_, static_cast<int>(characters) + 1};
-  }
+  Mark mark_at(std::size_t bytes) const { return mark_in(*line_, bytes, file_.source); }
 
   // Some spreadsheets separate fields by semicolons and use decimal commas. One message covers all lines.
-  bool has_commas(std::string_view line) {
+  bool has_commas() {
+    const std::string_view line = line_->text;
     const std::size_t other = line.find_first_of(";\t");
     if (line.find(',') != std::string_view::npos || other == std::string_view::npos) return true;
     faults_.add(mark_at(other),
@@ -421,16 +383,10 @@ class TrajectoryReader {
   const ReadRobot& robot_;
   FaultList& faults_;
   const Contents contents_;
-  std::string_view line_;
-  int line_number_ = 0;
+  CsvText csv_;
+  const CsvLine* line_ = nullptr;  // the current line
   std::vector<CsvColumn> columns_;
   bool foreign_ = false;  // not a trajectory, already reported
-  struct CommentedHeader {
-    std::string_view line;
-    std::size_t begin = 0;  // of its names
-    int number = 0;         // 0: there is none
-  };
-  CommentedHeader commented_header_;
   SampledMotion motion_;
   std::array<std::vector<double>, 3> base_;  // of a torque on the base, per row
   const std::size_t before_ = faults_.size();
