@@ -1,0 +1,47 @@
+#pragma once
+
+/// @file
+/// Compares a run with a log of measurements.
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/compare/align_log.hpp"
+#include "grapnel/compare/comparison_report.hpp"
+
+namespace grapnel {
+
+/// Times of the run to compare.
+struct ComparedTimes {
+  double from = -1e300, to = 1e300;  // [s]
+};
+
+/// The compared samples of one component, for plots. Orientations have residuals only.
+struct ComparedCurve {
+  std::size_t quantity = 0;  ///< index in the report
+  std::string component;
+  std::vector<double> time, measured, simulated, residual;  ///< times of the run
+  std::vector<std::uint8_t> is_outlier;
+};
+
+/// A comparison, and comparison.csv: all residuals.
+struct LogComparison {
+  ComparisonReport report;
+  std::string residuals_csv;
+  std::vector<ComparedCurve> curves;
+};
+
+/// Statistics and verdicts of quantities whose clocks are aligned: fills the comparison, except for `version`, `run`,
+/// `log` and `clock` of the report, whose offset it uses.
+void evaluate_residuals(std::span<const ComparedQuantity> quantities, const ComparedTimes& times,
+                        LogComparison& comparison);
+
+/// Compares `run_folder`/timeseries.h5 with a log. Without a mapping (empty path) the columns of the log that have the
+/// names of series of the run are compared, at the same times. @throws InputError with all errors of the three files
+LogComparison compare_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,
+                          const std::filesystem::path& mapping);
+
+}  // namespace grapnel

@@ -1,0 +1,152 @@
+#include "grapnel/compare/measured_log.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+
+#include "grapnel/result/child_reader.hpp"
+#include "grapnel/result/file_seal.hpp"
+#include "grapnel/result/hdf5_file.hpp"
+#include "grapnel/text/error_text.hpp"
+#include "grapnel/text/text_file.hpp"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLargestLog = std::size_t{1} << 30;  // [bytes]
+constexpr std::uint64_t kMostDatasets = 1 << 20;
+
+LogFormat format_of(const fs::path& path) {
+  std::string begin(8, ' ');
+  std::ifstream file(path, std::ios::binary);
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  if (begin == "\x89HDF\r\n\x1a\n") return LogFormat::hdf5;
+  return begin.starts_with("MATLAB ") || path.extension() == ".mat" ? LogFormat::mat : LogFormat::csv;
+}
+
+void send(const std::vector<LogDataset>& datasets, ToParent& parent) {
+  parent.count(datasets.size());
+  for (const LogDataset& one : datasets) {
+    parent.texts({one.name, one.unit, one.obstacle});
+    parent.count(one.rows);
+    parent.count(one.width);
+    parent.numbers(one.values);
+  }
+}
+
+std::vector<LogDataset> take(FromChild& child) {
+  const std::uint64_t count = child.count();
+  if (count > kMostDatasets) throw std::runtime_error("implausible number of datasets");
+  std::vector<LogDataset> datasets(static_cast<std::size_t>(count));
+  for (LogDataset& one : datasets) {
+    std::vector<std::string> texts = child.texts();
+    if (texts.size() != 3) throw std::runtime_error("the reader failed");
+    one.name = std::move(texts[0]), one.unit = std::move(texts[1]), one.obstacle = std::move(texts[2]);
+    one.rows = static_cast<std::size_t>(child.count());
+    one.width = static_cast<std::size_t>(child.count());
+    one.values = child.numbers<double>();
+    if (!one.values.empty() && (one.width == 0 || one.values.size() / one.width != one.rows))
+      throw std::runtime_error("the reader failed");
+  }
+  return datasets;
+}
+
+// In a child process, since HDF5 and matio can crash or loop on a damaged file.
+std::vector<LogDataset> read_foreign(const fs::path& path, LogFormat format, double bytes,
+                                     const std::vector<std::string>& requested) {
+  std::vector<LogDataset> datasets;
+  std::optional<hdf5::Session> session(std::in_place);  // no other thread uses HDF5 at the fork
+  read_in_child(
+      reading_seconds(bytes),
+      [&](ToParent& parent) {
+        send(format == LogFormat::hdf5 ? read_hdf5_log(path, requested) : read_mat_log(path, requested), parent);
+      },
+      [&](FromChild& child) {
+        session.reset();
+        datasets = take(child);
+      });
+  return datasets;
+}
+
+// The name without " [unit]" at its end, and the unit.
+std::pair<std::string_view, std::string_view> without_unit(std::string_view name) {
+  const std::size_t open = name.rfind('[');
+  if (open == std::string_view::npos || open == 0 || !name.ends_with(']')) return {name, {}};
+  std::string_view stem = name.substr(0, open);
+  while (stem.ends_with(' ')) stem.remove_suffix(1);
+  return {stem, name.substr(open + 1, name.size() - open - 2)};
+}
+
+std::optional<std::size_t> find_dataset(const std::vector<LogDataset>& datasets, std::string_view name) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    if (datasets[i].name == name) return i;
+  }
+  const std::string_view path = name.starts_with('/') ? name.substr(1) : name;
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    if (datasets[i].name == path || without_unit(datasets[i].name).first == path) return i;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Mark MeasuredLog::mark_of(std::size_t sample) const {
+  return {source, sample < lines.size() ? lines[sample] : 0, sample < lines.size() ? 1 : 0};
+}
+
+std::optional<LogColumn> find_column(const std::vector<LogDataset>& datasets, std::string_view name) {
+  if (const auto whole = find_dataset(datasets, name)) return LogColumn{*whole, {}};
+  const auto [stem, index] = without_unit(name);
+  std::size_t column = 0;
+  const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), column);
+  if (index.empty() || error != std::errc() || end != index.data() + index.size()) return std::nullopt;
+  const auto dataset = find_dataset(datasets, stem);
+  if (!dataset || column >= datasets[*dataset].width) return std::nullopt;
+  return LogColumn{*dataset, column};
+}
+
+std::vector<std::size_t> requested_datasets(const std::vector<LogDataset>& datasets,
+                                            const std::vector<std::string>& requested) {
+  std::vector<std::size_t> found;
+  for (const std::string& name : requested) {
+    const auto column = find_column(datasets, name);
+    if (column && std::find(found.begin(), found.end(), column->dataset) == found.end())
+      found.push_back(column->dataset);
+  }
+  return found;
+}
+
+std::optional<MeasuredLog> read_log(const fs::path& path, const std::vector<std::string>& requested,
+                                    FaultList& faults) {
+  MeasuredLog log;
+  log.source = std::make_shared<const std::string>(path.string());
+  const Mark whole{log.source, 0, 0};
+  const auto bytes = read_file(path, whole, faults, kLargestLog);
+  if (!bytes) return std::nullopt;
+  log.sha256 = sha256(*bytes);
+  log.format = format_of(path);
+  if (log.format == LogFormat::csv) {
+    const auto text = checked_text(*bytes, log.source, faults);
+    if (!text || !read_csv_log(*text, requested, log, faults)) return std::nullopt;  // without names
+  } else {
+    try {
+      log.datasets = read_foreign(path, log.format, static_cast<double>(bytes->size()), requested);
+    } catch (const std::exception& error) {
+      faults.add(whole, fmt::format("cannot read the log: {}", error_text(error)));
+      return std::nullopt;
+    }
+  }
+  for (LogDataset& one : log.datasets) {
+    if (one.unit.empty()) one.unit = without_unit(one.name).second;
+  }
+  return log;
+}
+
+}  // namespace grapnel
