@@ -12,6 +12,8 @@
 #include "grapnel/campaign/run_scenario.hpp"
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/capture/elastic_report.hpp"
+#include "grapnel/compare/comparison_report.hpp"
+#include "grapnel/compare/log_mapping.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/capture_system.hpp"
@@ -102,12 +104,13 @@ std::span<const ResultContract> result_contracts() {
       {"scene", "scene", "Grapnel scene, version 1", &type_of<SceneDocument>},
       {"study-table", "study", "Grapnel study table, version 1", &type_of<SweepReport>},
       {"campaign-report", "campaign", "Grapnel campaign report, version 1", &type_of<CampaignReport>},
-      {"optimization-result", "optimization", "Grapnel optimization result, version 1", &type_of<OptimizationReport>}};
+      {"optimization-result", "optimization", "Grapnel optimization result, version 1", &type_of<OptimizationReport>},
+      {"log-comparison", "comparison", "Grapnel comparison with a log, version 1", &type_of<ComparisonReport>}};
   return all;
 }
 
 std::vector<std::string> schema_kinds() {
-  std::vector<std::string> kinds{"scenario", "robot", "target", "study", "optimization", "campaign"};
+  std::vector<std::string> kinds{"scenario", "robot", "target", "study", "optimization", "campaign", "mapping"};
   for (const std::string& kind : kinds_of_results()) kinds.push_back(kind);
   return kinds;
 }
@@ -132,6 +135,7 @@ int print_schema(const SchemaOptions& options) {
                  : kind == "study"        ? study_schema()
                  : kind == "optimization" ? optimization_schema()
                  : kind == "campaign"     ? campaign_schema()
+                 : kind == "mapping"      ? mapping_schema()
                                           : scenario_schema());
     return kDone;
   } catch (const std::runtime_error& error) {  // reading the page failed

@@ -2,8 +2,8 @@
 
 /// @file
 /// The program's subcommands. Each returns the exit code: 0 success; 1 the simulation or its conservation checks
-/// failed, or a file could not be written; 2 bad input; 3 some points or cases of a study failed; 130 stopped by
-/// Ctrl-C.
+/// failed, a log disagrees, or a file could not be written; 2 bad input; 3 some points or cases of a study failed; 130
+/// stopped by Ctrl-C.
 
 #include <cstddef>
 #include <cstdint>
@@ -67,6 +67,16 @@ struct ReportOptions {
   std::filesystem::path output;  // empty: in the folder
 };
 int report(const ReportOptions& options);
+
+struct CompareOptions {
+  std::filesystem::path run;  // result folder
+  std::filesystem::path log;
+  std::filesystem::path mapping;  // empty: columns with the names of series of the run
+  std::filesystem::path output;   // empty: compare-LOG in the run's folder
+  bool quiet = false;
+};
+/// Compares a run with a log of measurements. The simulation failed: a quantity disagrees.
+int compare(const CompareOptions& options);
 
 struct FigureOptions {
   std::filesystem::path folder;

@@ -104,6 +104,20 @@ int program(int argc, char** argv) {
                              "File (default: report.html in the folder; for a comparison report-vs-SECOND.html)");
   report_command->callback([&] { code = report(report_options); });
 
+  CompareOptions compare_options;
+  CLI::App* compare_command = app.add_subcommand(
+      "compare",
+      "Compare a run with a log of measurements; writes comparison.json, comparison.csv and comparison.html");
+  compare_command->add_option("run", compare_options.run, "Result folder of run")->required();
+  compare_command->add_option("log", compare_options.log, "File with measurements (CSV, HDF5 or MAT)")->required();
+  compare_command->add_option("--map", compare_options.mapping,
+                              "Mapping file (YAML): which columns of the log measure which series of the run "
+                              "(default: columns with the names of series)");
+  compare_command->add_option("-o,--output", compare_options.output,
+                              "Result folder (default: compare-LOG in the run's folder)");
+  compare_command->add_flag("--quiet", compare_options.quiet, "Print errors and warnings only");
+  compare_command->callback([&] { code = compare(compare_options); });
+
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");

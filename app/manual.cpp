@@ -168,11 +168,9 @@ std::string markdown(std::string_view text) {
 }  // namespace
 
 std::string_view exit_codes() {
-  return "Exit codes: 0 done; 1 the simulation or its conservation checks failed, or a result could not be written "
-         "(the results\n"
-         "computed so far are kept); 2 bad input; 3 some points of a study or cases of a campaign failed; 130 stopped "
-         "by\n"
-         "Ctrl-C (completed results are kept).";
+  return "Exit codes: 0 done; 1 the simulation or its conservation checks failed, a log disagrees, or a result could\n"
+         "not be written (the results computed so far are kept); 2 bad input; 3 some points of a study or cases of a\n"
+         "campaign failed; 130 stopped by Ctrl-C (completed results are kept).";
 }
 
 std::string manual_page(const CLI::App& app) {

@@ -3,6 +3,7 @@
 // side is grapnel/report/report_data.hpp; change both together.
 
 import type { CampaignReport } from "./campaign_types";
+import type { LogComparison } from "./comparison_types";
 import type { OptimizationReport } from "./optimization_types";
 import type { Scene, SceneBody, SceneObstacle, SceneShape } from "./scene_types";
 import type { SweepReport } from "./study_types";
@@ -16,12 +17,33 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface ReportData {
   schema: "grapnel-report/1";
   version: string; // of Grapnel
-  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign";
+  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log";
   title: string; // scenario's or study's name
   runs: RunData[]; // run: 1, comparison: 2, else 0
   sweep?: SweepData;
   optimization?: OptimizationData;
   campaign?: CampaignData;
+  log?: LogData;
+}
+
+// ---- Comparison with a log ----
+
+export interface LogData {
+  comparison: Partly<LogComparison>; // comparison.json, unchanged (docs/formats/comparison.md)
+  curves: ComparedCurve[];
+}
+
+// One component; base64, float64 little endian. Orientations have residuals only.
+export interface ComparedCurve {
+  quantity: number; // index into the quantities
+  component: string;
+  samples: number; // in the page
+  of: number;
+  time: string; // of the run [s]
+  measured: string;
+  simulated: string;
+  residual: string;
+  outliers: number[]; // their times
 }
 
 // ---- One run ----
