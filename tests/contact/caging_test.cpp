@@ -95,6 +95,16 @@ TEST(SearchCage, TurnsARodTowardsAnOpening) {
   EXPECT_EQ(search_cage({room(0.05, 0.35), {short_rod}, across}, {.resolution = 0.005}).verdict, Verdict::caged);
 }
 
+TEST(SearchCage, TurnsAPlateParallelToASlit) {
+  // A lying plate of 60 mm leaves through a slit of 120 mm only upright and parallel to it.
+  const ContactShape plate(box({0.5, 0.5, 0.06}, {0, 0, 0}));
+  const CageSearch search{.resolution = 0.005, .max_cells = 20'000};
+  EXPECT_EQ(search_cage({room(0.12, 0.7), {plate}, Posed::identity()}, search).verdict, Verdict::can_leave);
+  // A plate that is thicker than the slit remains.
+  const ContactShape thick(box({0.3, 0.3, 0.2}, {0, 0, 0}));
+  EXPECT_EQ(search_cage({room(0.12, 0.7), {thick}, Posed::identity()}, {.resolution = 0.01}).verdict, Verdict::caged);
+}
+
 TEST(SearchCage, DoesNotDependOnTheFrame) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
