@@ -72,12 +72,10 @@ bool StiffnessMonitor::prefers_explicit(double end, const Cost& cost, std::size_
   before_ = cost;
   if (!pays) {
     judgements_before_check_ = 0;
-    if (paid_ > 0)
-      cause().required = cause().first_trial;
-    else
-      cause().postpone();
+    if (paid_ == 0) cause().postpone();
     return true;
   }
+  cause().required = cause().first_trial;  // of the next trial, also if an event ends this one
   const int check = std::max(judgements_before_check_, kFirstCheck);
   if (++paid_ < check || !is_short_) return false;
   judgements_before_check_ = std::min(2 * check, kRarestCheck);

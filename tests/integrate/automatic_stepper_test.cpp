@@ -200,5 +200,35 @@ TEST(RadauStepper, ArgumentsAreChecked) {
   EXPECT_THROW(stepper.prepare_dense_output(rhs), std::logic_error);
 }
 
+// Limited explicit steps until a trial.
+int steps_until_trial(StiffnessMonitor& monitor) {
+  constexpr int kMost = 10'000;
+  for (int steps = 1; steps <= kMost; ++steps) {
+    if (monitor.explicit_step({.size = 1e-3, .product = 5, .bend = 1e3, .motion = 5})) return steps;
+  }
+  return kMost;
+}
+
+// A trial of six implicit steps of 1 s in total, judged once, whose explicit steps would cost 14/6 of `radius` =>
+// whether explicit steps are preferred.
+bool judge(StiffnessMonitor& monitor, double radius) {
+  monitor.begin_trial();
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(monitor.implicit_step(0));
+  EXPECT_TRUE(monitor.implicit_step(0));
+  return monitor.prefers_explicit(1, {.evaluations = 1000, .factorizations = 1}, 2, radius);
+}
+
+TEST(StiffnessMonitor, TrialThatPaysResetsTheWaitAlsoIfAnEventEndsIt) {
+  StiffnessMonitor monitor;
+  EXPECT_EQ(steps_until_trial(monitor), 15);
+  EXPECT_TRUE(judge(monitor, 100));
+  EXPECT_EQ(steps_until_trial(monitor), 15);  // 30 in total
+  EXPECT_TRUE(judge(monitor, 100));
+  EXPECT_EQ(steps_until_trial(monitor), 30);  // 60 in total
+  EXPECT_FALSE(judge(monitor, 1e4));
+  monitor.forget();  // an event
+  EXPECT_EQ(steps_until_trial(monitor), 15);
+}
+
 }  // namespace automatic_stepper_test
 }  // namespace grapnel
