@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/result/verdicts.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -90,26 +92,32 @@ void ContactMonitor::search_peaks(const PhaseStep& step) {
     wrenches_.clear();
     set_->evaluate(kinematics_, wrenches_);
   });
-  for (std::size_t g = 0; g < reports_.size(); ++g) {
-    const ContactPeak& peak = peaks_.peaks()[g];
-    ContactPairReport& report = reports_[g];
-    report.largest_depth = std::max(report.largest_depth, peak.depth);
-    report.beyond_model = report.beyond_model || peak.beyond_model;
-    if (!(peak.force > report.peak_force)) continue;
-    report.peak_force = peak.force, report.peak_time = peak.time;
-    report.peak_point = frame_.place(peak.time) + peak.p_WC;
-  }
+  for (std::size_t g = 0; g < reports_.size(); ++g) note_peak(reports_[g], peaks_.peaks()[g], 0);
 }
 
-// Work of the forces + change of elastic energy + dissipated energy = 0 (23.1).
+// Peaks since `begin` => the report of their pair.
+void ContactMonitor::note_peak(ContactPairReport& report, const ContactPeak& peak, double begin) const {
+  report.largest_depth = std::max(report.largest_depth, peak.depth);
+  if (peak.beyond_model && !report.beyond_model) {
+    report.beyond_model = true;
+    report.beyond_model_since = begin + peak.beyond_model->time, report.beyond_model_depth = peak.beyond_model->depth;
+  }
+  if (!(peak.force > report.peak_force)) return;
+  report.peak_force = peak.force, report.peak_time = begin + peak.time;
+  report.peak_point = frame_.place(report.peak_time) + peak.p_WC;
+}
+
+// Work of the forces + change of elastic energy + dissipated energy = 0 (23.1), until the pair leaves the model: beyond
+// it forces may jump (23.14).
 void ContactMonitor::check_energy(std::size_t group) {
   if (std::isnan(stored_[group])) return;
   const ContactIntegrals& sum = integrals_[group];
   const double stored = set_->elastic_energy(group, kinematics_);
+  reports_[group].elastic_energy = stored;
+  if (reports_[group].beyond_model) return;
   const double error = std::abs(sum.work + stored - stored_[group] + sum.damping + sum.friction);
   if (!(error <= residual_)) residual_ = error;
   exchanged_ = std::max({exchanged_, stored, std::abs(sum.work), sum.damping, sum.friction});
-  reports_[group].elastic_energy = stored;
 }
 
 // Work of the impulses + energy lost by restitution and friction = 0 in all impacts so far, over all pairs: in an
@@ -155,13 +163,7 @@ void ContactMonitor::add_impact(const ImpactShapes& impact, double end) {
   if (!impact.touched) return;
   for (std::size_t g = 0; g < reports_.size(); ++g) {
     ContactPairReport& report = reports_[g];
-    const ContactPeak& peak = impact.peaks[g];
-    report.largest_depth = std::max(report.largest_depth, peak.depth);
-    report.beyond_model = report.beyond_model || peak.beyond_model;
-    if (peak.force > report.peak_force) {
-      report.peak_force = peak.force, report.peak_time = impact.begin + peak.time;
-      report.peak_point = frame_.place(report.peak_time) + peak.p_WC;
-    }
+    note_peak(report, impact.peaks[g], impact.begin);
     report.elastic_energy = impact.elastic_energy[g];
     add_motion(g, impact.integrals[g], impact.contacts.history(g), end);
   }
@@ -184,9 +186,10 @@ void ContactMonitor::write(CaptureResult& result) const {
   const double scale = std::max(exchanged_, result.ledger.scale.energy);
   result.ledger.entries.push_back({"contact_energy_residual", residual_ > 0 ? residual_ / scale : residual_, 1e-8, "1",
                                    "largest |work of the contact forces + elastic energy + energy dissipated by "
-                                   "damping and friction| of a pair, or "
+                                   "damping and friction| of a pair until an overlap is too deep for the model, or "
                                    "of all impacts together, over the largest of these and the kinetic energy",
                                    exchanged_ > 0});
+  for (const std::string& warning : contact_warnings(result)) result.warnings.push_back(warning);
 }
 
 }  // namespace grapnel

@@ -38,6 +38,7 @@ class ContactMonitor final : public MotionObserver {
 
  private:
   void search_peaks(const PhaseStep& step);
+  void note_peak(ContactPairReport& report, const ContactPeak& peak, double begin) const;
   void check_energy(std::size_t group);
   void check_impacts(const ContactSet& contacts);
   void add_motion(std::size_t group, const ContactIntegrals& sum, const GroupHistory& history, double time);

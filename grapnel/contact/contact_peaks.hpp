@@ -5,6 +5,7 @@
 /// integrator's dense output. Thread safety: one thread at a time.
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,11 @@ struct ContactPeak {
   double time = 0;                   // of this force [s]
   Vector3d p_WC = Vector3d::zero();  // centre of the normal forces then, in W
   double depth = 0;                  // [m]
-  bool beyond_model = false;
+  /// The first overlap that was too deep for the model: its begin [s], and the depth then [m].
+  struct Limit {
+    double time, depth;
+  };
+  std::optional<Limit> beyond_model = {};
 };
 
 class ContactPeaks {
@@ -33,8 +38,12 @@ class ContactPeaks {
   std::span<const ContactPeak> peaks() const { return peaks_; }
 
  private:
+  static ContactPeak::Limit limit_of(const ContactSet& contacts, std::size_t group, double begin, double beyond,
+                                     const std::function<void(double t)>& evaluate);
+
   PeakSearch search_;  // forces of all groups, then depths
   std::vector<ContactPeak> peaks_;
+  std::vector<double> beyond_;  // scratch: the first time in the step at which a group is beyond the model [s]
 };
 
 }  // namespace grapnel

@@ -326,8 +326,11 @@ void ContactSet::evaluate(const Kinematics& kinematics, std::vector<ExternalWren
     const auto [a, b] = motions_of(pair, kinematics);
     const ContactForce& force = pair.contact.evaluate(a, b, pair.stick);
     if (!force.touches) {
-      double& slip_speed = groups_[pair.group].slip_speed;
-      if (!force.beyond_model) slip_speed = std::max(slip_speed, pair.contact.graze(a, b, pair.stick).slip_speed);
+      GroupContact& group = groups_[pair.group];
+      if (force.beyond_model)
+        group.beyond_model = true;  // one shape is inside of the other
+      else
+        group.slip_speed = std::max(group.slip_speed, pair.contact.graze(a, b, pair.stick).slip_speed);
       continue;
     }
     spread(pair, force, kinematics);

@@ -34,6 +34,13 @@ struct RoundPair {
   double radius;
 };
 
+// A point of A's core with this distance from the core of B => whether the centre or axis of one shape is inside of the
+// other one (23.14).
+bool is_too_deep(const ContactShape& a, const ContactShape& b, double distance) {
+  if (b.kind() == ContactShape::Kind::half_space) return false;
+  return distance <= (b.core().rounding > 0 ? std::max(a.core().rounding, b.core().rounding) : 0.0);
+}
+
 // A sphere of shape A's radius about p => one element with the other shape at most, `weight` times.
 void add_point(const RoundPair& shapes, const Posed& X_AB, const Vector3d& p, double weight,
                ContactElements& elements) {
@@ -48,7 +55,7 @@ void add_point(const RoundPair& shapes, const Posed& X_AB, const Vector3d& p, do
                                          : 0.5 * law.elastic * depth * depth);
   const Vector3d middle = p + (0.5 * (radius + to.distance - rounding)) * n;
   elements.add({middle, n, weight * elastic, depth, weight, 0});
-  if (to.distance <= 0 && shapes.b.kind() != ContactShape::Kind::half_space) elements.beyond_model = true;
+  if (is_too_deep(shapes.a, shapes.b, to.distance)) elements.beyond_model = true;
 }
 
 }  // namespace
@@ -356,7 +363,6 @@ void add_part_of_side(const RoundPair& shapes, const Posed& X_AB, const AxisDist
     elements.energy += 0.5 * w * stiffness * depth * depth;
     elements.add({Vector3d{0, 0, z[i]} + (0.5 * (radius + to.distance[i] - rounding)) * n, n, w * stiffness * depth,
                   depth, w / (2 * axis.half), 0});
-    if (to.distance[i] <= 0 && shapes.b.kind() != ContactShape::Kind::half_space) elements.beyond_model = true;
   }
 }
 
@@ -366,7 +372,9 @@ void add_one_capsule(const RoundPair& shapes, const Posed& X_AB, double weight, 
   for (const double z : {-half, half}) add_point(shapes, X_AB, {0, 0, z}, weight, elements);
   const AxisDistance axis(shapes.b, X_AB, half, shapes.a.core().rounding + shapes.b.core().rounding);
   const double nearest = nearest_on_axis(shapes, X_AB, axis);
-  if (!(axis.depth(nearest) > 0)) return;
+  const double deepest = axis.depth(nearest);
+  if (!(deepest > 0)) return;
+  if (is_too_deep(shapes.a, shapes.b, axis.in_touch - deepest)) elements.beyond_model = true;
   const AxisPart part{end_of_contact(axis, nearest, -half), end_of_contact(axis, nearest, half)};
   const AxisBreaks breaks = breaks_of(shapes.b, axis, part);
   for (int i = 0; i + 1 < breaks.count; ++i)

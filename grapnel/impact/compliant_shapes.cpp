@@ -136,9 +136,10 @@ void ShapeForces::note_integrals(const State& state, std::span<const double> int
     if (!acts && at[0] == 0) continue;
     const double stored = acts ? shapes_.contacts.elastic_energy(g, kinematics_) : 0;
     const double error = std::abs(at[0] + stored - stored_[g] + at[1] + at[2]);
+    shapes_.elastic_energy[g] = stored;
+    if (peaks_.peaks()[g].beyond_model) continue;  // forces may jump (23.14)
     if (!(error <= shapes_.energy_error)) shapes_.energy_error = error;
     shapes_.energy_exchanged = std::max({shapes_.energy_exchanged, stored, std::abs(at[0]), at[1], at[2]});
-    shapes_.elastic_energy[g] = stored;
   }
 }
 

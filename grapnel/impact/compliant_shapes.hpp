@@ -48,7 +48,7 @@ struct ImpactShapes {
   std::vector<ShapeImpulse> impulses = {};
   Vector3d point = Vector3d::zero();  // in W
   /// Largest |work + change of elastic energy + dissipated energy| of a group at the end of a step, and the largest of
-  /// its terms [J].
+  /// its terms, until an overlap is too deep for the model [J].
   double energy_error = 0, energy_exchanged = 0;
   double strike_work = 0;                 // of the impulses of hard pairs in an instant [J]
   std::vector<ShapeSample> samples = {};  // per sample of the impact

@@ -49,6 +49,11 @@ const Type& type_of<ContactPairReport>() {
       field<&C::elastic_energy>("elastic_energy", "J", "elastic energy of the surfaces at the end of the run"),
       field<&C::beyond_model>("beyond_model",
                               "whether an overlap was too deep for the contact model; then forces are not reliable"),
+      field<&C::beyond_model_since>("beyond_model_since", "s",
+                                    "start of the first such overlap: forces and the motion are not reliable from then "
+                                    "on; absent: no overlap was too deep"),
+      field<&C::beyond_model_depth>("beyond_model_depth", "m",
+                                    "penetration at that time; absent: no overlap was too deep"),
       field<&C::hard>("hard", "impacts of hard contact; absent: the contact is compliant"),
   };
   static constexpr Type type = structure<C>(

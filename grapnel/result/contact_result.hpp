@@ -39,6 +39,8 @@ struct ContactPairReport {
   double friction_loss = 0;                    // dissipated by friction [J]
   double elastic_energy = 0;                   // stored at the end of the run [J]
   bool beyond_model = false;                   // some overlap was too deep for the model (theory, section 23)
+  std::optional<double> beyond_model_since;    // begin of the first one [s]; absent: none
+  std::optional<double> beyond_model_depth;    // penetration at that time [m]; absent: none
   std::optional<HardContactReport> hard = {};  // absent: the contact is compliant
 };
 

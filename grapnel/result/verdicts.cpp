@@ -426,6 +426,29 @@ std::string ratings_sentence(const CaptureResult& result) {
   return text;
 }
 
+namespace {
+
+// The pairs that left the contact model, the first one first.
+std::vector<const ContactPairReport*> too_deep_pairs(const CaptureResult& result) {
+  std::vector<const ContactPairReport*> deep;
+  for (const ContactPairReport& pair : result.contacts) {
+    if (pair.beyond_model) deep.push_back(&pair);
+  }
+  std::ranges::stable_sort(deep, {}, [](const auto* pair) { return pair->beyond_model_since.value_or(0); });
+  return deep;
+}
+
+std::string too_deep_text(const ContactPairReport& pair) {
+  std::string text = pair.body_a + " and " + pair.body_b;
+  if (pair.beyond_model_since && pair.beyond_model_depth) {
+    text += fmt::format(" from t = {} s on (depth {} m there, at most {} m)", short_number(*pair.beyond_model_since),
+                        short_number(*pair.beyond_model_depth), short_number(pair.largest_depth));
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string contact_sentence(const CaptureResult& result) {
   if (result.contacts.empty()) return "";
   const auto touching = std::ranges::count_if(result.contacts, [](const auto& pair) { return pair.touches > 0; });
@@ -438,14 +461,20 @@ std::string contact_sentence(const CaptureResult& result) {
   if (hardest.peak_force > 0)
     text += fmt::format("; largest force {} N between {} and {} at t = {} s", short_number(hardest.peak_force),
                         hardest.body_a, hardest.body_b, short_number(hardest.peak_time));
-  std::vector<std::string> deep;
-  for (const ContactPairReport& pair : result.contacts) {
-    if (pair.beyond_model) deep.push_back(pair.body_a + " and " + pair.body_b);
-  }
+  const std::vector<const ContactPairReport*> deep = too_deep_pairs(result);
   if (deep.empty()) return text;
-  text += "; TOO DEEP for the contact model: " + deep.front();
+  text += "; TOO DEEP for the contact model: " + too_deep_text(*deep.front());
   if (deep.size() > 1) text += fmt::format(" ({} more)", deep.size() - 1);
   return text;
+}
+
+std::vector<std::string> contact_warnings(const CaptureResult& result) {
+  const std::vector<const ContactPairReport*> deep = too_deep_pairs(result);
+  if (deep.empty()) return {};
+  std::string text = "contact too deep for the model: " + too_deep_text(*deep.front()) +
+                     "; forces and the motion are not reliable from then on";
+  if (deep.size() > 1) text += fmt::format("; {} more, see contacts in summary.json", deep.size() - 1);
+  return {text};
 }
 
 namespace {

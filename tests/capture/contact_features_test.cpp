@@ -288,6 +288,63 @@ TEST(ContactFeatures, TwoTargetsMeetWithTheirRestitution) {
   EXPECT_NEAR(r.post_impact_end->targets[1].velocity[0], -0.04 + impulse / 3, 1e-7);
 }
 
+// --- Beyond the model ---
+
+// A capsule of radius 0.05 m and a crossed one of 0.03 m, whose axes meet half-way.
+const std::string kCrossedBars =
+    "obstacles: [{name: post, geometry: {shape: capsule, radius: 0.03, length: 0.3, rpy: [1.5707963267948966, 0, 0]}, "
+    "position: [0, 0, 0]}]\n"
+    "materials: [{name: pad, stiffness: 2e3}]\n";
+const std::string kBar = "geometry: {shape: capsule, radius: 0.05, length: 0.4, rpy: [0, 1.5707963267948966, 0]}";
+
+// The first overlap with the axis of one inside of the other one, at this distance of the axes from each other.
+void expect_beyond_model(const CaptureResult& r, double distance_then) {
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  const ContactPairReport& pair = r.contacts.at(0);
+  ASSERT_TRUE(pair.beyond_model && pair.beyond_model_since && pair.beyond_model_depth);
+  EXPECT_NEAR(*pair.beyond_model_depth, 0.03, 0.01);  // measured 0.0287: of the Gauss points along the axes
+  EXPECT_NEAR(distance_then, 0.05, 1e-9);             // measured 1e-12
+  EXPECT_TRUE(row(r, "contact_energy_residual").applies);
+  ASSERT_EQ(r.warnings.size(), 1U);
+  EXPECT_TRUE(r.warnings[0].starts_with("contact too deep for the model: "));
+}
+
+TEST(ContactFeatures, DriveThatPressesCapsulesThroughEachOtherIsReported) {
+  const CaptureResult r =
+      run("robot: {name: r, base: {name: base, mode: fixed, mass: 50, inertia: [5, 5, 5]}, links: [{name: arm, parent: "
+          "base, joint: {name: j, type: prismatic, axis: [0, 0, 1]}, mass: 1, inertia: [0.1, 0.1, 0.1], " +
+          kBar + "}], end_effectors: [{name: tip, link: arm}]}\ninitial: {joints: [-0.2]}\n" + kCrossedBars +
+          "contacts: {pairs: [[arm, post]], material: pad}\n"
+          "approach: {duration: 1, profile: quintic, final_joints: [0.2]}\n"
+          "clearance: {enabled: false}\n");
+  const auto moved = [](double t) { return -0.2 + 0.4 * t * t * t * (10 - 15 * t + 6 * t * t); };
+  ASSERT_FALSE(r.contacts.empty());
+  const ContactPairReport& pair = r.contacts[0];
+  expect_beyond_model(r, -moved(pair.beyond_model_since.value_or(0)));
+  // Contact ends on the other side.
+  EXPECT_EQ(pair.touches, 1);
+  EXPECT_NEAR(moved(pair.first_time.value()), -0.08, 1e-9);
+  EXPECT_NEAR(pair.duration, 1 - 2 * *pair.first_time, 1e-9);
+}
+
+// The elastic energy (23.4a) is a hill, whose top is 0.43 J where the axes cross: a bar with 1 J passes it, and has the
+// same velocity afterwards.
+TEST(ContactFeatures, FastBarThatPassesThroughAPostIsReported) {
+  const CaptureResult r = run(
+      "robot: {name: r, base: {name: base, mass: 50, inertia: [5, 5, 5]}, links: [{name: arm, parent: base, joint: "
+      "{name: j, type: revolute, axis: [0, 0, 1]}, mass: 1, inertia: [0.1, 0.1, 0.1]}], end_effectors: [{name: tip, "
+      "link: arm}]}\ninitial: {joints: [0], base: {position: [3, 0, 0]}}\n"
+      "targets: [{name: bar, mass: 2, inertia: [0.05, 0.05, 0.05], " +
+      kBar + ", state: {at: start, position: [0, 0, -0.2], velocity: [0, 0, 1]}}]\n" + kCrossedBars +
+      "contacts: {pairs: [[bar, post]], material: pad}\n"
+      "clearance: {enabled: false}\nmotion: {duration: 1, joints: free}\n");
+  ASSERT_FALSE(r.contacts.empty());
+  EXPECT_TRUE(r.contacts[0].beyond_model);
+  const Vector3d after = r.post_impact_end->targets.at(0).velocity;
+  EXPECT_NEAR(after[2], 1, 1e-7);
+  EXPECT_EQ(r.contacts[0].touches, 1);
+}
+
 // --- Controllers ---
 
 // A robot fixed to the ground moves its finger to a point 0.02 m inside of a wall. Its control does not know the wall's

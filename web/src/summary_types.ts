@@ -2413,6 +2413,10 @@ export interface ContactPairReport {
   elastic_energy: number;
   /** whether an overlap was too deep for the contact model; then forces are not reliable */
   beyond_model: boolean;
+  /** start of the first such overlap: forces and the motion are not reliable from then on; absent: no overlap was too deep [s] */
+  beyond_model_since?: number;
+  /** penetration at that time; absent: no overlap was too deep [m] */
+  beyond_model_depth?: number;
   /** impacts of hard contact; absent: the contact is compliant */
   hard?: HardContactReport;
 }
@@ -2432,6 +2436,8 @@ export const kContactPairReport: FieldNote[] = [
   ["friction_loss","J","energy dissipated by friction"],
   ["elastic_energy","J","elastic energy of the surfaces at the end of the run"],
   ["beyond_model","","whether an overlap was too deep for the contact model; then forces are not reliable"],
+  ["beyond_model_since","s","start of the first such overlap: forces and the motion are not reliable from then on; absent: no overlap was too deep"],
+  ["beyond_model_depth","m","penetration at that time; absent: no overlap was too deep"],
   ["hard","","impacts of hard contact; absent: the contact is compliant"],
 ];
 
