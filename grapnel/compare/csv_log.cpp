@@ -31,7 +31,7 @@ std::optional<double> number_in(std::string_view text) {
 class CsvLog {
  public:
   CsvLog(const std::string& text, const std::vector<std::string>& requested, MeasuredLog& log, FaultList& faults)
-      : csv_(text, csv_separator(text)), requested_(requested), log_(log), faults_(faults) {}
+      : csv_(text, csv_separator(text), CsvQuotes::enclose), requested_(requested), log_(log), faults_(faults) {}
 
   bool read() {
     const CsvLine* line = csv_.next();

@@ -17,12 +17,12 @@ std::size_t closing_quote(std::string_view line, std::size_t quote) {
   return line.size();
 }
 
-void split(std::string_view line, std::size_t begin, char separator, std::vector<CsvCell>& cells) {
+void split(std::string_view line, std::size_t begin, char separator, CsvQuotes quotes, std::vector<CsvCell>& cells) {
   const std::string_view blanks = separator == '\t' ? " " : " \t";
   cells.clear();
   for (std::size_t at = begin;;) {
     const std::size_t first = std::min(line.find_first_not_of(blanks, at), line.size());
-    const bool is_quoted = first < line.size() && line[first] == '"';
+    const bool is_quoted = quotes == CsvQuotes::enclose && first < line.size() && line[first] == '"';
     const std::size_t quote = is_quoted ? closing_quote(line, first) : first;
     const std::size_t stop = std::min(line.find(separator, is_quoted ? quote : at), line.size());
     if (is_quoted && quote < line.size() && line.find_first_not_of(blanks, quote + 1) >= stop) {
@@ -57,12 +57,12 @@ const CsvLine* CsvText::next() {
     if (first == std::string_view::npos) continue;
     if (text[first] != '#') {
       line_.text = text, line_.number = number_;
-      split(text, 0, separator_, line_.cells);
+      split(text, 0, separator_, quotes_, line_.cells);
       return &line_;
     }
     if (line_.number > 0 || comments_.size() >= kMostComments) continue;
     comments_.push_back({text, number_, {}});
-    split(text, first + 1, separator_, comments_.back().cells);
+    split(text, first + 1, separator_, quotes_, comments_.back().cells);
   }
   return nullptr;
 }

@@ -14,7 +14,7 @@
 
 namespace grapnel {
 
-/// A field, without blanks around it and without its quotes. A doubled quote inside quotes stays doubled.
+/// A field, without blanks around it and without enclosing quotes. A doubled quote inside quotes stays doubled.
 struct CsvCell {
   std::string_view text;
   std::size_t begin = 0;  ///< of the text within its line [bytes]
@@ -26,10 +26,14 @@ struct CsvLine {
   std::vector<CsvCell> cells;
 };
 
+/// Whether a field may be in quotes, which are then no part of it.
+enum class CsvQuotes { are_text, enclose };
+
 /// Iterates over the lines of a text that outlives this object. Blank lines and comments (#) are skipped.
 class CsvText {
  public:
-  explicit CsvText(std::string_view text, char separator = ',') : rest_(text), separator_(separator) {}
+  explicit CsvText(std::string_view text, char separator = ',', CsvQuotes quotes = CsvQuotes::are_text)
+      : rest_(text), separator_(separator), quotes_(quotes) {}
 
   /// The next line with fields, valid until the next call; null at the end.
   const CsvLine* next();
@@ -40,6 +44,7 @@ class CsvText {
  private:
   std::string_view rest_;
   char separator_;
+  CsvQuotes quotes_;
   int number_ = 0;
   CsvLine line_;
   std::vector<CsvLine> comments_;
