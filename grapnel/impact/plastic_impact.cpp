@@ -33,7 +33,8 @@ Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J) {
 }
 
 // M, velocities before and after, J^T P and its work => kinetic energies [J], residuals of momentum (9.5) and of the
-// energy identity (9.6). Residuals are relative to the larger kinetic energy of the trees that take part.
+// energy identity (9.6). Residuals are relative to the larger kinetic energy of the trees that take part; that of the
+// momentum of the other trees to their kinetic energy.
 ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
                            const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
                            double work) {
@@ -41,14 +42,21 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, con
   checks.kinetic_energy_before = kinetic_energy(M, before);
   checks.kinetic_energy_after = kinetic_energy(M, after);
   const double T0 = kinetic_energy(M, before.cwiseProduct(part)), T1 = kinetic_energy(M, after.cwiseProduct(part));
+  const Eigen::VectorXd others = Eigen::VectorXd::Ones(part.size()) - part;
+  const double T_others =
+      std::max(kinetic_energy(M, before.cwiseProduct(others)), kinetic_energy(M, after.cwiseProduct(others)));
   // Relative to M v, not M dv: for a grasp that meets its target's motion exactly, dv is a rounding error. The energy
-  // after the impact may exceed that before if drives do work.
-  const double scale = std::max(T0, T1);
+  // after the impact may exceed that before if drives do work. Of what is at rest up to rounding, nothing is relative.
+  constexpr double kAtRest = 1e-20;
+  const double scale = std::max({T0, T1, kAtRest * T_others});
   checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
-  // Over all bodies: a body outside the impact must not change its motion.
+  // A body outside the impact must not change its motion, relative to that motion. M couples no trees.
   const Eigen::VectorXd residual = M * (after - before) - impulse;
-  checks.generalized_momentum_residual =
-      std::sqrt(ratio(std::abs(residual.dot(cholesky_solution(factor, residual))), 2 * scale));
+  const auto momentum = [&](const Eigen::VectorXd& of, double energy) {
+    const Eigen::VectorXd r = residual.cwiseProduct(of);
+    return std::sqrt(ratio(std::abs(r.dot(cholesky_solution(factor, r))), 2 * energy));
+  };
+  checks.generalized_momentum_residual = std::max(momentum(part, scale), momentum(others, T_others));
   return checks;
 }
 
