@@ -1,6 +1,6 @@
 #include "oracle/beam_strike.hpp"
-#include "grapnel/spatial/decompositions.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
