@@ -341,60 +341,23 @@ EightDistances distances_from(const ContactShape& b, const ContactElements::Vect
   return to;
 }
 
-// Eight coordinates on a part of the axis and their weights for integrals over the part.
-struct AxisPoints {
-  double z[kGauss], weight[kGauss];
-};
-
-// A part of the axis => Gauss points in z or, of a box or segment whose distance is curved along the part, in u with
-// z = z_0 + (c / g) sinh u. The distance is sqrt(c^2 + g^2 (z - z_0)^2) between the crossings; it has branch points at
-// z_0 +- i c / g, so Gauss points in z lose accuracy where axes of capsules cross closely. In u it is c cosh u.
-AxisPoints points_on(const AxisDistance& axis, const AxisPart& part) {
-  const double middle = 0.5 * (part.low + part.high), half = 0.5 * (part.high - part.low);
-  AxisPoints points;
-  for (int i = 0; i < kGauss; ++i) {
-    points.z[i] = middle + half * kAbscissas[i];
-    points.weight[i] = half * kWeights[i];
-  }
-  if (!is_boxed(axis.b)) return points;
-  // g^2, and the distance squared and half its derivative at the middle.
-  double g2 = 0, slope = 0, square = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double x = axis.p[k] + middle * axis.d[k], face = axis.b.core().half[k];
-    const double beyond = x > face ? x - face : x < -face ? x + face : 0.0;
-    if (beyond == 0) continue;
-    g2 += axis.d[k] * axis.d[k], slope += axis.d[k] * beyond, square += beyond * beyond;
-  }
-  constexpr double kStraight = 0.25;  // up to this half length, in units of c / g, errors are those of rounding
-  const double c2 = square - slope * slope / g2;
-  if (!(c2 > 1e-12 * square && half * half * g2 > kStraight * kStraight * c2)) return points;
-  const double z_0 = middle - slope / g2, unit = std::sqrt(c2 / g2);
-  const double u_low = std::asinh((part.low - z_0) / unit), u_high = std::asinh((part.high - z_0) / unit);
-  const double u_middle = 0.5 * (u_low + u_high), u_half = 0.5 * (u_high - u_low);
-  for (int i = 0; i < kGauss; ++i) {
-    const double u = u_middle + u_half * kAbscissas[i];
-    points.z[i] = z_0 + unit * std::sinh(u);
-    points.weight[i] = u_half * kWeights[i] * unit * std::cosh(u);
-  }
-  return points;
-}
-
 // The side of capsule A, as a cylinder whose force per length is linear in the depth, along a part of its axis.
 void add_part_of_side(const RoundPair& shapes, const Posed& X_AB, const AxisDistance& axis, const AxisPart& part,
                       double weight, ContactElements& elements) {
   const double radius = shapes.a.core().rounding, rounding = shapes.b.core().rounding;
   const ContactLaw& law = shapes.law;
   const double stiffness = law.hertz ? 0.25 * std::numbers::pi * law.elastic : law.elastic / (2 * axis.half);
-  const AxisPoints points = points_on(axis, part);
-  const double* z = points.z;
+  const double middle = 0.5 * (part.low + part.high), half = 0.5 * (part.high - part.low);
+  double z[kGauss];
   ContactElements::Vectors p;
   for (int i = 0; i < kGauss; ++i) {
+    z[i] = middle + half * kAbscissas[i];
     p.x[i] = axis.p[0] + z[i] * axis.d[0], p.y[i] = axis.p[1] + z[i] * axis.d[1];
     p.z[i] = axis.p[2] + z[i] * axis.d[2];
   }
   const EightDistances to = distances_from(shapes.b, p);
   for (int i = 0; i < kGauss; ++i) {
-    const double depth = axis.in_touch - to.distance[i], w = weight * points.weight[i];
+    const double depth = axis.in_touch - to.distance[i], w = weight * (half * kWeights[i]);
     if (!(depth > 0 && w > 0)) continue;
     const Vector3d n = -(X_AB.R * to.normal[i]);
     elements.energy += 0.5 * w * stiffness * depth * depth;
