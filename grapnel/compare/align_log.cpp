@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/spatial/pose.hpp"
-
 namespace grapnel {
 namespace {
 
@@ -31,9 +29,9 @@ Quaterniond quaternion_at(std::span<const double> q) {
   return {q[0] / length, q[1] / length, q[2] / length, q[3] / length};
 }
 
-// From orientation a to b, in the axes of b.
-Vector3d rotation_between_quaternions(const Quaterniond& a, const Quaterniond& b) {
-  const Quaterniond d = Quaterniond{a.w, -a.x, -a.y, -a.z} * b;
+// From orientation a to b, in the axes of b; NaN where either is missing.
+Vector3d rotation_vector_between(const Quaterniond& a, const Quaterniond& b) {
+  const Quaterniond d = conjugate(a) * b;
   const double s = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
   const double angle = 2 * std::atan2(s, std::abs(d.w));
   const double factor = s > 0 ? std::copysign(angle / s, d.w) : 0;
@@ -121,7 +119,7 @@ class SearchedQuantity {
       }
       const Quaterniond q = quaternion_at(x);
       if (!first && std::isfinite(q.w)) first = q;
-      const Vector3d v = first ? rotation_between_quaternions(*first, q) : Vector3d{NAN, NAN, NAN};
+      const Vector3d v = first ? rotation_vector_between(*first, q) : Vector3d{NAN, NAN, NAN};
       for (std::size_t c = 0; c < 3; ++c) alone_[i * 3 + c] = v[static_cast<int>(c)];
     }
     for (std::size_t c = 0; c < width_; ++c) {
@@ -140,7 +138,7 @@ class SearchedQuantity {
     quantity_.curve.value(time, q);
     quantity_.curve.slope(time, v);
     const Quaterniond unit = quaternion_at(q);
-    const Quaterniond w = Quaterniond{unit.w, -unit.x, -unit.y, -unit.z} * Quaterniond{v[0], v[1], v[2], v[3]};
+    const Quaterniond w = conjugate(unit) * Quaterniond{v[0], v[1], v[2], v[3]};
     return {2 * w.x, 2 * w.y, 2 * w.z};
   }
 
@@ -306,7 +304,7 @@ void residual_of(const ComparedQuantity& quantity, std::size_t sample, double ru
     for (std::size_t c = 0; c < width; ++c) out[c] = measured[c] - x[c];
     return;
   }
-  const Vector3d v = rotation_between_quaternions(quaternion_at(x), quaternion_at(measured));
+  const Vector3d v = rotation_vector_between(quaternion_at(x), quaternion_at(measured));
   for (std::size_t c = 0; c < 3; ++c) out[c] = v[static_cast<int>(c)];
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grapnel/compare/run_curve.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
 
@@ -59,6 +60,9 @@ OffsetRange possible_offsets(std::span<const ComparedQuantity* const> quantities
 /// offset that avoids the comparison has no advantage. Weights are the stated uncertainties, or else the noise
 /// estimated from second differences of the log. docs/how-to/compare.md describes the method.
 ClockOffset find_offset(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range);
+
+/// The inverse rotation.
+inline Quaterniond conjugate(const Quaterniond& q) { return {q.w, -q.x, -q.y, -q.z}; }
 
 /// The median of the finite values; NaN without any.
 double median_of(std::vector<double> values);

@@ -113,8 +113,6 @@ bool has_dimension(const Unit& unit, const std::vector<std::string>& allowed) {
   });
 }
 
-Quaterniond conjugate(const Quaterniond& q) { return {q.w, -q.x, -q.y, -q.z}; }
-
 bool is_orientation(const Series& series) {
   return series.path.ends_with("quaternion_wxyz") && series.components.size() == 4;
 }
@@ -132,8 +130,9 @@ class Comparer {
     LogComparison result;
     describe(result.report);
     set_clock(result.report);
-    const MappedTime& time = mapping_.time;
-    evaluate_residuals(quantities_, {time.from.value_or(-1e300), time.to.value_or(1e300)}, result);
+    ComparedTimes times;
+    times.from = mapping_.time.from.value_or(times.from), times.to = mapping_.time.to.value_or(times.to);
+    evaluate_residuals(quantities_, times, result);
     return result;
   }
 

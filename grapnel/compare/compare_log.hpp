@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,7 +17,7 @@ namespace grapnel {
 
 /// Times of the run to compare.
 struct ComparedTimes {
-  double from = -1e300, to = 1e300;  // [s]
+  double from = -std::numeric_limits<double>::infinity(), to = std::numeric_limits<double>::infinity();  // [s]
 };
 
 /// The compared samples of one component, for plots. Orientations have residuals only.

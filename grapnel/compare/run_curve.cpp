@@ -124,32 +124,31 @@ double RunCurve::integral_to(std::size_t interval, std::size_t component, double
          hermite_integral(values_[i], values_[j], slopes_[i], slopes_[j], h, (time - time_[interval]) / h);
 }
 
+// A time => `single` of the interval that contains it, or of an averaged curve `over` the window that ends there; NaN
+// outside the curve.
+template <class Single, class Over>
+void RunCurve::evaluate(double time, std::span<double> out, Single single, Over over) const {
+  const std::size_t last = interval_at(time), first = window_ > 0 ? interval_at(time - window_) : last;
+  const bool is_inside = last != time_.size() && first != time_.size();
+  for (std::size_t c = 0; c < width_; ++c)
+    out[c] = !is_inside ? kNone : window_ > 0 ? over(first, last, c) : single(last, c);
+}
+
 void RunCurve::value(double time, std::span<double> out) const {
-  const std::size_t interval = interval_at(time);
-  const std::size_t before = window_ > 0 ? interval_at(time - window_) : interval;
-  for (std::size_t c = 0; c < width_; ++c) {
-    if (interval == time_.size() || before == time_.size())
-      out[c] = kNone;
-    else if (window_ > 0)
-      out[c] = holes_[(interval + 1) * width_ + c] > holes_[before * width_ + c]
-                   ? kNone
-                   : (integral_to(interval, c, time) - integral_to(before, c, time - window_)) / window_;
-    else
-      out[c] = at(interval, c, time);
-  }
+  evaluate(
+      time, out, [&](std::size_t i, std::size_t c) { return at(i, c, time); },
+      [&](std::size_t first, std::size_t last, std::size_t c) {
+        const bool has_hole = holes_[(last + 1) * width_ + c] > holes_[first * width_ + c];
+        return has_hole ? kNone : (integral_to(last, c, time) - integral_to(first, c, time - window_)) / window_;
+      });
 }
 
 void RunCurve::slope(double time, std::span<double> out) const {
-  const std::size_t interval = interval_at(time);
-  const std::size_t before = window_ > 0 ? interval_at(time - window_) : interval;
-  for (std::size_t c = 0; c < width_; ++c) {
-    if (interval == time_.size() || before == time_.size())
-      out[c] = kNone;
-    else if (window_ > 0)
-      out[c] = (at(interval, c, time) - at(before, c, time - window_)) / window_;
-    else
-      out[c] = slope_at(interval, c, time);
-  }
+  evaluate(
+      time, out, [&](std::size_t i, std::size_t c) { return slope_at(i, c, time); },
+      [&](std::size_t first, std::size_t last, std::size_t c) {
+        return (at(last, c, time) - at(first, c, time - window_)) / window_;
+      });
 }
 
 std::vector<double> RunCurve::interpolation_error() const {

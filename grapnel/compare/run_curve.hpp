@@ -48,6 +48,8 @@ class RunCurve {
   double at(std::size_t interval, std::size_t component, double time) const;
   double slope_at(std::size_t interval, std::size_t component, double time) const;
   double integral_to(std::size_t interval, std::size_t component, double time) const;
+  template <class Single, class Over>
+  void evaluate(double time, std::span<double> out, Single single, Over over) const;
 
   std::size_t width_;
   std::vector<double> time_, values_, slopes_;
