@@ -189,7 +189,7 @@ void ContactMonitor::write(CaptureResult& result) const {
                                    "damping and friction| of a pair until an overlap is too deep for the model, or "
                                    "of all impacts together, over the largest of these and the kinetic energy",
                                    exchanged_ > 0});
-  for (const std::string& warning : contact_warnings(result)) result.warnings.push_back(warning);
+  if (std::string warning = contact_warning(result); !warning.empty()) result.warnings.push_back(std::move(warning));
 }
 
 }  // namespace grapnel

@@ -102,8 +102,8 @@ std::string ratings_sentence(const CaptureResult& result);
 
 /// "contacts: 2 of 5 pairs touched; largest force 12.3 N between base and debris at t = 3 s". Empty: no pair may touch.
 std::string contact_sentence(const CaptureResult& result);
-/// "contact too deep for the model: palm and debris from t = 2.5 s on (...)"; empty: no overlap was too deep.
-std::vector<std::string> contact_warnings(const CaptureResult& result);
+/// "contact too deep for the model: palm and debris from t = 2.5 s on (...)". Empty: no overlap was too deep.
+std::string contact_warning(const CaptureResult& result);
 /// "stages: cubesat latched at t = 5.62 s", or "stages: stage reached contact, then pushed away at t = 8 s". Empty:
 /// none are stated.
 std::string stage_sentence(const CaptureResult& result);

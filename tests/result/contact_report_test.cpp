@@ -178,15 +178,15 @@ TEST(ContactReport, VerdictNamesTheLargestForce) {
   result.contacts[2].beyond_model_since = 2.5, result.contacts[2].beyond_model_depth = 0.04;
   const std::string first = "palm and debris from t = 2.25 s on (depth 0.05 m there, at most 0.11 m)";
   EXPECT_THAT(contact_sentence(result), HasSubstr("TOO DEEP for the contact model: " + first + " (1 more)"));
-  EXPECT_EQ(contact_warnings(result),
-            std::vector<std::string>{"contact too deep for the model: " + first +
-                                     "; forces and the motion are not reliable from then on; 1 more, see contacts "
-                                     "in summary.json"});
+  EXPECT_EQ(contact_warning(result), "contact too deep for the model: " + first +
+                                         "; forces and the motion are not reliable from then on; 1 more, see contacts "
+                                         "in summary.json");
   EXPECT_EQ(parsed(result)["contacts"][1]["beyond_model_since"], 2.25);
   EXPECT_EQ(parsed(result)["contacts"][1]["beyond_model_depth"], 0.05);
   result.contacts.resize(1);
   EXPECT_EQ(contact_sentence(result), "contacts: 0 of 1 pairs touched");
   EXPECT_EQ(contact_sentence({}), "");
+  EXPECT_EQ(contact_warning({}), "");
 }
 
 }  // namespace contact_report_test
