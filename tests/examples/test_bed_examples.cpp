@@ -141,7 +141,7 @@ ExampleChecks test_bed_checks() {
       {"stiff-arm-impact", expect_a_composite_body},
       {"air-bearing-spot", expect_a_tilt_without_effect},
       {"air-bearing-friction", expect_braking_by_friction},
-      {"dual-panda-catch", expect_a_held_box},
+      {"dual-panda-capture", expect_a_held_box},
   };
 }
 
