@@ -40,6 +40,7 @@ export function buildLogPage(host: HTMLElement, data: ReportData): void {
       "Residuals are measured minus simulated, in SI units.",
     ),
   );
+  (window as unknown as { __grapnel: object }).__grapnel = { comparison }; // for tests and for the browser's console
 }
 
 function section(id: string, title: string, ...content: (Node | null)[]): HTMLElement {

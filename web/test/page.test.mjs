@@ -323,3 +323,30 @@ describe("capture window", () => {
     await page.context().close();
   });
 });
+
+describe("comparison with a log", () => {
+  test("shows verdicts, reasons and plots of each quantity", async () => {
+    grapnel(["export", planned, "--csv"]);
+    const map = path.join(folder, "map.yaml");
+    const columns = ["x", "y", "z"].map((c) => `base/angular_velocity/${c}`);
+    writeFileSync(
+      map,
+      `schema: grapnel-mapping/1
+quantities:
+  - {name: gyro, run: base/angular_velocity, log: [${columns}], uncertainty: 0.001}
+  - {name: exchanged, run: base/angular_velocity, log: [${columns[2]}, ${columns[1]}, ${columns[0]}], uncertainty: 0.0001}
+  - {name: unknown, run: base/angular_velocity/z, log: ${columns[2]}}
+`,
+    );
+    const out = path.join(folder, "compare-log");
+    grapnel(["compare", planned, path.join(planned, "timeseries.csv"), "--map", map, "-o", out, "--quiet"], [1]);
+    const { page, context, faults } = await open(browser, path.join(out, "comparison.html"));
+    const results = await page.locator("#verdict table tbody tr").evaluateAll((rows) => rows.map((row) => row.cells[1].textContent.trim()));
+    assert.deepEqual(results.map((one) => one.replace(/^[^a-z]+/, "")), ["agrees", "disagrees", "not checked"]);
+    assert.match(await page.locator("#quantity-1").innerText(), /chi-square .* is above the bound/);
+    assert.equal(await page.locator("figure.log-plot img").count(), 2 * 3 + 2 * 3 + 2);
+    assert.deepEqual(await axeFaults(page), []);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
