@@ -136,9 +136,10 @@ void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law l
       if (g.end_effector != problem.grasps[i].end_effector) continue;
       const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
       run.schedule.refuse(
-          {i}, fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact that does not hold" : "rebounded",
-                           cut_short ? "is " + unfinished[n]
-                                     : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
+          {i}, fmt::format("{}: {}", problem.grasps[i].contact ? "a contact that does not hold" : "rebounded",
+                           cut_short ? "it is " + unfinished[n]
+                                     : fmt::format("relative speed {:.4g} m/s afterwards",
+                                                   norm(g.relative_velocity_after))));
     }
   }
 }

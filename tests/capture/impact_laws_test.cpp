@@ -55,7 +55,7 @@ TEST(Restitution, NormalVelocityReboundsAndTargetIsFree) {
     EXPECT_LT(pushed.note(targets_pushed(p, r, after), i), 1e-12);                                     // measured 2e-15
     EXPECT_EQ(r.series.time.back(), 2);  // the run continues
     EXPECT_FALSE(r.grasps.at(0).captured);
-    EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at"));
+    EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: relative speed "));
     const GraspImpulse& g = r.impact()->grasps.at(0);
     ASSERT_TRUE(g.rebound);
     EXPECT_EQ(r.impact()->law, "restitution");
