@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Writes the pages of the documentation's site for Sphinx. Standard library only.
 
-usage: scripts/site_pages.py PROGRAM OUT [--python FOLDER] [--katex FOLDER] [--stills FOLDER]     (scripts/docs calls it)
+usage: scripts/site_pages.py PROGRAM OUT [--python FOLDER] [--katex FOLDER] [--stills FOLDER] [--sample]     (scripts/docs calls it)
 
 OUT/source receives the pages of the repository, with links rewritten to their place on the site and equations typeset where
 --katex names the folder that has the package KaTeX in node_modules. Generated pages follow: the gallery, which runs every shipped
 scenario; a page for each scenario; the commands; the references of the stable C++ headers and of the Python module, if it is
-built. --stills names the folder of the packages that a browser needs to draw pictures of scenarios.
+built. --stills names the folder of the packages that a browser needs to draw pictures of scenarios. With --sample most scenarios
+run without report and pictures.
 
 docs/README.md is the home page. Its sections and links determine the order of the site. Lines within a comment
 `<!-- on the site:` appear on the site only.
@@ -28,6 +29,8 @@ MAIN = "docs/README.md"
 GALLERY = "docs/gallery.md"  # where it exists
 # The folders of scenarios and their titles, in the order of the gallery.
 FOLDERS = [("scenarios", "Scenarios"), ("scenarios/thesis", "Cases of the thesis")]
+REPORT = "dual-arm-satellite-handles"  # the scenario whose report pages show
+SAMPLE = 8  # with --sample, one scenario of so many is drawn
 
 sys.path.insert(0, str(ROOT / "docs" / "site"))
 import equations  # noqa: E402
@@ -270,7 +273,7 @@ class Scenario:
     """A shipped scenario: its results, pictures and page."""
 
     def __init__(self, path, kept):
-        self.path, self.name = path, path.relative_to(ROOT / "scenarios").with_suffix("").as_posix()
+        self.path, self.name, self.drawn = path, path.relative_to(ROOT / "scenarios").with_suffix("").as_posix(), True
         self.key, self.kept = self.name.replace("/", "-"), kept
         self.text = path.read_text()
         self.title = re.search(r"^name: *(.*)$", self.text, re.MULTILINE)[1].strip("'\"")
@@ -281,16 +284,17 @@ class Scenario:
 
     def run(self, program):
         """Runs the scenario and draws it. Returns an error message, or None."""
-        if self.file(".txt").exists():
+        if self.file(".txt").exists() and (self.file(".svg").exists() or not self.drawn):
             return None
         folder = self.file("")
-        done = run(program, "run", self.path, "-o", folder)
+        done = run(program, "run", self.path, "-o", folder, *([] if self.drawn else ["--no-report"]))
         if done.returncode > 1:
             return f"{self.path}: error: {done.stderr.strip()}"
-        drawn = run(program, "figure", folder, "--what", "strobe", "-o", folder / "strobe.svg")
-        if drawn.returncode:
-            return f"{self.path}: error: {drawn.stderr.strip()}"
-        os.replace(folder / "strobe.svg", self.file(".svg"))
+        if self.drawn:
+            drawn = run(program, "figure", folder, "--what", "strobe", "-o", folder / "strobe.svg")
+            if drawn.returncode:
+                return f"{self.path}: error: {drawn.stderr.strip()}"
+            os.replace(folder / "strobe.svg", self.file(".svg"))
         if (folder / "report.html").exists():
             os.replace(folder / "report.html", self.file(".html"))
         shutil.rmtree(folder)
@@ -310,7 +314,8 @@ class Scenario:
             links.insert(0, f'<a href="{up}reports/{self.key}.html">Report: 3D replay, plots, every number</a>')
         parts.append(" · ".join(links))
         parts.append(f"```console\n$ grapnel run scenarios/{self.name}.yaml\n...\n{self.file('.txt').read_text()}\n```")
-        parts.append(f"![Superposed configurations of {self.title}]({up}gallery/{self.key}.svg)")
+        if self.file(".svg").exists():
+            parts.append(f"![Superposed configurations of {self.title}]({up}gallery/{self.key}.svg)")
         parts.append(f"## Input\n\n[{self.path.name}]({up}files/scenarios/{self.name}.yaml)\n\n```yaml\n{self.text.rstrip()}\n```\n")
         return "\n\n".join(parts)
 
@@ -325,7 +330,7 @@ class Gallery:
 
     COMMAND = re.compile(r"^\| `grapnel run scenarios/([\w/-]+)\.yaml` \| (.*?) \|$")
 
-    def __init__(self, program, out, stills):
+    def __init__(self, program, out, stills, sample):
         self.out, self.faults, self.report = out, [], None
         state = hashlib.sha256(program.read_bytes())
         for folder in ("scenarios", "robots", "targets", "meshes"):
@@ -337,6 +342,8 @@ class Gallery:
             kept.mkdir(parents=True)
         self.folders = [(title, [Scenario(path, kept) for path in sorted((ROOT / folder).glob("*.yaml"))]) for folder, title in FOLDERS]
         self.scenarios = {scenario.name: scenario for _, scenarios in self.folders for scenario in scenarios}
+        for number, scenario in enumerate(self.scenarios.values()):
+            scenario.drawn = not sample or number % SAMPLE == 0 or scenario.name == REPORT
         processors = len(os.sched_getaffinity(0))
         with concurrent.futures.ThreadPoolExecutor(processors) as pool:
             self.faults += filter(None, pool.map(lambda scenario: scenario.run(program), self.scenarios.values()))
@@ -365,7 +372,7 @@ class Gallery:
 
     def draw_report(self, picture, packages):
         """Draws the picture of a report that pages show, from the present report. docs/images/ has one for those without a browser."""
-        report = self.scenarios.get("dual-arm-satellite-handles")
+        report = self.scenarios.get(REPORT)
         if report and report.file(".html").exists() and not picture.exists():
             subprocess.run(["node", str(ROOT / "web" / "picture.mjs"), report.file(".html"), picture, "45"],
                            env={**os.environ, "GRAPNEL_WEB_MODULES": packages}, timeout=300, check=False)
@@ -446,7 +453,7 @@ def main():
     module = options["--python"]
     program, out = pathlib.Path(words[0]).resolve(), pathlib.Path(words[1]).resolve()
     site = Site(out)
-    gallery = Gallery(program, out, options["--stills"])
+    gallery = Gallery(program, out, options["--stills"], "--sample" in words)
     pages = cpp_reference() | gallery.pages()
     if GALLERY not in site.pages:
         pages["gallery.md"] = gallery.page()

