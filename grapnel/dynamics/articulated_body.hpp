@@ -76,6 +76,7 @@ struct DynamicsInput {
       prescribed;                   // per velocity: its acceleration is given instead of its force; may be empty
   std::span<const S> acceleration;  // the given accelerations, read where prescribed; may be empty
   Vector3<S> gravity = Vector3<S>::zero();  // in W [m/s^2]
+  bool placed = false;  // whether the workspace has the joint transforms of these coordinates, as after recover_roots()
 };
 
 /// Output of the recursions: accelerations of all velocities, and the generalized force at each, the given one or, for

@@ -23,23 +23,10 @@ bool is_prescribed(const DynamicsInput<S>& in, int v) {
 template <class S>
 inline constexpr bool kHasChains = std::is_same_v<S, double>;
 
-// Joint transforms. A separate sweep, because sines and cosines are long chains of operations that are independent of
-// each other.
-template <class S>
-void place_links(const Tree<S>& tree, std::span<const S> q, std::vector<LinkScratch<S>>& scratch) {
-  const std::size_t count = tree.links.size();
-  for (std::size_t n = 0; n < count; ++n) {
-    const TreeLink<S>& link = tree.links[n];
-    visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
-      if constexpr (!kIsRoot<decltype(joint)>) place(joint, link, q, scratch[n]);
-    });
-  }
-}
-
 // First sweep, root to tips: velocities, bias accelerations, rigid inertias and bias wrenches V x* I V - F.
 template <class S>
 void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::vector<LinkScratch<S>>& scratch) {
-  place_links(tree, in.q, scratch);
+  if (!in.placed) place_links(tree, in.q, scratch);
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
@@ -99,12 +86,12 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWo
   }
 }
 
-// Solves I A' = F at a free root. A caller with a factored inertia passes another functor.
+// Solves I A' = F at free root number n. A caller with a factored inertia passes another functor.
 struct SolveArticulated {
   template <class S>
-  GRAPNEL_INLINE SpatialAcceleration<S> operator()(std::size_t, const ArticulatedInertia<S>& I,
+  GRAPNEL_INLINE SpatialAcceleration<S> operator()(std::size_t, const TreeLink<S>& link, const LinkScratch<S>& w,
                                                    const Wrench<S>& F) const {
-    return solve_articulated(I, F);
+    return w.carries ? solve_articulated(w.I, F) : solve_rigid(link.inertia, F);
   }
 };
 
@@ -131,7 +118,7 @@ void solve_root(std::size_t n, const TreeLink<S>& link, const DynamicsInput<S>& 
                        in.force[link.v + 2] - w.p.angular[2]},
                       {in.force[link.v + 3] - w.p.linear[0], in.force[link.v + 4] - w.p.linear[1],
                        in.force[link.v + 5] - w.p.linear[2]}};
-    w.A = solve(n, w.I, F);
+    w.A = solve(n, link, w, F);
     for (int k = 0; k < 6; ++k) force[link.v + k] = in.force[link.v + k];
   }
   for (int k = 0; k < 3; ++k) vdot[link.v + k] = w.A.angular[k], vdot[link.v + 3 + k] = w.A.linear[k] + g[k];

@@ -93,6 +93,19 @@ GRAPNEL_INLINE void place(Spherical, const TreeLink<S>& link, std::span<const S>
   w.p_PL = link.X_PF.p;
 }
 
+/// Joint transforms of all links. A separate sweep, because sines and cosines are long chains of operations that are
+/// independent of each other.
+template <class S>
+void place_links(const Tree<S>& tree, std::span<const S> q, std::vector<LinkScratch<S>>& scratch) {
+  const std::size_t count = tree.links.size();
+  for (std::size_t n = 0; n < count; ++n) {
+    const TreeLink<S>& link = tree.links[n];
+    visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
+      if constexpr (!kIsRoot<decltype(joint)>) place(joint, link, q, scratch[n]);
+    });
+  }
+}
+
 // --- Components from the parent's frame to the link's and back. -----------------------------------------------------
 
 template <int K, class S>

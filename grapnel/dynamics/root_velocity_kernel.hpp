@@ -19,6 +19,7 @@ using namespace recursion;
 template <class S>
 void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, bool moving_root,
                  std::vector<LinkScratch<S>>& scratch) {
+  place_links(tree, q, scratch);
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
@@ -28,7 +29,7 @@ void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
     } else {
       visit_joint(link, [&](auto joint) {
         if constexpr (!kIsRoot<decltype(joint)>) {
-          follow(joint, link, q, v, scratch[link.parent].V, w);
+          move(joint, link, v, scratch[link.parent].V, w);
         }
       });
     }
@@ -73,7 +74,7 @@ void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentu
     // The momentum in B about B's origin.
     const Momentum<S> h = shift(transposed_times(R_WB, m.h), -com_B);
     const Wrench<S> rest{h.angular - w.momentum.angular, h.linear - w.momentum.linear};
-    const SpatialAcceleration<S> V = solve_articulated(articulated(w.composite), rest);
+    const SpatialAcceleration<S> V = solve_rigid(w.composite, rest);
     const Vector3<S> p_WB = m.p_WCom + (elapsed / m.mass) * m.h.linear - R_WB * com_B;
     for (int k = 0; k < 3; ++k) {
       v[link.v + k] = V.angular[k], v[link.v + 3 + k] = V.linear[k];

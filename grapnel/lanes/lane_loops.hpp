@@ -264,8 +264,9 @@ template <class S>
 void LaneLoops<S>::sweep_outward(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
                                  std::span<S> force) {
   articulated_body_steps::outward_accelerations<S>(
-      tree_, in, workspace, {vdot, force}, [this](std::size_t n, const ArticulatedInertia<S>& I, const Wrench<S>& F) {
-        return columns_.solve_root(n, I, F);
+      tree_, in, workspace, {vdot, force},
+      [this](std::size_t n, const TreeLink<S>&, const LinkScratch<S>& w, const Wrench<S>& F) {
+        return columns_.solve_root(n, w.I, F);
       });
 }
 
