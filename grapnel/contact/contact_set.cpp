@@ -201,25 +201,27 @@ double ContactSet::margin(double t, const Kinematics& kinematics) {
   return least;
 }
 
-// `duration`: of the step that ends here. Pairs far beyond its reach need no margin.
+// `duration`: of the step that ends here. Pairs far beyond its reach need neither distance nor margin.
 ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kinematics, double duration) {
   Clearance at;
+  if (pair.mode == Mode::unknown) return at;
   const bool apart = pair.mode == Mode::apart, touching = pair.mode == Mode::touching;
-  if (!apart && !touching) return at;
   const auto [a, b] = motions_of(pair, kinematics);
   const double level = pair.is_hard() && touching ? kPartingGap : 0;
   if (apart) {
     constexpr double kFar = 4;
     at.gap = pair.contact.gap_bound(a.X_WB, b.X_WB), at.speed = pair.contact.speed_bound(a, b);
     at.between = pair.contact.between_centers(a.X_WB, b.X_WB);
-    if (pair.is_hard() || at.gap > kFar * kFaster * at.speed * duration) return at;
+    if (at.gap > kFar * kFaster * at.speed * duration) return at;
+    at.gap = std::max(at.gap, pair.contact.gap(a.X_WB, b.X_WB));  // the bound of neighbours may be far below
+    if (pair.is_hard()) return at;
   }
   at.is_smooth = pair.contact.has_sphere();
   if (at.is_smooth) {
     const PairContact::SphereGap s = pair.contact.sphere_gap(a, b);
     at.margin = apart ? s.gap : level - s.gap, at.rate = apart ? s.rate : -s.rate;
   }
-  if (touching) {
+  if (!apart) {
     at.gap = at.is_smooth ? at.margin : level + pair.contact.overlap(a.X_WB, b.X_WB);
     at.speed = at.is_smooth ? std::abs(at.rate) : pair.contact.overlap_speed(a, b);
   }
@@ -248,11 +250,12 @@ double time_until_zero(double margin, double rate, double acceleration) {
 // Whether a pair may leave its mode in a step, by velocities: a margin that falls from the value at the begin and rises
 // to that at the end, both at the greatest rate, is the least possible one. By accelerations: the same with the rates
 // at both ends, and the largest of three means of the acceleration: over the step, and weighted at each end.
-bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double duration, bool touching) {
+bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double duration, bool touching,
+                            double prescribed_travel) {
   const double change = touching ? std::abs(end.gap - begin.gap) : norm(end.between - begin.between);
   const double travel = std::max(std::max(begin.speed, end.speed) * duration, change);
-  if (begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > kFaster * travel) return false;
-  if (!begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing)) return true;
+  if (begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > kFaster * travel + prescribed_travel) return false;
+  if (prescribed_travel > 0 || !begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing)) return true;
   if (!(begin.margin > kGrazing || begin.rate > 0)) return true;
   const double mean = (end.margin - begin.margin) / duration;
   const double acceleration =
@@ -263,11 +266,21 @@ bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double
            duration);
 }
 
-bool ContactSet::end_step(const Kinematics& kinematics, double duration) {
+double ContactSet::reach_of(int body) const {
+  double reach = 0;
+  for (const Pair& pair : pairs_) {
+    if (pair.body_a != body && pair.body_b != body) continue;
+    if (pair.chain) return std::numeric_limits<double>::infinity();
+    reach = std::max(reach, pair.contact.reach_of(pair.body_b == body));
+  }
+  return reach;
+}
+
+bool ContactSet::end_step(const Kinematics& kinematics, double duration, double prescribed_travel) {
   bool any = false;
   for (Pair& pair : pairs_) {
     const Clearance end = clearance_of(pair, kinematics, duration);
-    pair.watched = may_change(pair.at_begin, end, duration, pair.mode == Mode::touching);
+    pair.watched = may_change(pair.at_begin, end, duration, pair.mode != Mode::apart, prescribed_travel);
     pair.at_begin = end;
     any = any || pair.watched;
   }

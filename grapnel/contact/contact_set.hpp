@@ -143,8 +143,9 @@ class ContactSet {
   /// Ends a step of this duration [s] in this state, in which the next one begins. Of this step, those pairs are
   /// watched whose modes may change if no velocity inside of the step exceeds kFaster times the largest one of its ends
   /// and the mean, or, of pairs with a sphere, no acceleration kFaster times the mean ones. Returns whether there are
-  /// any.
-  bool end_step(const Kinematics& kinematics, double duration);
+  /// any. `prescribed_travel`: a bound of what changes of prescribed rates inside of the step add to the travel of
+  /// shapes relative to each other, by any rates [m]; above zero, accelerations have no bound.
+  bool end_step(const Kinematics& kinematics, double duration, double prescribed_travel = 0);
   static constexpr double kFaster = 3;
   /// Whether the contact of a pair may end within a few steps of this duration [s] after the last begin_step() or
   /// end_step(), if velocities change little.
@@ -174,6 +175,9 @@ class ContactSet {
   void evaluate(const Kinematics& kinematics, std::vector<ExternalWrench>& wrenches);
   /// Largest number of wrenches of evaluate().
   std::size_t most_wrenches() const;
+  /// Radius of a sphere about a body's origin that contains its shapes of all pairs [m]: zero without any, infinite for
+  /// half-spaces and flexible links.
+  double reach_of(int body) const;
   /// Calls add(body_a, body_b, p_WC, wrench on b about it) with the forces of all pairs at the last evaluate().
   template <class Add>
   void each_force(Add&& add) const {
@@ -211,7 +215,7 @@ class ContactSet {
     bool full = false;
   };
   /// A pair at an end of a step. Apart: a lower bound of the gap [m], a bound of its rate [m/s], and the position of
-  /// both shapes relative to each other. Touching: the margin, and a bound of its rate. Of other modes zero.
+  /// both shapes relative to each other. Touching or passing: the margin, and a bound of its rate.
   struct Clearance {
     double gap = 0, speed = 0;
     Vector3d between = Vector3d::zero();
@@ -248,7 +252,8 @@ class ContactSet {
   static void spread(Pair& pair, const ContactForce& force, const Kinematics& kinematics);
   double margin_of(Pair& pair, double t, const Kinematics& kinematics);
   Clearance clearance_of(Pair& pair, const Kinematics& kinematics, double duration);
-  static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool touching);
+  static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool touching,
+                         double prescribed_travel);
   void part(Pair& pair, double t, const Kinematics& kinematics);
   static bool is_crowded(const Pair& pair, double t);
   static bool takes_part(const Pair& pair);

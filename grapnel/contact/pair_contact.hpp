@@ -83,6 +83,11 @@ class PairContact {
   double overlap(const Posed& X_WA, const Posed& X_WB);
   /// Between the centres of both shapes, or the centre of one and a point of a half-space, in W.
   Vector3d between_centers(const Posed& X_WA, const Posed& X_WB) const;
+  /// Radius of a sphere about the origin of body a, or of b, that contains its shape [m].
+  double reach_of(bool of_b) const {
+    const ContactShape& shape = of_b == exchanged_ ? shapes_.a : shapes_.b;
+    return norm(shape.X_BC().p) + shape.reach();
+  }
   /// A bound of the speed at which the gap changes [m/s].
   double speed_bound(const MovingBody& a, const MovingBody& b) const;
   /// A bound of the speed at which overlap() changes while it is positive [m/s]: the largest one of points in contact.

@@ -9,7 +9,6 @@ constexpr double kStabilityLimit = 6;  // of DOP853: the least h |lambda|, that 
 constexpr double kNearLimit = 4.5;
 constexpr double kLeastNoisy = 0.25;    // least h |lambda| of steps that rounding errors of stiff forces limit
 constexpr double kQuiet = 10;           // largest change, beside the linear one, of motion at rest, in tolerances
-constexpr double kLeastShort = 0.1;     // least h |lambda| of steps that fast modes limit
 constexpr double kSlowMotion = 0.1;     // largest rate of a slow motion, relative to the fastest modes
 constexpr double kExplicitCost = 14;    // evaluations per explicit step at the limit, with rejected ones
 constexpr int kUnlimitedSteps = 6;      // end a sequence of limited steps
@@ -41,7 +40,7 @@ bool StiffnessMonitor::explicit_step(const ExplicitStep& step) {
   const double h = step.size, product = step.product;
   const bool stable = product > kNearLimit, noisy = !stable && product > kLeastNoisy && step.bend < kQuiet;
   const bool limited = stable_.note(stable || noisy, noisy, stable ? h * kStabilityLimit / product : h);
-  const bool resolving = short_.note(product > kLeastShort && step.motion < kSlowMotion * product, false, h);
+  const bool resolving = short_.note(product > kLeastProduct && step.motion < kSlowMotion * product, false, h);
   if (!limited && !resolving) return false;
   is_short_ = !limited;
   size_ = cause().size;
@@ -99,6 +98,12 @@ void AutomaticStepper::note_explicit_step() {
   const bool backwards = time() < previous_time();
   if (choice_ != Choice::automatic || backwards) return;
   StiffnessMonitor::ExplicitStep step{.size = time() - previous_time(), .product = explicit_.stiffness()};
+  if (step.product > StiffnessMonitor::kLeastProduct) measure(step);
+  changes_ = monitor_.explicit_step(step);
+}
+
+// The last step => how far its motion bends, and its change of slope relative to its motion.
+void AutomaticStepper::measure(StiffnessMonitor::ExplicitStep& step) {
   const std::span<const double> y = state(), slope = derivative();
   for (std::size_t i = 0; i < y.size(); ++i) begin_[i] = y[i] - begin_[i];
   const double moved = norm_(y, begin_);
@@ -106,7 +111,6 @@ void AutomaticStepper::note_explicit_step() {
   for (std::size_t i = 0; i < y.size(); ++i) begin_slope_[i] = slope[i] - begin_slope_[i];
   step.bend = norm_(y, begin_);
   if (moved > 0) step.motion = step.size * norm_(y, begin_slope_) / moved;
-  changes_ = monitor_.explicit_step(step);
 }
 
 void AutomaticStepper::note_implicit_step() {

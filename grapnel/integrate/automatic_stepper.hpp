@@ -23,6 +23,8 @@ namespace grapnel {
 /// implicit steps are tried. They continue as long as they cost fewer evaluations per time than explicit steps would.
 class StiffnessMonitor {
  public:
+  /// The least `product` of explicit steps that fast modes limit. `bend` and `motion` of other steps do not matter.
+  static constexpr double kLeastProduct = 0.1;
   /// An explicit step of length `size`.
   struct ExplicitStep {
     double size = 0;
@@ -182,6 +184,7 @@ class AutomaticStepper {
   template <class Rhs>
   void change_method(Rhs& rhs);
   void note_explicit_step();
+  void measure(StiffnessMonitor::ExplicitStep& step);
   void note_implicit_step();
 
   Tolerances tolerances_;

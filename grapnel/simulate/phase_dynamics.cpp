@@ -84,6 +84,9 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   wrenches_.resize(first_slip_ + 2 * slips_.size() + base_.wrench_count());
   steady_wrenches_ = wrenches_.size();
   if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + setup_.contacts->most_wrenches());
+  for (std::size_t i = 0; setup_.contacts && i < model.bodies().size(); ++i)
+    reaches_.push_back(setup_.contacts->reach_of(static_cast<int>(i)));
+  arms_.resize(reaches_.size());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
     law_vdot_.resize(model.velocities());
@@ -201,6 +204,7 @@ void PhaseDynamics::coupled(std::vector<int>& numbers) const {
 
 std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   momenta_time_ = t;
+  placed_ = false;
   root_momenta<double>(model_.tree(), state.q, state.v, workspace_.kernel, momenta_);
   modes_.begin(state.q, state.v);
   hold_joints();
@@ -215,8 +219,15 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   return y;
 }
 
-// Reads the state from y and overwrites prescribed joints by their references.
 void PhaseDynamics::load(double t, std::span<const double> y) {
+  load_integrated(t, y);
+  recover(t);
+}
+
+// Reads the state from y and overwrites prescribed joints by their references. With contacts alone, the poses are those
+// of load(), which takes the velocities of roots from their momenta instead.
+void PhaseDynamics::load_integrated(double t, std::span<const double> y) {
+  placed_ = false;
   const int nq = model_.coordinates(), nv = model_.velocities();
   std::copy(y.begin(), y.begin() + nq, now_.q.begin());
   std::copy(y.begin() + nq, y.begin() + nq + nv, now_.v.begin());
@@ -251,12 +262,12 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
   }
-  recover(t);
 }
 
 // Velocities of the roots, and without external effects their positions, from the momenta of their trees: the conserved
 // ones, or with contacts alone those after their impulses (8.3a).
 void PhaseDynamics::recover(double t) {
+  placed_ = recovers() || (only_contacts_ && setup_.recover_roots);
   if (recovers()) recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
   if (!only_contacts_ || !setup_.recover_roots) return;
   std::copy(now_.q.begin(), now_.q.end(), loaded_.begin());
@@ -394,9 +405,10 @@ double PhaseDynamics::output_of_motor(std::size_t joint, double commanded) {
 void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   DynamicsInput<double> in;
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
-  in.prescribed = prescribed, in.acceleration = acceleration_;
+  in.prescribed = prescribed, in.acceleration = acceleration_, in.placed = placed_;
   if (steady_wrenches_ > 0 || (setup_.contacts && !is_left_alone())) in.link_wrench = workspace_.link_wrench;
   if (solver_) {
+    in.placed = false;
     solver_->accelerations(in, setup_.loop_feedback, workspace_, vdot_, workspace_.force);
   } else {
     articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
@@ -484,7 +496,7 @@ std::span<const double> PhaseDynamics::accelerations_in(double t, std::span<cons
 }
 
 double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
-  load(t, y);
+  load_integrated(t, y);
   double least = modes_.moving_margin(now_.q, now_.v);
   if (setup_.contacts) {
     place_bodies_now();
@@ -496,6 +508,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
     load(t, y);
   }
   if (!base_.switches()) return least;
+  recover(t);
   return std::min(least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
 }
 
@@ -503,31 +516,6 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
 void PhaseDynamics::place_bodies_now() {
   link_motion<double>(model_.tree(), now_.q, {}, workspace_.kinematics.links);
   place_bodies(model_, workspace_.kinematics);
-}
-
-void PhaseDynamics::begin_step(double t, std::span<const double> y) {
-  if (!setup_.contacts) return;
-  load(t, y);
-  forward_kinematics(model_, now_, workspace_.kinematics);
-  setup_.contacts->begin_step(workspace_.kinematics);
-}
-
-bool PhaseDynamics::end_step(double t, std::span<const double> y, double duration) {
-  const bool moves_as_prescribed = std::any_of(prescribed_.begin(), prescribed_.end(), [](auto p) { return p != 0; });
-  if (!setup_.contacts || !modes_.empty() || base_.switches() || moves_as_prescribed) {
-    begin_step(t, y);
-    return true;
-  }
-  load(t, y);
-  forward_kinematics(model_, now_, workspace_.kinematics);
-  return setup_.contacts->end_step(workspace_.kinematics, duration);
-}
-
-double PhaseDynamics::least_overlap(double t, std::span<const double> y) {
-  if (!setup_.contacts || !setup_.contacts->touches()) return std::numeric_limits<double>::infinity();
-  load(t, y);
-  place_bodies_now();
-  return setup_.contacts->least_overlap(workspace_.kinematics);
 }
 
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {

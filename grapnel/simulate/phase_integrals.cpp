@@ -227,6 +227,7 @@ MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {
   MomentumDefect defect;
   if (!recovers()) return defect;
   const int nq = model_.coordinates(), nv = model_.velocities();
+  placed_ = false;
   root_momenta<double>(model_.tree(), y.first(nq), y.subspan(nq, nv), workspace_.kernel, drifted_);
   for (std::size_t i = 0; i < momenta_.size(); ++i) {
     defect.linear = std::max(defect.linear, norm(drifted_[i].h.linear - momenta_[i].h.linear));

@@ -2,6 +2,7 @@
 
 #include <Random123/philox.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -38,6 +39,12 @@ NoiseSignal::NoiseSignal(const TrackingNoise& noise, std::uint32_t joint) {
     const double frequency = noise.bandwidth * (k + unit_interval(random[0], random[1])) / kTones;
     tones_.push_back({2 * std::numbers::pi * frequency, 2 * std::numbers::pi * unit_interval(random[2], random[3])});
   }
+}
+
+double NoiseSignal::rate_change(double duration) const {
+  double rate = 0, acceleration = 0;
+  for (const Tone& tone : tones_) rate += tone.angular_frequency, acceleration += tone.angular_frequency * tone.angular_frequency;
+  return amplitude_ * std::min(2 * rate, acceleration * duration);
 }
 
 JointPoint NoiseSignal::at(double t) const {

@@ -23,6 +23,9 @@ class NoiseSignal {
   /// n, n', n''.
   JointPoint at(double t) const;
 
+  /// A bound of the change of n' within a duration [s].
+  double rate_change(double duration) const;
+
   struct Tone {
     double angular_frequency, phase;
   };
