@@ -32,6 +32,14 @@ struct ComparedQuantity {
   std::optional<double> bias_uncertainty;  ///< of an error that all samples of a component share
   bool aligns = true;                      ///< takes part in the search for the offset
 
+  // How the log states it, for computations with the model.
+  std::string series = {};                     ///< of the run, without the component
+  std::optional<std::size_t> component = {};   ///< of the series; empty: all
+  std::string frame = {};                      ///< body in whose axes vectors are; empty: W
+  Quaterniond axes = Quaterniond::identity();  ///< of the log in that frame
+  Vector3d origin = Vector3d::zero();          ///< of positions, in W [m]
+  double average = 0;                          ///< [s] before each time stamp
+
   std::size_t residual_width() const { return is_orientation ? 3 : curve.width(); }
   std::size_t samples() const { return time.size(); }
 };

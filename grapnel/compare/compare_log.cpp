@@ -122,17 +122,17 @@ class Comparer {
   Comparer(const fs::path& run_folder, const fs::path& log, const fs::path& mapping)
       : run_path_(run_folder / "timeseries.h5"), log_path_(log), mapping_path_(mapping) {}
 
-  LogComparison compare() {
+  MappedLog read() {
     read_files();
     for (std::size_t i = 0; log_ && has_run_ && i < mapping_.quantities.size(); ++i) prepare(i);
     check_names();
     faults_.throw_if_any();
-    LogComparison result;
-    describe(result.report);
-    set_clock(result.report);
-    ComparedTimes times;
-    times.from = mapping_.time.from.value_or(times.from), times.to = mapping_.time.to.value_or(times.to);
-    evaluate_residuals(quantities_, times, result);
+    MappedLog result;
+    describe(result.head);
+    set_clock(result.head);
+    result.times.from = mapping_.time.from.value_or(result.times.from);
+    result.times.to = mapping_.time.to.value_or(result.times.to);
+    result.quantities = std::move(quantities_);
     return result;
   }
 
@@ -366,7 +366,13 @@ class Comparer {
         .uncertainty = {},
         .bias_uncertainty = {},
         .aligns = mapped.align,
+        .series = series.path,
+        .component = found->component,
+        .frame = mapped.frame.value_or(""),
+        .axes = {mapped.axes[0], mapped.axes[1], mapped.axes[2], mapped.axes[3]},
+        .average = mapped.average,
     };
+    if (mapped.origin) quantity.origin = {(*mapped.origin)[0], (*mapped.origin)[1], (*mapped.origin)[2]};
     if (found->component) quantity.components = {series.components[*found->component]};
     const double amount = oriented ? 1 : *factor;
     quantity.uncertainty = amount_of(mapped.uncertainty, index, "uncertainty", quantity.unit, series, amount);
@@ -553,8 +559,16 @@ class Comparer {
 
 }  // namespace
 
+MappedLog read_mapped_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
+  return Comparer(run_folder, log, mapping).read();
+}
+
 LogComparison compare_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
-  return Comparer(run_folder, log, mapping).compare();
+  MappedLog mapped = read_mapped_log(run_folder, log, mapping);
+  LogComparison result;
+  result.report = std::move(mapped.head);
+  evaluate_residuals(mapped.quantities, mapped.times, result);
+  return result;
 }
 
 }  // namespace grapnel

@@ -40,6 +40,18 @@ struct LogComparison {
 void evaluate_residuals(std::span<const ComparedQuantity> quantities, const ComparedTimes& times,
                         LogComparison& comparison);
 
+/// The quantities of a run that a log measures. Of `head`, `version`, `run`, `log`, `clock` and `warnings` are set.
+struct MappedLog {
+  ComparisonReport head;
+  ComparedTimes times;
+  std::vector<ComparedQuantity> quantities;
+};
+
+/// Reads run, log and mapping, and determines the offset between the clocks. @throws InputError with all errors of the
+/// three files
+MappedLog read_mapped_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,
+                          const std::filesystem::path& mapping);
+
 /// Compares `run_folder`/timeseries.h5 with a log. Without a mapping (empty path) the columns of the log that have the
 /// names of series of the run are compared, at the same times. @throws InputError with all errors of the three files
 LogComparison compare_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,
