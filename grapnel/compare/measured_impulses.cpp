@@ -1,0 +1,534 @@
+#include "grapnel/compare/measured_impulses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "grapnel/compare/impulse_estimate.hpp"
+#include "grapnel/compare/step_detection.hpp"
+#include "grapnel/constraint/grasp.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/workspace.hpp"
+#include "grapnel/result/described_table.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+namespace {
+
+using Kind = MeasuredQuantity::Kind;
+
+constexpr double kStatedAccuracy = 0.1;  // of stated uncertainties
+constexpr double kLeastProbability = 1e-3;
+constexpr std::size_t kMostMomenta = 2000;  // times
+
+[[noreturn]] void refuse_log(const std::string& message) {
+  FaultList faults;
+  faults.add(Mark{}, message);
+  faults.throw_if_any();
+  throw std::logic_error("unreachable");
+}
+
+// ---- Detection ----
+
+// Measured rates without missing values, one per component, and the run's at the same times.
+struct DetectionRates {
+  std::vector<RateSamples> measured, simulated;
+};
+
+DetectionRates detection_rates(const MeasuredQuantities& measured, double offset, const ComparedTimes& times) {
+  DetectionRates rates;
+  std::array<double, kMostComponents> x{};
+  for (const MeasuredQuantity& one : measured.used) {
+    if (!one.measures_rates()) continue;
+    const ComparedQuantity& q = *one.quantity;
+    const std::size_t width = q.curve.width(), first = rates.measured.size();
+    rates.measured.resize(first + width), rates.simulated.resize(first + width);
+    for (std::size_t i = 0; i < q.samples(); ++i) {
+      const double t = q.time[i] + offset;
+      if (t < times.from || t > times.to) continue;
+      q.curve.value(t, {x.data(), width});
+      for (std::size_t c = 0; c < width; ++c) {
+        const double y = q.measured[i * width + c];
+        RateSamples& m = rates.measured[first + c];
+        RateSamples& s = rates.simulated[first + c];
+        if (!std::isfinite(y) || (!m.time.empty() && !(t > m.time.back()))) continue;
+        m.time.push_back(t), m.value.push_back(y), m.deviation = *q.uncertainty;
+        if (!std::isfinite(x[c])) continue;
+        s.time.push_back(t), s.value.push_back(x[c]), s.deviation = *q.uncertainty;
+      }
+    }
+  }
+  return rates;
+}
+
+// The window with the largest margin of the run's weakest contact above the threshold. The curvature is the largest
+// statistic of the run's motion apart from its contacts.
+StepTest choose_test(const DetectionRates& rates, const std::vector<RunContact>& contacts, double false_alarms) {
+  const std::vector<double> times = step_candidates(rates.simulated);
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  const double interval = median_of(intervals);
+  StepTest best;
+  double margin = -std::numeric_limits<double>::infinity();
+  for (const double samples : {6.0, 10.0, 16.0, 26.0, 42.0, 68.0, 110.0}) {
+    StepTest test;
+    test.window = samples * interval, test.false_alarms = false_alarms;
+    for (const double t : times) {
+      const bool is_near = std::any_of(contacts.begin(), contacts.end(), [&](const RunContact& c) {
+        return t > c.time - test.window - interval && t < c.end + test.window + interval;
+      });
+      if (!is_near)
+        test.curvature =
+            std::max(test.curvature, std::sqrt(step_statistic(rates.simulated, t, test.window).chi_square));
+    }
+    double weakest = std::numeric_limits<double>::infinity();
+    for (const RunContact& c : contacts) {
+      const auto after = std::lower_bound(times.begin(), times.end(), c.time);
+      if (after == times.end()) continue;
+      const StepStatistic s = step_statistic(rates.simulated, c.end > c.time ? c.time : *after, test.window);
+      if (s.rates > 0)
+        weakest = std::min(weakest, std::sqrt(s.chi_square) - step_threshold(test, times.size(), s.rates));
+    }
+    if (weakest > margin) margin = weakest, best = test;
+  }
+  if (best.window == 0) best.window = 16 * interval, best.false_alarms = false_alarms;
+  return best;
+}
+
+// ---- One contact ----
+
+class ContactEstimate {
+ public:
+  ContactEstimate(const RunModel& run, const MeasuredQuantities& measured, double offset)
+      : run_(run), measured_(measured), offset_(offset) {}
+
+  ImpulseReport::Contact estimate(const ContactTime& contact, const RunContact& simulated, const FitRange& range,
+                                  std::vector<std::string>& warnings) {
+    report_ = {};
+    report_.time = contact.begin, report_.end = contact.end, report_.simulated_time = simulated.time;
+    contact_ = contact, simulated_ = &simulated;
+    const State before = run_.state_at(simulated.time, true), after = run_.state_at(simulated.end);
+    run_change_ = as_vector(after.v) - as_vector(before.v);
+    mean_rate_ = 0.5 * (as_vector(after.v) + as_vector(before.v));
+    measure(after, range, warnings);
+    find_efforts();
+    const MeasuredConfiguration& configuration = *configuration_;
+    const ImpulseEstimate found =
+        estimate_impulses([&](std::span<const double> changes) { return task_at(configuration.at(changes)); },
+                          configuration.parameters());
+    describe(found);
+    report_.assumed = configuration.unmeasured();
+    return report_;
+  }
+
+ private:
+  static Eigen::VectorXd as_vector(const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  }
+
+  // Fits of all rates and places.
+  void measure(const State& state, const FitRange& range, std::vector<std::string>& warnings) {
+    const Kinematics kinematics = forward_kinematics(run_.model(), state);
+    const ContactTime run_contact{simulated_->time, simulated_->end, 0};
+    configuration_.emplace(run_, state);
+    configuration_->attach(simulated_->grasps);
+    changes_.clear(), changed_.clear();
+    std::vector<std::string> too_few;
+    for (const MeasuredQuantity& one : measured_.used) {
+      if (!one.measures_rates() && !one.measures_places()) continue;
+      const Eigen::VectorXd run_change = rate_rows(one, run_.model(), kinematics) * run_change_;
+      auto change = measure_change(one, offset_, contact_, run_contact, run_change, range);
+      const std::string name = printable_line(one.quantity->name);
+      if (!change) {
+        too_few.push_back(name);
+        continue;
+      }
+      if (one.measures_places()) configuration_->set(one, change->place, change->place_deviation, change->reference);
+      const double bound = chi_square_quantile(kLeastProbability, change->freedom) / change->freedom *
+                           (1 + kStatedAccuracy) * (1 + kStatedAccuracy);
+      if (change->chi_square > bound)
+        warnings.push_back(
+            fmt::format("{}: samples around t = {:.6g} s scatter about their polynomials with chi-square {}, "
+                        "above {}: a shorter --window, or a larger uncertainty",
+                        name, contact_.begin, small_number(change->chi_square), small_number(bound)));
+      changes_.push_back(std::move(*change)), changed_.push_back(&one);
+    }
+    if (changes_.empty())
+      refuse_log(
+          fmt::format("no rate has enough samples on both sides of the contact at t = {:.6g} s: at least 5 are "
+                      "needed; measured are {}",
+                      contact_.begin, too_few.empty() ? "none" : some_of(too_few)));
+    for (const std::string& name : too_few)
+      warnings.push_back(fmt::format("{}: too few samples around t = {:.6g} s", name, contact_.begin));
+  }
+
+  // The integral of a quantity over a contact with a duration, by its samples; empty: they do not cover it.
+  struct Integral {
+    Eigen::VectorXd value;
+    double deviation = 0;
+  };
+  std::optional<Integral> integral_of(const MeasuredQuantity& one) const {
+    const ComparedQuantity& q = *one.quantity;
+    const std::size_t width = q.curve.width();
+    std::vector<double> time;
+    std::vector<std::size_t> index;
+    for (std::size_t i = 0; i < q.samples(); ++i) {
+      const double t = q.time[i] + offset_ - 0.5 * q.average;
+      bool is_complete = true;
+      for (std::size_t c = 0; c < width; ++c) is_complete = is_complete && std::isfinite(q.measured[i * width + c]);
+      if (is_complete) time.push_back(t), index.push_back(i);
+    }
+    // Straight lines between samples; of several at one time each counts on its side.
+    Integral result{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(width)), 0};
+    if (time.size() < 2 || time.front() > contact_.begin || time.back() < contact_.end) return std::nullopt;
+    std::vector<double> weights(time.size(), 0.0);
+    for (std::size_t k = 1; k < time.size(); ++k) {
+      const double from = std::max(time[k - 1], contact_.begin), to = std::min(time[k], contact_.end);
+      if (!(to > from)) continue;
+      const double share = (0.5 * (from + to) - time[k - 1]) / (time[k] - time[k - 1]);
+      weights[k - 1] += (to - from) * (1 - share), weights[k] += (to - from) * share;
+    }
+    for (std::size_t k = 0; k < time.size(); ++k) {
+      for (std::size_t c = 0; c < width; ++c)
+        result.value[static_cast<Eigen::Index>(c)] += weights[k] * q.measured[index[k] * width + c];
+      result.deviation += weights[k] * weights[k];
+    }
+    result.deviation = std::hypot(*q.uncertainty * std::sqrt(result.deviation),
+                                  q.bias_uncertainty.value_or(0) * (contact_.end - contact_.begin));
+    return result;
+  }
+
+  // Impulses of drives over a contact with a duration, and directly measured ones of grasps.
+  void find_efforts() {
+    const Eigen::Index nv = run_.model().velocities();
+    effort_ = Eigen::VectorXd::Zero(nv), effort_deviation_ = Eigen::VectorXd::Zero(nv);
+    known_drives_.clear(), forces_.clear();
+    if (!(contact_.end > contact_.begin)) return;
+    for (const MeasuredQuantity& one : measured_.used) {
+      if (one.kind != Kind::effort && one.kind != Kind::grasp_force) continue;
+      const auto integral = integral_of(one);
+      if (!integral) continue;
+      if (one.kind == Kind::grasp_force) {
+        forces_.emplace_back(&one, *integral);
+        continue;
+      }
+      for (std::size_t k = 0; k < one.joints.size(); ++k) {
+        const int v = run_.model().bodies()[static_cast<std::size_t>(one.joints[k])].v;
+        effort_[v] = integral->value[static_cast<Eigen::Index>(k)], effort_deviation_[v] = integral->deviation;
+        known_drives_.push_back(v);
+      }
+    }
+  }
+
+  std::vector<Grasp> grasps_at(const Kinematics& kinematics) const {
+    std::vector<Grasp> grasps;
+    for (const RunContact::Grasp& one : simulated_->grasps) {
+      const auto end_effector = run_.find_frame("end_effectors/" + one.end_effector);
+      const auto target = run_.find_frame("targets/" + one.target);
+      if (!end_effector || !target)
+        refuse_log(fmt::format("the scenario has no grasp of {} with {}, as the run has", in_quotes(one.target),
+                               in_quotes(one.end_effector)));
+      Grasp grasp{end_effector->body, target->body, GraspModel::rigid, Vector3d::zero(), {0, 0, 1}};
+      const Posed X_WE = kinematics.X_WB[static_cast<std::size_t>(end_effector->body)] * end_effector->X_BF;
+      for (const GraspSetup& setup : run_.problem().grasps) {
+        if (setup.end_effector != one.end_effector || setup.target != one.target) continue;
+        grasp.model = setup.contact ? GraspModel::point : setup.model;
+        grasp.hinge_W = X_WE.R * setup.hinge_axis;
+      }
+      grasp.p_WC = X_WE.p;
+      grasps.push_back(grasp);
+    }
+    return grasps;
+  }
+
+  ImpulseTask task_at(const State& state) const {
+    const Model& model = run_.model();
+    const Kinematics kinematics = forward_kinematics(model, state);
+    const std::vector<Grasp> grasps = grasps_at(kinematics);
+    ImpulseTask task;
+    task.M = mass_matrix(model, state);
+    task.J = grasp_jacobian(model, kinematics, grasps);
+    for (const std::string& name : simulated_->held_joints) {
+      const auto body = run_.find_joint("joints/effort", name);
+      if (!body) continue;
+      const int v = model.bodies()[static_cast<std::size_t>(*body)].v;
+      if (std::find(known_drives_.begin(), known_drives_.end(), v) == known_drives_.end())
+        task.unknown_drives.push_back(v);
+    }
+    task.known = effort_, task.known_deviation = effort_deviation_;
+    const double duration = contact_.end - contact_.begin;
+    if (duration > 0) {
+      State moving = state;
+      moving.v.assign(mean_rate_.data(), mean_rate_.data() + mean_rate_.size());
+      std::vector<double> forces;
+      Workspace workspace(model);
+      bias(model, moving, run_.problem().gravity, workspace, forces);
+      task.known -= duration * as_vector(forces);
+    }
+    Eigen::Index rows = 0;
+    for (const MeasuredChange& change : changes_) rows += change.change.size();
+    task.H.resize(rows, model.velocities()), task.change.resize(rows);
+    task.covariance = Eigen::MatrixXd::Zero(rows, rows);
+    Eigen::VectorXd timing(rows);
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < changes_.size(); ++i) {
+      const MeasuredChange& change = changes_[i];
+      const Eigen::Index width = change.change.size();
+      task.H.middleRows(row, width) = rate_rows(*changed_[i], model, kinematics);
+      task.change.segment(row, width) = change.change;
+      task.covariance.diagonal().segment(row, width) = change.deviation.cwiseAbs2();
+      timing.segment(row, width) = contact_.deviation * change.per_delay;
+      row += width;
+    }
+    task.covariance += timing * timing.transpose();
+    add_forces(kinematics, grasps, task);
+    return task;
+  }
+
+  // Rows of force sensors: components of A^T P along the log's axes.
+  void add_forces(const Kinematics& kinematics, const std::vector<Grasp>& grasps, ImpulseTask& task) const {
+    Eigen::Index rows = 0;
+    for (const auto& [one, integral] : forces_) rows += static_cast<Eigen::Index>(one->parts.size());
+    task.D = Eigen::MatrixXd::Zero(rows, task.J.rows());
+    task.direct.resize(rows), task.direct_deviation.resize(rows);
+    Eigen::Index row = 0;
+    for (const auto& [one, integral] : forces_) {
+      Eigen::Index first = 0;
+      const Rotationd R = log_axes(*one, kinematics);
+      for (std::size_t g = 0; g < grasps.size(); ++g) {
+        const Eigen::MatrixXd A = constrained_directions(grasps[g]);
+        if (simulated_->grasps[g].end_effector == one->end_effector) {
+          for (std::size_t k = 0; k < one->parts.size(); ++k) {
+            const Vector3d axis = R.column(static_cast<int>(one->parts[k]));
+            Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
+            for (int i = 0; i < 3; ++i) direction[(one->is_angular ? 0 : 3) + i] = axis[i];
+            task.D.block(row + static_cast<Eigen::Index>(k), first, 1, A.rows()) = (A * direction).transpose();
+          }
+        }
+        first += A.rows();
+      }
+      for (std::size_t k = 0; k < one->parts.size(); ++k, ++row)
+        task.direct[row] = integral.value[static_cast<Eigen::Index>(k)],
+        task.direct_deviation[row] = integral.deviation;
+    }
+  }
+
+  void describe(const ImpulseEstimate& found) {
+    const WeightedSolution& s = found.solution;
+    std::vector<double> none(configuration_->parameters(), 0.0);
+    const State state = configuration_->at(none);
+    const Kinematics kinematics = forward_kinematics(run_.model(), state);
+    const std::vector<Grasp> grasps = grasps_at(kinematics);
+    Eigen::Index first = 0;
+    for (std::size_t g = 0; g < grasps.size(); ++g) {
+      const Eigen::MatrixXd A = constrained_directions(grasps[g]);
+      report_.grasps.push_back(describe_grasp(simulated_->grasps[g], A, first, found));
+      first += A.rows();
+    }
+    for (Eigen::Index i = first; i < s.value.size(); ++i)
+      report_.drives.push_back(describe_drive(found, i, static_cast<std::size_t>(i - first)));
+    for (Eigen::Index k = 0; k < s.null_space.cols(); ++k) {
+      Eigen::VectorXd n = found.scale.cwiseProduct(s.null_space.col(k));
+      n /= n.cwiseAbs().maxCoeff();
+      report_.null_space.emplace_back(n.data(), n.data() + n.size());
+    }
+    describe_rates(s);
+    report_.unknowns = static_cast<std::size_t>(s.value.size()), report_.rank = static_cast<std::size_t>(s.rank);
+    report_.rows = static_cast<std::size_t>(s.rank + s.freedom), report_.freedom = static_cast<std::size_t>(s.freedom);
+    judge_balance(s);
+  }
+
+  ImpulseReport::Grasp describe_grasp(const RunContact::Grasp& simulated, const Eigen::MatrixXd& A, Eigen::Index first,
+                                      const ImpulseEstimate& found) const {
+    static constexpr const char* kNames[] = {"linear x", "linear y", "linear z", "angular x", "angular y", "angular z"};
+    const WeightedSolution& s = found.solution;
+    ImpulseReport::Grasp report;
+    report.end_effector = simulated.end_effector, report.target = simulated.target;
+    std::vector<Eigen::VectorXd> determined;
+    for (int k = 0; k < 6; ++k) {
+      const int twist = (k + 3) % 6;  // [angular; linear]
+      Eigen::VectorXd c = Eigen::VectorXd::Zero(s.value.size());
+      c.segment(first, A.rows()) = A.col(twist);
+      if (c.norm() < 1e-12) continue;  // the grasp transmits none
+      ImpulseReport::Component component;
+      component.name = kNames[k], component.unit = k < 3 ? "N s" : "N m s";
+      const Combination combined = combine(s, found.scale, c);
+      component.determined = combined.determined;
+      if (combined.determined) {
+        component.value = combined.value, component.uncertainty = combined.deviation;
+        determined.push_back(c);
+      }
+      const double expected = k < 3 ? simulated.impulse[k] : simulated.angular_impulse[k - 3];
+      if (std::isfinite(expected)) component.simulated = expected;
+      report.components.push_back(std::move(component));
+    }
+    for (const Eigen::VectorXd& a : determined) {
+      for (const Eigen::VectorXd& b : determined) report.covariance.push_back(a.dot(s.covariance * b));
+    }
+    return report;
+  }
+
+  ImpulseReport::Component describe_drive(const ImpulseEstimate& found, Eigen::Index i, std::size_t number) const {
+    const WeightedSolution& s = found.solution;
+    std::vector<std::string> unknown;
+    for (const std::string& name : simulated_->held_joints) {
+      const auto body = run_.find_joint("joints/effort", name);
+      if (!body) continue;
+      const int v = run_.model().bodies()[static_cast<std::size_t>(*body)].v;
+      if (std::find(known_drives_.begin(), known_drives_.end(), v) == known_drives_.end()) unknown.push_back(name);
+    }
+    ImpulseReport::Component component;
+    component.name = number < unknown.size() ? unknown[number] : "";
+    component.unit = "N m s";
+    const Eigen::VectorXd c = Eigen::VectorXd::Unit(s.value.size(), i);
+    const Combination combined = combine(s, found.scale, c);
+    component.determined = combined.determined;
+    if (combined.determined) component.value = combined.value, component.uncertainty = combined.deviation;
+    return component;
+  }
+
+  void describe_rates(const WeightedSolution& s) {
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < changes_.size(); ++i) {
+      const MeasuredChange& change = changes_[i];
+      const ComparedQuantity& q = *changed_[i]->quantity;
+      for (Eigen::Index k = 0; k < change.change.size(); ++k, ++row) {
+        ImpulseReport::Rate rate;
+        rate.quantity = q.name, rate.component = q.components[static_cast<std::size_t>(k)];
+        rate.unit = changed_[i]->measures_places() ? q.unit + "/s" : q.unit;
+        rate.before = change.before[k], rate.after = change.after[k], rate.change = change.change[k];
+        rate.uncertainty = change.deviation[k], rate.curvature = change.curvature[k], rate.window = change.window;
+        rate.samples = change.samples, rate.outliers = change.outliers, rate.chi_square = change.chi_square;
+        rate.residual = s.whitened_residual[row];
+        report_.rates.push_back(std::move(rate));
+      }
+    }
+  }
+
+  void judge_balance(const WeightedSolution& s) {
+    if (s.freedom <= 0) {
+      report_.reason = "the momentum balance is not checked, since no measurement is redundant";
+      return;
+    }
+    const double value = s.chi_square / s.freedom;
+    const double bound =
+        chi_square_quantile(kLeastProbability, s.freedom) / s.freedom * (1 + kStatedAccuracy) * (1 + kStatedAccuracy);
+    report_.chi_square = value, report_.chi_square_bound = bound;
+    report_.verdict = value <= bound ? Verdict::yes : Verdict::no;
+    report_.reason = fmt::format("the momentum balance has chi-square {} with {}, {} {}", small_number(value),
+                                 counted(static_cast<std::size_t>(s.freedom), "redundant measurement"),
+                                 value <= bound ? "within" : "above the bound", small_number(bound));
+  }
+
+  const RunModel& run_;
+  const MeasuredQuantities& measured_;
+  double offset_;
+  // Of the current contact:
+  ContactTime contact_;
+  const RunContact* simulated_ = nullptr;
+  ImpulseReport::Contact report_;
+  Eigen::VectorXd run_change_, mean_rate_;
+  std::optional<MeasuredConfiguration> configuration_;
+  std::vector<MeasuredChange> changes_;
+  std::vector<const MeasuredQuantity*> changed_;
+  Eigen::VectorXd effort_, effort_deviation_;
+  std::vector<int> known_drives_;
+  std::vector<std::pair<const MeasuredQuantity*, Integral>> forces_;
+};
+
+const RunContact& nearest_contact(const std::vector<RunContact>& contacts, double time) {
+  return *std::min_element(contacts.begin(), contacts.end(), [&](const RunContact& a, const RunContact& b) {
+    return std::abs(a.time - time) < std::abs(b.time - time);
+  });
+}
+
+std::vector<ImpulseReport::Component> momentum_components(const MomentumCurve& curve, std::size_t sample) {
+  std::vector<ImpulseReport::Component> components;
+  for (std::size_t c = 0; c < kMomentumComponents; ++c) {
+    ImpulseReport::Component one;
+    one.name = kMomentumNames[c], one.unit = kMomentumUnits[c];
+    one.determined = std::isfinite(curve.value[sample][c]);
+    if (one.determined) one.value = curve.value[sample][c], one.uncertainty = curve.deviation[sample][c];
+    components.push_back(std::move(one));
+  }
+  return components;
+}
+
+}  // namespace
+
+MeasuredImpulses measured_impulses(const RunModel& run, const MappedLog& log, const ImpulseOptions& options) {
+  MeasuredImpulses result;
+  ImpulseReport& report = result.report;
+  report.version = log.head.version, report.scenario = log.head.run.scenario, report.sha256 = log.head.run.sha256;
+  report.log = log.head.log.file, report.log_sha256 = log.head.log.sha256;
+  report.offset = log.head.clock.offset, report.offset_uncertainty = log.head.clock.uncertainty;
+  report.warnings = log.head.warnings, report.false_alarms = options.false_alarms;
+  const MeasuredQuantities measured = measured_quantities(log.quantities, run);
+  report.unused = measured.unused;
+  const bool has_rates = std::any_of(measured.used.begin(), measured.used.end(), [](const MeasuredQuantity& one) {
+    return one.measures_rates() || one.measures_places();
+  });
+  if (!has_rates)
+    refuse_log(
+        fmt::format("no quantity of the mapping measures a rate: needed are series such as base/angular_velocity, "
+                    "base/velocity, joints/velocity/NAME or targets/NAME/angular_velocity with 'uncertainty'{}",
+                    measured.unused.empty() ? "" : "; unused are " + some_of(measured.unused)));
+  if (run.contacts().empty()) refuse_log("the run has no impact of grasps: there is nothing to relate impulses to");
+
+  std::vector<ContactTime> contacts = options.contacts;
+  std::vector<DetectedStep> steps;
+  if (contacts.empty()) {
+    const DetectionRates rates = detection_rates(measured, report.offset, log.times);
+    if (rates.measured.empty())
+      refuse_log("contacts can be detected in measured rates only, and the mapping has none; state them with --at");
+    const StepTest test = choose_test(rates, run.contacts(), options.false_alarms);
+    report.detection_window = test.window;
+    steps = detect_steps(rates.measured, test);
+    for (const DetectedStep& step : steps) contacts.push_back({step.time, step.time, step.deviation});
+    if (contacts.empty())
+      refuse_log(
+          fmt::format("no contact was detected in the measured rates with {} expected false alarms; state the "
+                      "times with --at, or more false alarms with --false-alarms",
+                      options.false_alarms));
+  } else {
+    std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+  }
+  ContactEstimate estimator(run, measured, report.offset);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    ContactTime& contact = contacts[i];
+    const RunContact& simulated = nearest_contact(run.contacts(), contact.begin);
+    if (contact.end == contact.begin && simulated.end > simulated.time) contact.end += simulated.end - simulated.time;
+    FitRange range{std::max(log.times.from, i > 0 ? contacts[i - 1].end : -HUGE_VAL),
+                   std::min(log.times.to, i + 1 < contacts.size() ? contacts[i + 1].begin : HUGE_VAL), options.window};
+    report.contacts.push_back(estimator.estimate(contact, simulated, range, report.warnings));
+    if (steps.empty()) continue;
+    report.contacts.back().detected = true, report.contacts.back().time_uncertainty = steps[i].deviation;
+    report.contacts.back().statistic = steps[i].statistic, report.contacts.back().threshold = steps[i].threshold;
+  }
+  if (report.count(Verdict::no) > 0)
+    report.verdict = Verdict::no;
+  else if (report.count(Verdict::yes) > 0)
+    report.verdict = Verdict::yes;
+
+  if (!options.momentum) return result;
+  result.momentum = measured_momentum(run, measured, report.offset, contacts, kMostMomenta);
+  for (const MomentumCurve& curve : result.momentum) {
+    ImpulseReport::Momentum& one = report.momentum.emplace_back();
+    one.body = curve.body, one.missing = curve.missing, one.samples = curve.time.size();
+    if (curve.time.empty()) continue;
+    one.first = momentum_components(curve, 0), one.last = momentum_components(curve, curve.time.size() - 1);
+  }
+  return result;
+}
+
+MeasuredImpulses measured_impulses(const std::filesystem::path& run_folder, const std::filesystem::path& log,
+                                   const std::filesystem::path& mapping, const ImpulseOptions& options) {
+  const MappedLog mapped = read_mapped_log(run_folder, log, mapping);
+  return measured_impulses(RunModel(run_folder, options.scenario, options.overrides), mapped, options);
+}
+
+}  // namespace grapnel
