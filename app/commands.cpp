@@ -13,6 +13,7 @@
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/compare/comparison_report.hpp"
+#include "grapnel/compare/impulse_report.hpp"
 #include "grapnel/compare/log_mapping.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
@@ -105,7 +106,8 @@ std::span<const ResultContract> result_contracts() {
       {"study-table", "study", "Grapnel study table, version 1", &type_of<SweepReport>},
       {"campaign-report", "campaign", "Grapnel campaign report, version 1", &type_of<CampaignReport>},
       {"optimization-result", "optimization", "Grapnel optimization result, version 1", &type_of<OptimizationReport>},
-      {"log-comparison", "comparison", "Grapnel comparison with a log, version 1", &type_of<ComparisonReport>}};
+      {"log-comparison", "comparison", "Grapnel comparison with a log, version 1", &type_of<ComparisonReport>},
+      {"log-impulses", "impulses", "Grapnel impulses from a log, version 1", &type_of<ImpulseReport>}};
   return all;
 }
 

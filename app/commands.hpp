@@ -78,6 +78,21 @@ struct CompareOptions {
 /// Compares a run with a log of measurements. The simulation failed: a quantity disagrees.
 int compare(const CompareOptions& options);
 
+struct ImpulsesOptions {
+  std::filesystem::path run;  // result folder
+  std::filesystem::path log;
+  std::filesystem::path mapping;
+  std::filesystem::path scenario;      // empty: as the run stored it
+  std::vector<std::string> overrides;  // "path=value"
+  std::vector<std::string> at;         // "time" or "time:duration" of contacts; empty: detected
+  double window = 0;                   // [s]; 0: chosen
+  double false_alarms = 0.01;          // expected in the log
+  std::filesystem::path output;        // empty: impulses-LOG in the run's folder
+  bool quiet = false;
+};
+/// Impulses at grasps from a log of measurements. The simulation failed: the momentum balance is violated.
+int impulses(const ImpulsesOptions& options);
+
 struct FigureOptions {
   std::filesystem::path folder;
   std::string what;              // empty: see list

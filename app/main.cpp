@@ -118,6 +118,37 @@ int program(int argc, char** argv) {
   compare_command->add_flag("--quiet", compare_options.quiet, "Print errors and warnings only");
   compare_command->callback([&] { code = compare(compare_options); });
 
+  ImpulsesOptions impulses_options;
+  CLI::App* impulses_command = app.add_subcommand(
+      "impulses",
+      "Estimate the impulses at grasps and the momentum from a log; writes impulses.json, two CSV files and a page");
+  impulses_command->add_option("run", impulses_options.run, "Result folder of run")->required();
+  impulses_command->add_option("log", impulses_options.log, "File with measurements (CSV, HDF5 or MAT)")->required();
+  impulses_command->add_option("--map", impulses_options.mapping,
+                               "Mapping file (YAML): which columns of the log measure which series of the run, and "
+                               "their uncertainties (default: columns with the names of series)");
+  impulses_command
+      ->add_option("--at", impulses_options.at,
+                   "Time of a contact [s of the run], or TIME:DURATION; repeatable (default: detected)")
+      ->allow_extra_args(false);
+  impulses_command->add_option("--window", impulses_options.window,
+                               "Length of the polynomials before and after a contact [s] (default: chosen)");
+  impulses_command
+      ->add_option("--false-alarms", impulses_options.false_alarms,
+                   "Bound on the expected number of contacts in the log that are noise alone")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-12, 0.5));
+  impulses_command->add_option("--scenario", impulses_options.scenario,
+                               "Scenario with the model (default: the one that the run's folder contains)");
+  impulses_command
+      ->add_option("--set", impulses_options.overrides,
+                   "Change of the model: path=value, such as targets.debris.mass=12")
+      ->allow_extra_args(false);
+  impulses_command->add_option("-o,--output", impulses_options.output,
+                               "Result folder (default: impulses-LOG in the run's folder)");
+  impulses_command->add_flag("--quiet", impulses_options.quiet, "Print errors and warnings only");
+  impulses_command->callback([&] { code = impulses(impulses_options); });
+
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");

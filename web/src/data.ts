@@ -4,6 +4,7 @@
 
 import type { CampaignReport } from "./campaign_types";
 import type { LogComparison } from "./comparison_types";
+import type { MeasuredImpulses } from "./impulses_types";
 import type { OptimizationReport } from "./optimization_types";
 import type { Scene, SceneBody, SceneObstacle, SceneShape } from "./scene_types";
 import type { SweepReport } from "./study_types";
@@ -17,13 +18,14 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface ReportData {
   schema: "grapnel-report/1";
   version: string; // of Grapnel
-  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log";
+  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log" | "impulses";
   title: string; // scenario's or study's name
   runs: RunData[]; // run: 1, comparison: 2, else 0
   sweep?: SweepData;
   optimization?: OptimizationData;
   campaign?: CampaignData;
   log?: LogData;
+  impulses?: ImpulsesData;
 }
 
 // ---- Comparison with a log ----
@@ -44,6 +46,20 @@ export interface ComparedCurve {
   simulated: string;
   residual: string;
   outliers: number[]; // their times
+}
+
+// ---- Impulses from a log ----
+
+export interface ImpulsesData {
+  report: Partly<MeasuredImpulses>; // impulses.json, unchanged (docs/formats/impulses.md)
+  momentum: MomentumCurve[];
+}
+
+// The determined components of one body; base64, float64 little endian.
+export interface MomentumCurve {
+  body: string;
+  time: string; // of the run [s]
+  components: { name: string; unit: string; value: string; deviation: string }[];
 }
 
 // ---- One run ----

@@ -43,7 +43,7 @@ export function buildLogPage(host: HTMLElement, data: ReportData): void {
   (window as unknown as { __grapnel: object }).__grapnel = { comparison }; // for tests and for the browser's console
 }
 
-function section(id: string, title: string, ...content: (Node | null)[]): HTMLElement {
+export function section(id: string, title: string, ...content: (Node | null)[]): HTMLElement {
   return element(
     "section",
     { id, "aria-labelledby": `${id}-title`, class: "part" },
@@ -52,7 +52,7 @@ function section(id: string, title: string, ...content: (Node | null)[]): HTMLEl
   );
 }
 
-function warnings(texts: (string | undefined)[]): HTMLElement[] {
+export function warnings(texts: (string | undefined)[]): HTMLElement[] {
   if (texts.length === 0) return [];
   const items = texts.map((one) => element("li", {}, mark("warn", text(one))));
   return [element("section", { class: "notices", "aria-label": "Warnings" }, element("ul", {}, ...items))];
@@ -130,7 +130,7 @@ function components(q: Quantity): HTMLElement {
   );
 }
 
-function doubles(base64: string): Float64Array {
+export function doubles(base64: string): Float64Array {
   const bytes = bytesOf(base64);
   return new Float64Array(bytes.buffer, bytes.byteOffset, bytes.byteLength / 8);
 }

@@ -3,6 +3,7 @@ import "./style.css";
 import { buildCampaignPage } from "./campaign/campaign_page";
 import type { ReportData } from "./data";
 import { element } from "./dom";
+import { buildImpulsesPage } from "./impulses_page";
 import { buildLogPage } from "./log_page";
 import { buildRunPage } from "./page/run_page";
 import { buildStudyPage } from "./study/study_page";
@@ -26,6 +27,7 @@ function build(host: HTMLElement): void {
   if (data.kind === "run" || data.kind === "comparison") buildRunPage(host, data);
   else if (data.kind === "campaign") buildCampaignPage(host, data);
   else if (data.kind === "log") buildLogPage(host, data);
+  else if (data.kind === "impulses") buildImpulsesPage(host, data);
   else buildStudyPage(host, data);
   skipLink(host);
 }
