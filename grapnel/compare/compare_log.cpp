@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "grapnel/compare/log_mapping.hpp"
@@ -93,6 +94,17 @@ RunData read_run(const fs::path& path, Select select) {
   return run;
 }
 
+// The series of a run in memory that `select` returns.
+template <class Select>
+RunData run_in_memory(const TimeSeries& series, Select select) {
+  RunData run;
+  run.time = series.time;
+  for (const Series& one : series.series)
+    run.head.names.series.push_back({one.path, one.unit, one.description, one.components, {}});
+  for (const std::size_t i : select(run)) run.values[i] = series.series[i].data;
+  return run;
+}
+
 // The units in which the log may state a series. Those of joints are of rotary ones; sliding joints have m and N.
 std::vector<std::string> units_of_series(const Series& series) {
   std::vector<std::string> units{series.unit};
@@ -121,19 +133,51 @@ class Comparer {
  public:
   Comparer(const fs::path& run_folder, const fs::path& log, const fs::path& mapping)
       : run_path_(run_folder / "timeseries.h5"), log_path_(log), mapping_path_(mapping) {}
+  Comparer(const TimeSeries& run, const fs::path& log, const fs::path& mapping)
+      : log_path_(log), mapping_path_(mapping), in_memory_(&run) {}
 
-  MappedLog read() {
+  MeasuredQuantities read() {
+    prepare();
+    MeasuredQuantities result;
+    describe(result.head);
+    set_clock(result.head);
+    result.times = times();
+    result.quantities = std::move(quantities_);
+    return result;
+  }
+
+  // Reads the files and the quantities. @throws InputError
+  void prepare() {
     read_files();
     for (std::size_t i = 0; log_ && has_run_ && i < mapping_.quantities.size(); ++i) prepare(i);
     check_names();
     faults_.throw_if_any();
-    MappedLog result;
-    describe(result.head);
-    set_clock(result.head);
-    result.times.from = mapping_.time.from.value_or(result.times.from);
-    result.times.to = mapping_.time.to.value_or(result.times.to);
-    result.quantities = std::move(quantities_);
-    return result;
+    in_memory_ = nullptr;
+  }
+
+  // The quantities with the course of another run.
+  std::vector<ComparedQuantity> against(const TimeSeries& series) const {
+    const RunData run = run_in_memory(series, [&](const RunData& one) { return needed_series(one); });
+    std::vector<ComparedQuantity> quantities = quantities_;
+    for (std::size_t k = 0; k < quantities.size(); ++k) {
+      const MappedQuantity& mapped = mapping_.quantities[mapped_[k]];
+      const auto found = run.find_part(mapped.run);
+      if (!found || (mapped.frame && !run.find_orientation(*mapped.frame)))
+        throw std::runtime_error(fmt::format("the run has no series {}", in_quotes(mapped.run)));
+      quantities[k].curve = curve_of(mapped, *found, quantities[k].is_orientation, run);
+    }
+    return quantities;
+  }
+
+  ComparedTimes times() const {
+    ComparedTimes times;
+    times.from = mapping_.time.from.value_or(times.from), times.to = mapping_.time.to.value_or(times.to);
+    return times;
+  }
+  const MappedTime& clock() const { return mapping_.time; }
+  ComparisonReport::Log described_log() const {
+    static constexpr std::array<const char*, 3> kFormats = {"csv", "hdf5", "mat"};
+    return {log_path_.filename().string(), log_->sha256, kFormats[static_cast<std::size_t>(log_->format)]};
   }
 
  private:
@@ -164,6 +208,11 @@ class Comparer {
   }
 
   void read_series() {
+    if (in_memory_) {
+      run_ = run_in_memory(*in_memory_, [&](const RunData& run) { return needed_series(run); });
+      has_run_ = true;
+      return;
+    }
     try {
       run_ = read_run(run_path_, [&](const RunData& run) {
         if (mapping_path_.empty() && log_) map_equal_names(run);
@@ -361,7 +410,7 @@ class Comparer {
         .columns = names,
         .time = *times,
         .measured = measured_of(mapped, columns, *factor * mapped.scale, oriented),
-        .curve = curve_of(mapped, *found, oriented),
+        .curve = curve_of(mapped, *found, oriented, run_),
         .is_orientation = oriented,
         .uncertainty = {},
         .bias_uncertainty = {},
@@ -379,6 +428,7 @@ class Comparer {
     quantity.bias_uncertainty =
         amount_of(mapped.bias_uncertainty, index, "bias_uncertainty", quantity.unit, series, amount);
     quantities_.push_back(std::move(quantity));
+    mapped_.push_back(index);
   }
 
   const std::optional<std::vector<double>>& common_times() {
@@ -457,18 +507,18 @@ class Comparer {
   }
 
   // The run along the log's axes.
-  RunCurve curve_of(const MappedQuantity& mapped, const RunSeries& found, bool oriented) const {
-    const std::vector<double>& all = run_.values.at(found.series);
-    const std::size_t width = run_.series(found.series).components.size();
+  static RunCurve curve_of(const MappedQuantity& mapped, const RunSeries& found, bool oriented, const RunData& run) {
+    const std::vector<double>& all = run.values.at(found.series);
+    const std::size_t width = run.series(found.series).components.size();
     std::vector<double> values;
     if (found.component) {
-      for (std::size_t k = 0; k < run_.time.size(); ++k) values.push_back(all[k * width + *found.component]);
-      return RunCurve(run_.time, std::move(values), 1).averaged(mapped.average);
+      for (std::size_t k = 0; k < run.time.size(); ++k) values.push_back(all[k * width + *found.component]);
+      return RunCurve(run.time, std::move(values), 1).averaged(mapped.average);
     }
     values = all;
-    const std::vector<double>* frame = mapped.frame ? &run_.values.at(*run_.find_orientation(*mapped.frame)) : nullptr;
+    const std::vector<double>* frame = mapped.frame ? &run.values.at(*run.find_orientation(*mapped.frame)) : nullptr;
     const Quaterniond axes{mapped.axes[0], mapped.axes[1], mapped.axes[2], mapped.axes[3]};
-    for (std::size_t k = 0; k < run_.time.size(); ++k) {
+    for (std::size_t k = 0; k < run.time.size(); ++k) {
       const double* f = frame ? frame->data() + 4 * k : nullptr;
       const Quaterniond q_WL = f ? Quaterniond{f[0], f[1], f[2], f[3]} * axes : axes;
       if (oriented) {
@@ -481,7 +531,7 @@ class Comparer {
         for (int c = 0; c < 3; ++c) values[3 * k + static_cast<std::size_t>(c)] = turned[c];
       }
     }
-    return RunCurve(run_.time, std::move(values), width).averaged(mapped.average);
+    return RunCurve(run.time, std::move(values), width).averaged(mapped.average);
   }
 
   // With the sign of the previous sample, so that components are continuous.
@@ -513,8 +563,7 @@ class Comparer {
   void describe(ComparisonReport& report) const {
     report.version = GRAPNEL_VERSION;
     report.run = {run_.head.metadata.scenario_name, run_.head.metadata.scenario_sha256};
-    static constexpr std::array<const char*, 3> kFormats = {"csv", "hdf5", "mat"};
-    report.log = {log_path_.filename().string(), log_->sha256, kFormats[static_cast<std::size_t>(log_->format)]};
+    report.log = described_log();
   }
 
   void set_clock(ComparisonReport& report) {
@@ -555,18 +604,37 @@ class Comparer {
   bool has_common_times_ = false;
   std::map<std::string, bool> checked_times_;
   std::vector<ComparedQuantity> quantities_;
+  std::vector<std::size_t> mapped_;        // their indices in the mapping
+  const TimeSeries* in_memory_ = nullptr;  // the run while it is prepared; null: in a file
 };
 
 }  // namespace
 
-MappedLog read_mapped_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
+MeasuredQuantities read_measured_quantities(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
   return Comparer(run_folder, log, mapping).read();
 }
 
+struct MappedLog::Prepared {
+  Comparer comparer;
+};
+
+MappedLog::MappedLog(const TimeSeries& run, const fs::path& log, const fs::path& mapping) {
+  Comparer comparer(run, log, mapping);
+  comparer.prepare();
+  prepared_ = std::make_shared<const Prepared>(Prepared{std::move(comparer)});
+}
+
+std::vector<ComparedQuantity> MappedLog::against(const TimeSeries& run) const {
+  return prepared_->comparer.against(run);
+}
+ComparedTimes MappedLog::times() const { return prepared_->comparer.times(); }
+const MappedTime& MappedLog::clock() const { return prepared_->comparer.clock(); }
+ComparisonReport::Log MappedLog::description() const { return prepared_->comparer.described_log(); }
+
 LogComparison compare_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
-  MappedLog mapped = read_mapped_log(run_folder, log, mapping);
+  const MeasuredQuantities mapped = read_measured_quantities(run_folder, log, mapping);
   LogComparison result;
-  result.report = std::move(mapped.head);
+  result.report = mapped.head;
   evaluate_residuals(mapped.quantities, mapped.times, result);
   return result;
 }

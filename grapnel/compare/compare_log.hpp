@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "grapnel/compare/align_log.hpp"
 #include "grapnel/compare/comparison_report.hpp"
+#include "grapnel/compare/log_mapping.hpp"
+#include "grapnel/result/time_series.hpp"
 
 namespace grapnel {
 
@@ -41,7 +44,7 @@ void evaluate_residuals(std::span<const ComparedQuantity> quantities, const Comp
                         LogComparison& comparison);
 
 /// The quantities of a run that a log measures. Of `head`, `version`, `run`, `log`, `clock` and `warnings` are set.
-struct MappedLog {
+struct MeasuredQuantities {
   ComparisonReport head;
   ComparedTimes times;
   std::vector<ComparedQuantity> quantities;
@@ -49,8 +52,35 @@ struct MappedLog {
 
 /// Reads run, log and mapping, and determines the offset between the clocks. @throws InputError with all errors of the
 /// three files
-MappedLog read_mapped_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,
-                          const std::filesystem::path& mapping);
+MeasuredQuantities read_measured_quantities(const std::filesystem::path& run_folder, const std::filesystem::path& log,
+                                            const std::filesystem::path& mapping);
+
+/// Per sample: whether the statistics use it. Its residual exists, its time of the run is within `times`, and it is not
+/// an outlier.
+std::vector<bool> compared_samples(const ComparedQuantity& quantity, double offset, const ComparedTimes& times);
+
+/// The chi-square per number that 99.9 % of consistent logs do not exceed, if the stated uncertainty is accurate to
+/// 10 %.
+double chi_square_bound(double numbers);
+
+/// A log that is read once and compared with many runs that have the same series. Thread safety: const members from any
+/// thread.
+class MappedLog {
+ public:
+  /// `run`: any of the runs. @throws InputError with all errors of the two files
+  MappedLog(const TimeSeries& run, const std::filesystem::path& log, const std::filesystem::path& mapping);
+
+  /// The measured quantities with the course of a run, in the order of the mapping. @throws std::runtime_error if the
+  /// run lacks a series
+  std::vector<ComparedQuantity> against(const TimeSeries& run) const;
+  ComparedTimes times() const;
+  const MappedTime& clock() const;
+  ComparisonReport::Log description() const;
+
+ private:
+  struct Prepared;
+  std::shared_ptr<const Prepared> prepared_;
+};
 
 /// Compares `run_folder`/timeseries.h5 with a log. Without a mapping (empty path) the columns of the log that have the
 /// names of series of the run are compared, at the same times. @throws InputError with all errors of the three files

@@ -171,13 +171,6 @@ double autocorrelation_of(const Residuals& r, const std::vector<ComparisonReport
   return squares > 0 ? products / squares : 0;
 }
 
-// Chi-square per degree of freedom that 99.9 % of consistent logs do not exceed (Wilson and Hilferty 1931), if the
-// stated uncertainty is accurate to 10 %.
-double chi_square_bound(double numbers) {
-  const double share = 2 / (9 * numbers), root = 1 - share + kConfidence * std::sqrt(share);
-  return root * root * root * (1 + kAccuracy) * (1 + kAccuracy);
-}
-
 // The component whose bias is most improbable, in its standard uncertainties.
 std::pair<double, std::size_t> largest_bias(const ComparedQuantity& quantity,
                                             const ComparisonReport::Quantity& report) {
@@ -310,6 +303,21 @@ void add_warnings(const ComparisonReport::Quantity& q, std::vector<std::string>&
 }
 
 }  // namespace
+
+// Wilson and Hilferty 1931
+double chi_square_bound(double numbers) {
+  const double share = 2 / (9 * numbers), root = 1 - share + kConfidence * std::sqrt(share);
+  return root * root * root * (1 + kAccuracy) * (1 + kAccuracy);
+}
+
+std::vector<bool> compared_samples(const ComparedQuantity& quantity, double offset, const ComparedTimes& times) {
+  ComparisonReport::Quantity ignored;
+  Residuals r = residuals_of(quantity, offset, times, ignored);
+  find_outliers(quantity, r, ignored);
+  std::vector<bool> used(quantity.samples(), false);
+  for (std::size_t i = 0; i < r.size(); ++i) used[r.sample[i]] = !r.is_outlier[i];
+  return used;
+}
 
 void evaluate_residuals(std::span<const ComparedQuantity> quantities, const ComparedTimes& times,
                         LogComparison& comparison) {
