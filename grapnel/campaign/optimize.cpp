@@ -1,4 +1,5 @@
 #include "grapnel/campaign/optimize.hpp"
+#include "grapnel/campaign/filling_sample.hpp"
 #include "grapnel/text/error_text.hpp"
 
 #include <algorithm>
@@ -41,41 +42,11 @@ Evaluation evaluate_at(const Optimization& optimization, std::vector<double> val
   return one;
 }
 
-// Shift of the sample in one dimension, in 0 ... 1 (Steele, Lea and Flood's splitmix64).
-double seeded_shift(std::uint64_t seed, std::size_t dimension) {
-  std::uint64_t z = seed * 0x9e3779b97f4a7c15u + (dimension + 1) * 0xd1b54a32d192ed03u;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1p-53;
-}
-
-// Points that fill the unit cube: shift + i alpha modulo 1 with alpha_k = phi^-k, phi the root of
-// phi^(d + 1) = phi + 1 above 1.
-class Sample {
- public:
-  Sample(std::size_t dimensions, std::uint64_t seed) {
-    double phi = 1.5;
-    for (int i = 0; i < 100; ++i) phi = std::pow(1 + phi, 1 / (static_cast<double>(dimensions) + 1));
-    for (std::size_t k = 0; k < dimensions; ++k) {
-      alpha_.push_back(std::pow(phi, -static_cast<double>(k + 1)));
-      shift_.push_back(seeded_shift(seed, k));
-    }
-  }
-  double at(std::size_t point, std::size_t dimension) const {
-    const double x = shift_[dimension] + static_cast<double>(point) * alpha_[dimension];
-    return x - std::floor(x);
-  }
-
- private:
-  std::vector<double> alpha_, shift_;
-};
-
 double in_range(const OptimizationVariable& variable, double part) {
   return part >= 1 ? variable.to : variable.from + part * (variable.to - variable.from);
 }
 
-std::vector<double> sample_point(const Optimization& optimization, const Sample& sample, std::size_t index) {
+std::vector<double> sample_point(const Optimization& optimization, const FillingSample& sample, std::size_t index) {
   std::vector<double> values;
   for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
     const OptimizationVariable& variable = optimization.variables[k];
@@ -257,7 +228,7 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   const std::size_t samples = setup.refine == 0 ? setup.evaluations : (setup.evaluations + 1) / 2;
   CaseProgress progress;
   progress.total = setup.evaluations;
-  const Sample sample(optimization.variables.size(), setup.seed);
+  const FillingSample sample(optimization.variables.size(), setup.seed);
   std::vector<Evaluation> sampled(samples);
   const auto sampling = [&](std::size_t i, const RowSink& submit, const std::stop_token& stop) {
     try {
