@@ -1,0 +1,197 @@
+// Parameters from synthetic logs of a model with an exact solution: coverage of the intervals, clocks, biases, wrong
+// models, combinations that are not identifiable, bounds, local minima, and logs that contradict each other.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/joint_experiment.hpp"
+#include "grapnel/fit/log_fit.hpp"
+#include "support/sanitizers.hpp"
+
+namespace grapnel {
+namespace log_fit_test {
+
+using namespace joint_experiment;
+
+TEST(LogFit, IntervalsContainTheTruthInNinetyFivePercentOfDraws) { check_draws(test::repetitions(64)); }
+
+TEST(LogFit, FindsClocksToATenthOfAMillisecond) {
+  Sensors sensors;
+  sensors.encoder = 1e-5, sensors.gyro = 2e-5;
+  sensors.offset = 0.2371, sensors.drift = 3e-4;
+  LogFitProblem problem = problem_of(measured({}, sensors, 1));
+  problem.logs[0].fits_offset = problem.logs[0].fits_drift = true;
+  problem.logs[0].offset_range = {-0.5, 0.5};
+  problem.settings.starts = 3;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+  EXPECT_NEAR(fit.logs[0].clock.offset + fit.logs[0].clock.drift * (kEnd / 2 - fit.logs[0].clock.middle - 0.2371),
+              sensors.offset, 1e-4);                          // measured 2e-5
+  EXPECT_NEAR(fit.logs[0].clock.drift, sensors.drift, 5e-5);  // measured 8e-6
+  EXPECT_LT(*fit.logs[0].offset_uncertainty, 1e-4);           // measured 2.5e-5
+  // Without the drift the log contradicts the model.
+  problem.logs[0].fits_drift = false;
+  EXPECT_EQ(fit_logs(problem, {}).agrees, Verdict::no);
+}
+
+TEST(LogFit, EstimatesAFreeBias) {
+  Sensors sensors;
+  sensors.bias = 0.4;
+  Quantities quantities = measured({}, sensors, 3);
+  quantities[1].bias_uncertainty = std::numeric_limits<double>::infinity();
+  const LogFit fit = fit_logs(problem_of(quantities), {});
+  EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+  ASSERT_EQ(fit.logs[0].biases.size(), 1u);
+  EXPECT_NEAR(fit.logs[0].biases[0].value, 0.4, 5 * fit.logs[0].biases[0].uncertainty);
+  EXPECT_LT(fit.logs[0].biases[0].uncertainty, 2e-3);  // measured 3e-4
+  // Without a bias the model must explain it, and does not.
+  quantities[1].bias_uncertainty = 0;
+  EXPECT_EQ(fit_logs(problem_of(quantities), {}).agrees, Verdict::no);
+}
+
+TEST(LogFit, DetectsAWrongModel) {
+  Sensors sensors;
+  const LogFit right = fit_logs(problem_of(measured({}, sensors, 4)), {});
+  EXPECT_EQ(right.agrees, Verdict::yes);
+  ASSERT_TRUE(right.parameters[0].interval);
+  // The model has no friction.
+  const auto frictionless = [](std::span<const double> v) { return Joint{v[0], 0, v[1], 3}; };
+  LogFitProblem wrong = problem_of(measured({}, sensors, 4), frictionless);
+  wrong.parameters.erase(wrong.parameters.begin() + 1);
+  const LogFit fit = fit_logs(wrong, {});
+  EXPECT_TRUE(fit.converged);
+  EXPECT_EQ(fit.agrees, Verdict::no);
+  EXPECT_GT(fit.chi_square.per_number(), 10 * fit.chi_square.bound);  // measured 100
+  EXPECT_FALSE(fit.parameters[0].interval);
+  // A disturbance of the size of the noise.
+  sensors.friction_torque = 5e-3;
+  EXPECT_EQ(fit_logs(problem_of(measured({}, sensors, 4)), {}).agrees, Verdict::no);
+}
+
+TEST(LogFit, NamesCombinationsThatAreNotIdentifiable) {
+  // The impulse is the product of two parameters.
+  const JointModel product = [](std::span<const double> v) { return Joint{v[0], 0.6, v[1] * v[2], 3}; };
+  for (const bool is_logarithmic : {true, false}) {
+    LogFitProblem problem = problem_of(measured({}, {}, 5), product);
+    problem.parameters[1] = {"mass", "kg", 0.2, 5, 1.5, is_logarithmic, {}};
+    problem.parameters[2] = {"speed", "m/s", 0.2, 5, 0.9, is_logarithmic, {}};
+    const LogFit fit = fit_logs(problem, {});
+    EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+    EXPECT_NEAR(fit.best[1] * fit.best[2], 1, 0.01);
+    EXPECT_EQ(fit.parameters[0].status, ParameterStatus::identified);
+    EXPECT_TRUE(fit.parameters[0].interval);
+    for (const std::size_t k : {1u, 2u}) {
+      EXPECT_EQ(fit.parameters[k].status, ParameterStatus::not_identifiable);
+      EXPECT_FALSE(fit.parameters[k].uncertainty);
+      EXPECT_FALSE(fit.parameters[k].interval);
+    }
+    ASSERT_EQ(fit.combinations.size(), 3u);
+    EXPECT_TRUE(fit.combinations[1].is_identifiable);
+    EXPECT_FALSE(fit.combinations[2].is_identifiable);
+    const std::vector<double>& v = fit.combinations[2].direction;
+    EXPECT_NEAR(v[0], 0, 1e-3);
+    // Along it the product is constant: dm / m = -dv / v.
+    const double ratio = is_logarithmic ? 1 : fit.best[1] / fit.best[2];
+    EXPECT_NEAR(v[1] / v[2], -ratio, 0.01 * ratio);
+    // A prior on one of them identifies both.
+    problem.parameters[1].uncertainty = 0.05;
+    const LogFit with_prior = fit_logs(problem, {});
+    EXPECT_EQ(with_prior.parameters[1].status, ParameterStatus::from_prior);
+    EXPECT_NEAR(*with_prior.parameters[1].uncertainty, 0.05, 0.001);
+    EXPECT_EQ(with_prior.parameters[2].status, ParameterStatus::identified);
+    EXPECT_NEAR(*with_prior.parameters[2].uncertainty, 0.05 / 1.5 * with_prior.best[2], 0.001);
+  }
+}
+
+TEST(LogFit, StatesThatAParameterIsAtABound) {
+  LogFitProblem problem = problem_of(measured({}, {}, 6));
+  problem.parameters[1].to = 0.4;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.best[1], 0.4);
+  EXPECT_EQ(fit.parameters[1].status, ParameterStatus::at_upper_bound);
+  EXPECT_FALSE(fit.parameters[1].interval);
+  EXPECT_EQ(fit.agrees, Verdict::no);
+}
+
+TEST(LogFit, RejectsStepsToRunsThatFail) {
+  const auto fails = [](std::span<const double> v) -> Joint {
+    if (v[0] > 3.2 || v[2] < 0.95) throw std::runtime_error("the target escapes");
+    return three(v);
+  };
+  LogFitProblem problem = problem_of(measured({}, {}, 7), fails);
+  problem.settings.starts = 5;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_GT(fit.failed_runs, 0u);
+  EXPECT_GT(fit.failed_starts, 0u);
+  EXPECT_NEAR(fit.best[0], 2, 0.05);
+  EXPECT_EQ(fit.agrees, Verdict::yes);
+  const bool is_named = std::any_of(fit.evaluations.begin(), fit.evaluations.end(), [](const FitEvaluation& one) {
+    return !one.chi_square && one.reason == "the target escapes";
+  });
+  EXPECT_TRUE(is_named);
+  problem.parameters[0].from = 4;
+  const LogFit none = fit_logs(problem, {});
+  EXPECT_EQ(none.failure, "the target escapes");
+}
+
+TEST(LogFit, ListsLocalMinima) {
+  // The spring, whose frequency has many local minima, is unknown.
+  const auto springs = [](std::span<const double> v) { return Joint{2, 0.05, 1, v[0]}; };
+  Joint truth;
+  truth.friction = 0.05;
+  LogFitProblem problem = problem_of(measured(truth, {}, 8), springs);
+  problem.parameters = {{"spring", "N m/rad", 0.2, 30, 25, true, {}}};
+  problem.settings.starts = 1;
+  const LogFit alone = fit_logs(problem, {});
+  EXPECT_GT(std::abs(alone.best[0] - 3), 1);
+  EXPECT_EQ(alone.agrees, Verdict::no);
+  problem.settings.starts = 12;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_NEAR(fit.best[0], 3, 0.01);
+  EXPECT_EQ(fit.agrees, Verdict::yes);
+  EXPECT_GE(fit.minima.size(), 3u);
+  EXPECT_LT(fit.minima[0].chi_square, 0.1 * fit.minima[1].chi_square);
+}
+
+TEST(LogFit, ComparesALogThatIsLeftOut) {
+  Joint other;
+  LogFitProblem problem = problem_of(measured({}, {}, 9));
+  problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
+  problem.logs.push_back(log_of(measured({}, {}, 11), three, "third"));
+  problem.logs[1].fits_offset = true;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.agrees, Verdict::yes);
+  for (const LogEstimate& log : fit.logs) {
+    ASSERT_TRUE(log.left_out) << log.why_not_left_out;
+    EXPECT_TRUE(log.left_out->agrees()) << log.left_out->per_number();
+    EXPECT_NEAR(log.left_out_values[0], 2, 0.05);
+  }
+  // Another joint in the third experiment.
+  other.inertia = 2.4;
+  problem.logs[2] = log_of(measured(other, {}, 11), three, "third");
+  const LogFit wrong = fit_logs(problem, {});
+  EXPECT_FALSE(wrong.logs[2].left_out->agrees());
+  EXPECT_GT(wrong.logs[2].left_out->per_number(), 5 * wrong.logs[2].left_out->bound);
+}
+
+TEST(LogFit, IsIndependentOfThreadsAndStops) {
+  LogFitProblem problem = problem_of(measured({}, {}, 12));
+  problem.settings.starts = 3;
+  const LogFit one = fit_logs(problem, {.threads = 1}), four = fit_logs(problem, {.threads = 4});
+  EXPECT_EQ(one.best, four.best);
+  EXPECT_EQ(one.covariance, four.covariance);
+  std::stop_source stop;
+  FitOptions options{.threads = 2, .stop = stop.get_token()};
+  options.progress = [&](std::size_t, std::size_t evaluations) {
+    if (evaluations == 3) stop.request_stop();
+  };
+  const LogFit stopped = fit_logs(problem, options);
+  EXPECT_TRUE(stopped.stopped);
+  EXPECT_EQ(stopped.evaluations.size(), 3u);
+  EXPECT_EQ(stopped.best.size(), 3u);
+}
+
+}  // namespace log_fit_test
+}  // namespace grapnel
