@@ -17,6 +17,8 @@
 #include "grapnel/compare/log_mapping.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/fit/identification.hpp"
+#include "grapnel/fit/identification_report.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/report/gltf_export.hpp"
@@ -107,12 +109,15 @@ std::span<const ResultContract> result_contracts() {
       {"campaign-report", "campaign", "Grapnel campaign report, version 1", &type_of<CampaignReport>},
       {"optimization-result", "optimization", "Grapnel optimization result, version 1", &type_of<OptimizationReport>},
       {"log-comparison", "comparison", "Grapnel comparison with a log, version 1", &type_of<ComparisonReport>},
-      {"log-impulses", "impulses", "Grapnel impulses from a log, version 1", &type_of<ImpulseReport>}};
+      {"log-impulses", "impulses", "Grapnel impulses from a log, version 1", &type_of<ImpulseReport>},
+      {"identification-result", "identification", "Grapnel identification result, version 1",
+       &type_of<FittedLogsReport>}};
   return all;
 }
 
 std::vector<std::string> schema_kinds() {
-  std::vector<std::string> kinds{"scenario", "robot", "target", "study", "optimization", "campaign", "mapping"};
+  std::vector<std::string> kinds{"scenario",     "robot",    "target",  "study",
+                                 "optimization", "campaign", "mapping", "identification"};
   for (const std::string& kind : kinds_of_results()) kinds.push_back(kind);
   return kinds;
 }
@@ -129,16 +134,17 @@ int print_schema(const SchemaOptions& options) {
     return kBadInput;
   }
   try {
-    write_stdout(options.typescript       ? typescript_types(result->document(), kOriginOfTypes)
-                 : !options.page.empty()  ? page_with_tables(file_bytes(options.page), result->document())
-                 : result                 ? json_schema(result->document(), result->title)
-                 : kind == "robot"        ? robot_schema()
-                 : kind == "target"       ? target_schema()
-                 : kind == "study"        ? study_schema()
-                 : kind == "optimization" ? optimization_schema()
-                 : kind == "campaign"     ? campaign_schema()
-                 : kind == "mapping"      ? mapping_schema()
-                                          : scenario_schema());
+    write_stdout(options.typescript         ? typescript_types(result->document(), kOriginOfTypes)
+                 : !options.page.empty()    ? page_with_tables(file_bytes(options.page), result->document())
+                 : result                   ? json_schema(result->document(), result->title)
+                 : kind == "robot"          ? robot_schema()
+                 : kind == "target"         ? target_schema()
+                 : kind == "study"          ? study_schema()
+                 : kind == "optimization"   ? optimization_schema()
+                 : kind == "campaign"       ? campaign_schema()
+                 : kind == "mapping"        ? mapping_schema()
+                 : kind == "identification" ? identification_schema()
+                                            : scenario_schema());
     return kDone;
   } catch (const std::runtime_error& error) {  // reading the page failed
     to_stderr("grapnel: error: {}\n", error_text(error));

@@ -43,6 +43,8 @@ struct StudyOptions : FolderOptions {
 };
 int sweep(StudyOptions options);
 int optimize(StudyOptions options);
+/// Identifies parameters of a scenario from logs. The simulation failed: the model disagrees with the logs.
+int identify(StudyOptions options);
 
 struct CampaignRunOptions : CampaignFolderOptions {
   std::filesystem::path study;

@@ -149,6 +149,18 @@ int program(int argc, char** argv) {
   impulses_command->add_flag("--quiet", impulses_options.quiet, "Print errors and warnings only");
   impulses_command->callback([&] { code = impulses(impulses_options); });
 
+  StudyOptions identify_options;
+  CLI::App* identify_command = app.add_subcommand(
+      "identify", "Identify parameters of a scenario from logs; writes identification.json, fitted.yaml, comparisons");
+  identify_command->add_option("study", identify_options.study, "Identification file (YAML)")->required();
+  identify_command->add_option("-o,--output", identify_options.output,
+                               "Result folder (default: out/ and the study file's name without .yaml)");
+  identify_command->add_option("-j,--jobs", identify_options.threads, "Threads (default: one per processor)")
+      ->check(CLI::Range(1, 4096));
+  identify_command->add_flag("--no-report", identify_options.no_report, "Write no comparison pages");
+  identify_command->add_flag("--quiet", identify_options.quiet, "Print errors and warnings only");
+  identify_command->callback([&] { code = identify(identify_options); });
+
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");

@@ -18,7 +18,7 @@ import markdown_table
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FORMATS = ROOT / "docs" / "formats"
-KINDS = ("scenario", "robot", "target", "study", "campaign", "optimization", "mapping")
+KINDS = ("scenario", "robot", "target", "study", "campaign", "optimization", "mapping", "identification")
 PLACE = re.compile(r"(<!-- keys (\w+) -->\n).*?(<!-- end of keys -->)", re.DOTALL)
 JOINT_VALUES = "mapping {joint name: value}, or list in joint order"
 INERTIA = ("[Ixx, Iyy, Izz], or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], or symmetric 3 x 3 matrix, "
