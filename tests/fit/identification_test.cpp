@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "fit/slider_experiment.hpp"
@@ -110,6 +111,28 @@ TEST_F(IdentifySlider, WritesTheFittedScenario) {
   EXPECT_TRUE(std::filesystem::exists(out / "evaluations.csv"));
   for (const char* log : {"log", "second"})
     EXPECT_EQ(read_json_document(out / "logs" / log / "comparison.json", "grapnel-log-comparison/1")["agrees"], "yes");
+}
+
+// A listener that requests a stop after some evaluations.
+struct Stopper : Listener {
+  std::stop_source source;
+  std::uint64_t after = 2;
+  void points(const CaseProgress& at) override {
+    if (at.done >= after) source.request_stop();
+  }
+};
+
+TEST_F(IdentifySlider, AStopKeepsTheBestValues) {
+  const Identification identification = load_identification(study(kMass + kFriction, kLog));
+  Stopper stopper;
+  const std::filesystem::path out = folder_.path() / "out";
+  std::filesystem::create_directories(out);
+  const FolderOptions options{.threads = 2, .no_report = true, .stop = stopper.source.get_token()};
+  EXPECT_EQ(run_identification_folder(identification, out, options, stopper), Ending::interrupted);
+  EXPECT_FALSE(std::filesystem::exists(out / "identification.json"));
+  EXPECT_NEAR(load_scenario(out / "fitted.yaml").targets[0].mass, 5, 0.5);
+  const std::string csv = file_bytes(out / "evaluations.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
 }
 
 TEST_F(IdentifySlider, MassFrictionAndSpeedAreNotIdentifiableTogether) {
