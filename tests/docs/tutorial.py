@@ -111,7 +111,7 @@ def main():
             (binaries / "python3").chmod(0o755)
             environment.update(PYTHONPATH=given.python[1], PYTHONDONTWRITEBYTECODE="1")
         for note, language, lines, begin in blocks(page.read_text()):
-            if language in ("yaml", "xml", "python"):
+            if language in ("yaml", "xml", "python") or (language == "bash" and note.startswith("file: ")):
                 fault = edit(note, lines, folder) if note else "a file without a name"
                 if fault:
                     print(f"{page}:{begin}: error: {fault}", file=sys.stderr)
