@@ -32,7 +32,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libgrapnel-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 string(JOIN ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "libeigen3-dev (>= 3.4)" "libfmt-dev (>= 9)" "nlohmann-json3-dev (>= 3.11)" "libyaml-cpp-dev (>= 0.7)" "libpugixml-dev (>= 1.12)"
-  libhdf5-dev libmatio-dev libzip-dev libnlopt-dev libnlopt-cxx-dev libxsimd-dev pkg-config)
+  libhdf5-dev libmatio-dev libzip-dev liblz4-dev libzstd-dev libbz2-dev libnlopt-dev libnlopt-cxx-dev libxsimd-dev pkg-config)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "cmake (>= 3.25), g++ (>= 4:12)")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS grapnel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "library for captures by space robots

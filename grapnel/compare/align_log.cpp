@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace grapnel {
 namespace {
@@ -17,6 +18,8 @@ constexpr std::size_t kMostSamples = 20000;  // of a quantity in the search
 constexpr std::size_t kFewSamples = 3000;    // for the selection among candidates
 constexpr std::size_t kMostSteps = 20000;    // of the coarse search
 constexpr std::size_t kCandidates = 6;
+constexpr double kMostDrifts = 20;   // of either sign in the coarse search
+constexpr int kMostRounds = 10;      // of offset and drift in turn
 constexpr double kNearlyAsWell = 8;  // difference of the sum of losses, in units of the mean loss of a sample
 
 double huber(double z) {
@@ -55,6 +58,21 @@ double noise_of(const ComparedQuantity& quantity, std::size_t component) {
   return std::max({noise, 1e-6 * range, std::numeric_limits<double>::min()});
 }
 
+// The information matrix of offset [1/s^2] and drift, at the reference of the clock.
+struct ClockInformation {
+  double offset = 0, mixed = 0, drift = 0;
+};
+
+// The place of a sample among those of the same time, and their number.
+std::pair<std::size_t, std::size_t> rank_at_time(const std::vector<double>& time, std::size_t sample) {
+  const bool is_first = sample == 0 || time[sample - 1] != time[sample];
+  const bool is_last = sample + 1 == time.size() || time[sample + 1] != time[sample];
+  if (is_first && is_last) return {0, 1};
+  const auto [begin, end] = std::equal_range(time.begin(), time.end(), time[sample]);
+  const auto at = time.begin() + static_cast<std::ptrdiff_t>(sample);
+  return {static_cast<std::size_t>(at - begin), static_cast<std::size_t>(end - begin)};
+}
+
 // One quantity, prepared for the search.
 class SearchedQuantity {
  public:
@@ -68,12 +86,12 @@ class SearchedQuantity {
   std::size_t samples() const { return quantity_.samples(); }
   const ComparedQuantity& quantity() const { return quantity_; }
 
-  // The loss at an offset over every stride-th sample.
-  double loss(double offset, std::size_t stride) {
+  // The loss with a clock over every stride-th sample.
+  double loss(const LogClock& clock, std::size_t stride) {
     double sum = 0;
     for (std::size_t c = 0; c < width_; ++c) residuals_[c].clear();
     for (std::size_t i = 0; i < samples(); i += stride) {
-      residual_of(quantity_, i, quantity_.time[i] + offset, {one_.data(), width_});
+      residual_of(quantity_, i, clock.run_time(quantity_.time[i]), {one_.data(), width_});
       for (std::size_t c = 0; c < width_; ++c) {
         if (std::isfinite(one_[c]))
           residuals_[c].push_back(one_[c]);
@@ -85,12 +103,12 @@ class SearchedQuantity {
     return sum;
   }
 
-  // Adds the information on the offset [1/s^2], and the squares of the spread of the residuals in units of the scale.
-  void inform(double offset, double& information, std::vector<double>& spreads) {
-    std::vector<std::vector<double>> slopes(width_);
+  // Adds the information on offset and drift, and the squares of the spread of the residuals in units of the scale.
+  void inform(const LogClock& clock, ClockInformation& information, std::vector<double>& spreads) {
+    std::vector<std::vector<double>> slopes(width_), times(width_);
     for (std::size_t c = 0; c < width_; ++c) residuals_[c].clear();
     for (std::size_t i = 0; i < samples(); ++i) {
-      const double time = quantity_.time[i] + offset;
+      const double time = clock.run_time(quantity_.time[i]);
       residual_of(quantity_, i, time, {one_.data(), width_});
       if (!std::isfinite(one_[0])) continue;
       const std::array<double, 3> rate = orientation_rate(time);
@@ -100,10 +118,11 @@ class SearchedQuantity {
         const double v = quantity_.is_orientation ? rate[c] : slope[c];
         if (!std::isfinite(one_[c]) || !std::isfinite(v)) continue;
         residuals_[c].push_back(one_[c]), slopes[c].push_back(v);
+        times[c].push_back(quantity_.time[i] - clock.reference);
       }
     }
     for (std::size_t c = 0; c < width_; ++c)
-      inform_component(residuals_[c], slopes[c], scale_[c], information, spreads);
+      inform_component(residuals_[c], slopes[c], times[c], scale_[c], information, spreads);
   }
 
  private:
@@ -152,20 +171,26 @@ class SearchedQuantity {
     return sum;
   }
 
-  static void inform_component(const std::vector<double>& residuals, const std::vector<double>& slopes, double scale,
-                               double& information, std::vector<double>& spreads) {
+  static void inform_component(const std::vector<double>& residuals, const std::vector<double>& slopes,
+                               const std::vector<double>& times, double scale, ClockInformation& information,
+                               std::vector<double>& spreads) {
     if (residuals.size() < 3) return;
     const double bias = median_of(residuals);
     std::vector<double> deviations;
-    double weight = 0, mean = 0, squares = 0;
+    double weight = 0, mean = 0, mean_drift = 0;
+    ClockInformation sum;
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const double z = std::abs(residuals[i] - bias) / scale;
       deviations.push_back(z);
-      const double w = z <= kHuber ? 1 : kHuber / z;
-      weight += w, mean += w * slopes[i], squares += w * slopes[i] * slopes[i];
+      const double w = z <= kHuber ? 1 : kHuber / z, v = slopes[i], d = slopes[i] * times[i];
+      weight += w, mean += w * v, mean_drift += w * d;
+      sum.offset += w * v * v, sum.mixed += w * v * d, sum.drift += w * d * d;
     }
-    mean /= weight;
-    information += (squares - weight * mean * mean) / (scale * scale);
+    mean /= weight, mean_drift /= weight;  // the bias of the component is free
+    const double s2 = scale * scale;
+    information.offset += (sum.offset - weight * mean * mean) / s2;
+    information.mixed += (sum.mixed - weight * mean * mean_drift) / s2;
+    information.drift += (sum.drift - weight * mean_drift * mean_drift) / s2;
     const double spread = kNormalMad * median_of(deviations);
     spreads.push_back(spread * spread);
   }
@@ -178,17 +203,23 @@ class SearchedQuantity {
   std::vector<std::vector<double>> residuals_ = std::vector<std::vector<double>>(width_);
 };
 
+// A clock, with the offset at the search's centre.
 struct Candidate {
-  double offset, loss;
+  double offset, loss, drift = 0;
 };
 
 class OffsetSearch {
  public:
-  OffsetSearch(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range) : range_(range) {
+  OffsetSearch(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range, const ClockDrift& drift)
+      : range_(range), given_(drift), centre_(drift.reference) {
+    double begin = std::numeric_limits<double>::infinity(), end = -begin;
     for (const ComparedQuantity* one : quantities) {
       parts_.emplace_back(*one);
       fastest_ = std::min(fastest_, one->curve.characteristic_time());
+      begin = std::min(begin, one->time.front()), end = std::max(end, one->time.back());
     }
+    half_ = std::max((end - begin) / 2, kFinestStep);
+    if (given_.largest) centre_ = (begin + end) / 2;
   }
 
   ClockOffset find() {
@@ -197,23 +228,39 @@ class OffsetSearch {
     for (Candidate& one : candidates) one = refined(one, step_, step_ / 100, kFewSamples);
     std::sort(candidates.begin(), candidates.end(),
               [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; });
+    centre_on_information(candidates.front());
     const Candidate best = refined(candidates.front(), step_ / 100, kFinestStep, kMostSamples);
-    found.offset = best.offset;
-    set_uncertainty(found);
+    found.offset = best.offset, found.drift = best.drift;
     const double least = candidates.front().loss;
+    for (const SearchedQuantity& one : parts_) used_ += one.samples() * one.quantity().residual_width();
     const double mean = std::max(least / std::max(static_cast<double>(used_), 1.0), 0.5);
     for (const Candidate& one : candidates) {
-      const bool is_apart = std::abs(one.offset - best.offset) > 3 * step_;
+      const bool is_apart = std::abs(one.offset - candidates.front().offset) > 3 * step_;
       if (is_apart && one.loss - least < kNearlyAsWell * mean && !found.other) found.other = one.offset;
     }
+    set_uncertainty(found);
     return found;
   }
 
  private:
-  double loss(double offset, std::size_t samples) {
+  double loss(const Candidate& one, std::size_t samples) {
+    const LogClock clock{one.offset, one.drift, centre_};
     double sum = 0;
-    for (SearchedQuantity& one : parts_) sum += one.loss(offset, std::max<std::size_t>(one.samples() / samples, 1));
+    for (SearchedQuantity& part : parts_) sum += part.loss(clock, std::max<std::size_t>(part.samples() / samples, 1));
     return sum;
+  }
+
+  // The drifts of the coarse search: their effect at the ends of the log differs by less than a step.
+  std::vector<double> coarse_drifts() const {
+    if (!given_.largest) return {given_.value};
+    const double effect = *given_.largest * half_;
+    const auto pairs = static_cast<int>(std::min(std::floor(effect / step_), kMostDrifts));
+    std::vector<double> drifts{0};
+    for (int k = 1; k <= pairs; ++k) {
+      const double one = *given_.largest * k / (pairs + 1);
+      drifts.push_back(one), drifts.push_back(-one);
+    }
+    return drifts;
   }
 
   // The best local minima on a grid.
@@ -223,17 +270,20 @@ class OffsetSearch {
     const auto steps = static_cast<std::size_t>(
         std::clamp(std::ceil(length / std::max(wanted, 1e-9)), 50.0, static_cast<double>(kMostSteps)));
     step_ = std::max(length / static_cast<double>(steps), kFinestStep);
-    const std::size_t samples = std::clamp<std::size_t>(4'000'000 / steps, 200, 2000);
-    std::vector<Candidate> grid;
-    for (std::size_t k = 0; k <= steps; ++k) {
-      const double offset = range_.from + step_ * static_cast<double>(k);
-      grid.push_back({offset, loss(offset, samples)});
-    }
+    const std::vector<double> drifts = coarse_drifts();
+    const std::size_t samples = std::clamp<std::size_t>(4'000'000 / (steps * drifts.size()), 200, 2000);
     std::vector<Candidate> minima;
-    for (std::size_t k = 0; k < grid.size(); ++k) {
-      const bool left = k == 0 || grid[k].loss <= grid[k - 1].loss;
-      const bool right = k + 1 == grid.size() || grid[k].loss <= grid[k + 1].loss;
-      if (left && right) minima.push_back(grid[k]);
+    for (const double drift : drifts) {
+      std::vector<Candidate> grid;
+      for (std::size_t k = 0; k <= steps; ++k) {
+        grid.push_back({range_.from + step_ * static_cast<double>(k), 0, drift});
+        grid.back().loss = loss(grid.back(), samples);
+      }
+      for (std::size_t k = 0; k < grid.size(); ++k) {
+        const bool left = k == 0 || grid[k].loss <= grid[k - 1].loss;
+        const bool right = k + 1 == grid.size() || grid[k].loss <= grid[k + 1].loss;
+        if (left && right) minima.push_back(grid[k]);
+      }
     }
     std::sort(minima.begin(), minima.end(), [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; });
     minima.resize(std::min(minima.size(), kCandidates));
@@ -242,42 +292,100 @@ class OffsetSearch {
 
   // Around a minimum on a grid with this step: grids ten times as fine, again and again.
   Candidate refined(Candidate best, double step, double finest, std::size_t samples) {
-    best.loss = loss(best.offset, samples);
+    best.loss = loss(best, samples);
     while (step > finest) {
-      const double middle = best.offset, fine = step / 10;
-      for (int k = -10; k <= 10; ++k) {
-        const double offset = std::clamp(middle + k * fine, range_.from, range_.to);
-        const double here = loss(offset, samples);
-        if (here < best.loss) best = {offset, here};
+      const double fine = step / 10;
+      for (int round = 0; round < (given_.largest ? kMostRounds : 1); ++round) {
+        const Candidate before = best;
+        search_line(best, fine, 0, samples);
+        if (!given_.largest) break;
+        search_line(best, 0, fine / half_, samples);
+        if (best.offset == before.offset && best.drift == before.drift) break;
       }
       step = fine;
     }
     return best;
   }
 
-  void set_uncertainty(ClockOffset& found) {
-    double information = 0;
-    std::vector<double> spreads;
-    for (SearchedQuantity& one : parts_) {
-      one.inform(found.offset, information, spreads);
-      used_ += one.samples() * one.quantity().residual_width();
+  void search_line(Candidate& best, double offset_step, double drift_step, std::size_t samples) {
+    const Candidate middle = best;
+    for (int k = -10; k <= 10; ++k) {
+      Candidate here = middle;
+      if (offset_step > 0) here.offset = std::clamp(middle.offset + k * offset_step, range_.from, range_.to);
+      if (drift_step > 0) here.drift = std::clamp(middle.drift + k * drift_step, -*given_.largest, *given_.largest);
+      here.loss = loss(here, samples);
+      if (here.loss < best.loss) best = here;
     }
-    double spread = 0;
+  }
+
+  ClockInformation information_at(const Candidate& one, double& spread) {
+    ClockInformation information;
+    std::vector<double> spreads;
+    for (SearchedQuantity& part : parts_) part.inform({one.offset, one.drift, centre_}, information, spreads);
+    spread = 0;
     for (const double s : spreads) spread += s / static_cast<double>(spreads.size());
-    found.uncertainty =
-        information > 0 ? std::sqrt(std::max(spread, 1.0) / information) : std::numeric_limits<double>::infinity();
-    const double length = range_.to - range_.from;
-    const bool is_at_end = found.offset - range_.from < 2 * kFinestStep || range_.to - found.offset < 2 * kFinestStep;
-    if (!(found.uncertainty < 0.1 * length))
-      found.why_not =
-          "the quantities change at a constant rate or too little, so that an offset has the effect of a bias";
-    else if (is_at_end)
-      found.why_not =
-          fmt::format("the best offset is at an end of the searched range, {:.6g} to {:.6g} s", range_.from, range_.to);
+    spread = std::max(spread, 1.0);
+    return information;
+  }
+
+  // Moves the centre to the time at which offset and drift are uncorrelated, so that they can be refined in turn.
+  void centre_on_information(Candidate& one) {
+    if (!given_.largest) return;
+    double spread = 0;
+    const ClockInformation n = information_at(one, spread);
+    const double shift = n.offset > 0 ? std::clamp(n.mixed / n.offset, -half_, half_) : 0;
+    centre_ += shift, one.offset += one.drift * shift;
+  }
+
+  // The offset from the search's centre to the reference, and the standard uncertainties from the inverse of the
+  // information matrix.
+  void set_uncertainty(ClockOffset& found) {
+    const Candidate best{found.offset, 0, found.drift};
+    double spread = 0;
+    const ClockInformation n = information_at(best, spread);
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    const double shift = given_.reference - centre_;
+    double variance = n.offset > 0 ? spread / n.offset : kUnknown;
+    if (given_.largest) {
+      const double determinant = n.offset * n.drift - n.mixed * n.mixed;
+      const bool is_regular = determinant > 1e-12 * n.offset * n.drift;
+      const double of_drift = is_regular ? spread * n.offset / determinant : kUnknown;
+      const double of_both = is_regular ? -spread * n.mixed / determinant : 0;
+      found.drift_uncertainty = std::sqrt(of_drift);
+      if (is_regular) variance = spread * n.drift / determinant + 2 * shift * of_both + shift * shift * of_drift;
+    }
+    found.uncertainty = std::sqrt(variance);
+    found.why_not = why_not(found, best);
     found.is_determined = found.why_not.empty();
+    found.offset += found.drift * shift;
+    if (found.other) *found.other += found.drift * shift;
+  }
+
+  std::string why_not(const ClockOffset& found, const Candidate& best) const {
+    const double length = range_.to - range_.from;
+    const auto is_near = [](double a, double b, double step) { return std::abs(a - b) < 2 * step; };
+    if (given_.largest) {
+      const double most = *given_.largest;
+      if (!(found.drift_uncertainty < 0.2 * most))
+        return fmt::format(
+            "the drift is not determined: its standard uncertainty of {:.3g} ppm exceeds a fifth of the largest "
+            "searched drift, {:.3g} ppm, as for short logs",
+            1e6 * found.drift_uncertainty, 1e6 * most);
+      if (is_near(std::abs(best.drift), most, kFinestStep / half_))
+        return fmt::format("the best drift is at an end of the searched range, {:.4g} ppm", 1e6 * best.drift);
+    }
+    if (!(found.uncertainty < 0.1 * length))
+      return "the quantities change at a constant rate or too little, so that an offset has the effect of a bias";
+    if (is_near(best.offset, range_.from, kFinestStep) || is_near(best.offset, range_.to, kFinestStep))
+      return fmt::format("the best offset is at an end of the searched range, {:.6g} to {:.6g} s", range_.from,
+                         range_.to);
+    return {};
   }
 
   OffsetRange range_;
+  ClockDrift given_;
+  double centre_;    // time of the log to which offsets of candidates refer [s]
+  double half_ = 0;  // half of the log's length [s]
   std::vector<SearchedQuantity> parts_;
   std::size_t used_ = 0;
   double fastest_ = std::numeric_limits<double>::infinity();  // [s]
@@ -298,7 +406,8 @@ void residual_of(const ComparedQuantity& quantity, std::size_t sample, double ru
   std::array<double, kMostComponents> simulated;
   const std::size_t width = quantity.curve.width();
   const std::span<double> x(simulated.data(), width);
-  quantity.curve.value(run_time, x);
+  const auto [rank, count] = rank_at_time(quantity.time, sample);
+  if (count == 1 || !quantity.curve.value_at_jump(run_time, rank, count, x)) quantity.curve.value(run_time, x);
   const std::span<const double> measured(quantity.measured.data() + sample * width, width);
   if (!quantity.is_orientation) {
     for (std::size_t c = 0; c < width; ++c) out[c] = measured[c] - x[c];
@@ -319,8 +428,9 @@ OffsetRange possible_offsets(std::span<const ComparedQuantity* const> quantities
   return {run_begin - log_end + half, run_end - log_begin - half};
 }
 
-ClockOffset find_offset(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range) {
-  return OffsetSearch(quantities, range).find();
+ClockOffset find_offset(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range,
+                        const ClockDrift& drift) {
+  return OffsetSearch(quantities, range, drift).find();
 }
 
 }  // namespace grapnel

@@ -44,17 +44,36 @@ struct ComparedQuantity {
   std::size_t samples() const { return time.size(); }
 };
 
-/// measured - simulated for a sample, at this time of the run. For orientations the rotation vector from the simulated
-/// to the measured one, in the measured body's axes. NaN where either is missing.
+/// measured - simulated for a sample, at this time of the run. Where log and run have the same number of samples at one
+/// time, as at a jump in the run's own exports, the sample is compared with its counterpart. For orientations the
+/// rotation vector from the simulated to the measured one, in the measured body's axes. NaN where either is missing.
 void residual_of(const ComparedQuantity& quantity, std::size_t sample, double run_time, std::span<double> out);
 
-/// The relation of the clocks: run time = log time + offset.
+/// The relation of the clocks: run time = log time + offset + drift (log time - reference).
+struct LogClock {
+  double offset = 0;     ///< [s]
+  double drift = 0;      ///< [1]
+  double reference = 0;  ///< [s]
+
+  double run_time(double log_time) const { return log_time + offset + drift * (log_time - reference); }
+};
+
+/// The drift that a search of the offset assumes, or searches.
+struct ClockDrift {
+  double value = 0;               ///< [1]
+  double reference = 0;           ///< time of the log at which the clock has the offset [s]
+  std::optional<double> largest;  ///< largest magnitude of a searched drift; empty: `value` is given
+};
+
+/// A clock that was found.
 struct ClockOffset {
   double offset = 0;       ///< [s]
   double uncertainty = 0;  ///< standard uncertainty [s]; of uncorrelated noise
   bool is_determined = false;
   std::string why_not;          ///< reason, if it is not determined
   std::optional<double> other;  ///< another offset that fits nearly as well, as periodic motion has [s]
+  double drift = 0;             ///< [1]
+  double drift_uncertainty = 0;
 };
 
 /// The range of offsets for which at least half of the shorter record overlaps the other. @pre a quantity
@@ -66,8 +85,10 @@ OffsetRange possible_offsets(std::span<const ComparedQuantity* const> quantities
 /// Minimizes the sum of Huber's loss of the weighted residuals over the offset. A constant bias of each component is
 /// estimated together with the offset. Samples outside the run cost what they cost against a constant, so that an
 /// offset that avoids the comparison has no advantage. Weights are the stated uncertainties, or else the noise
-/// estimated from second differences of the log. docs/how-to/compare.md describes the method.
-ClockOffset find_offset(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range);
+/// estimated from second differences of the log. A searched drift is fitted together with the offset.
+/// docs/how-to/compare.md describes the method.
+ClockOffset find_offset(std::span<const ComparedQuantity* const> quantities, const OffsetRange& range,
+                        const ClockDrift& drift = {});
 
 /// The inverse rotation.
 inline Quaterniond conjugate(const Quaterniond& q) { return {q.w, -q.x, -q.y, -q.z}; }

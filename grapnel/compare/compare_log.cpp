@@ -162,7 +162,9 @@ class Comparer {
     for (std::size_t k = 0; k < quantities.size(); ++k) {
       const MappedQuantity& mapped = mapping_.quantities[mapped_[k]];
       const auto found = run.find_part(mapped.run);
-      if (!found || (mapped.frame && !run.find_orientation(*mapped.frame)))
+      const bool has_origin = !mapped.frame || !mapped.origin || frame_origin(mapped, run);
+      const bool has_marked = !mapped.marker || marked_body(mapped, run);
+      if (!found || (mapped.frame && !run.find_orientation(*mapped.frame)) || !has_origin || !has_marked)
         throw std::runtime_error(fmt::format("the run has no series {}", in_quotes(mapped.run)));
       quantities[k].curve = curve_of(mapped, *found, quantities[k].is_orientation, run);
     }
@@ -176,7 +178,7 @@ class Comparer {
   }
   const MappedTime& clock() const { return mapping_.time; }
   ComparisonReport::Log described_log() const {
-    static constexpr std::array<const char*, 3> kFormats = {"csv", "hdf5", "mat"};
+    static constexpr std::array<const char*, 5> kFormats = {"csv", "hdf5", "mat", "mcap", "rosbag"};
     return {log_path_.filename().string(), log_->sha256, kFormats[static_cast<std::size_t>(log_->format)]};
   }
 
@@ -197,7 +199,7 @@ class Comparer {
                   fmt::format("no column has the name of a series of the run; a mapping (--map) relates them; columns "
                               "are {}",
                               some_of(log_names())));
-    std::vector<std::string> requested{mapping_.time.column};
+    std::vector<std::string> requested = time_columns(mapping_.time.column);
     for (const MappedQuantity& one : mapping_.quantities) {
       for (const std::string& name : names_of(one)) requested.push_back(name);
       if (one.time) requested.push_back(*one.time);
@@ -205,6 +207,12 @@ class Comparer {
     const std::size_t before = faults_.size();
     log_ = read_log(log_path_, requested, faults_);
     log_is_sound_ = faults_.size() == before;
+  }
+
+  // By precedence; the second one of logs of messages only.
+  static std::vector<std::string> time_columns(const std::optional<std::string>& stated) {
+    if (stated) return {*stated};
+    return {"time", "log_time"};
   }
 
   void read_series() {
@@ -232,8 +240,20 @@ class Comparer {
     for (const MappedQuantity& one : mapping_.quantities) {
       if (const auto found = run.find_part(one.run)) needed.push_back(found->series);
       if (const auto frame = one.frame ? run.find_orientation(*one.frame) : std::nullopt) needed.push_back(*frame);
+      if (const auto origin = frame_origin(one, run)) needed.push_back(*origin);
+      if (const auto body = marked_body(one, run)) needed.push_back(*body);
     }
     return needed;
+  }
+
+  // The position of the body to which positions are relative; that body's orientation is `frame`.
+  static std::optional<std::size_t> frame_origin(const MappedQuantity& mapped, const RunData& run) {
+    return mapped.frame && mapped.origin ? run.find(*mapped.frame + "/position") : std::nullopt;
+  }
+  // The orientation of the body that carries the marker.
+  static std::optional<std::size_t> marked_body(const MappedQuantity& mapped, const RunData& run) {
+    if (!mapped.marker || !mapped.run.ends_with("/position")) return std::nullopt;
+    return run.find_orientation(mapped.run.substr(0, mapped.run.rfind('/')));
   }
 
   // Without a mapping: the series whose columns the log has under the names that Grapnel exports.
@@ -244,6 +264,9 @@ class Comparer {
         columns.push_back(component.empty() ? series.path : series.path + "/" + component);
       std::string dotted = "grapnel." + series.path;  // of a MAT file
       std::replace(dotted.begin(), dotted.end(), '/', '.');
+      const std::size_t slash = series.path.rfind('/');  // of messages: a topic and a field
+      std::string field = "run." + series.path;
+      if (slash != std::string::npos) (field = series.path)[slash] = '.';
       MappedQuantity quantity;
       quantity.run = series.path;
       const auto whole = find_column(log_->datasets, series.path);
@@ -256,6 +279,9 @@ class Comparer {
         quantity.log = columns;
       else if (find_column(log_->datasets, dotted))
         quantity.log = dotted;
+      else if (const auto part = has_messages(log_->format) ? find_column(log_->datasets, field) : std::nullopt;
+               part && part->width(*log_) == series.components.size())
+        quantity.log = "/" + field;
       else
         continue;
       if (series.components.size() <= kMostComponents) mapping_.quantities.push_back(std::move(quantity));
@@ -383,8 +409,6 @@ class Comparer {
     const MappedQuantity& mapped = mapping_.quantities[index];
     const auto found = run_.find_part(mapped.run);
     if (!found) report_unknown(index);
-    const auto times =
-        mapped.time ? times_of(*mapped.time, mapping_.time.unit, mark_of(index, "time")) : common_times();
     std::vector<LogColumn> columns;
     const std::vector<std::string> names = names_of(mapped);
     const Node& listed = part(node_of_quantity(root_, index), "log");
@@ -392,6 +416,7 @@ class Comparer {
       const Mark mark = k < listed.items.size() ? listed.items[k].mark : mark_of(index, "log");
       if (const auto column = column_named(names[k], mark)) columns.push_back(*column);
     }
+    const auto times = columns.empty() ? std::nullopt : times_for(index, columns[0]);
     const bool frame_known = !mapped.frame || run_.find_orientation(*mapped.frame);
     if (!frame_known)
       faults_.add(mark_of(index, "frame"), fmt::format("the run has no orientation {}{}",
@@ -431,8 +456,22 @@ class Comparer {
     mapped_.push_back(index);
   }
 
-  const std::optional<std::vector<double>>& common_times() {
-    if (!has_common_times_) times_ = times_of(mapping_.time.column, mapping_.time.unit, time_mark());
+  // The times of a column. In logs of messages they are a field of the same messages, or else of a stated topic.
+  std::optional<std::vector<double>> times_for(std::size_t index, const LogColumn& column) {
+    const MappedQuantity& mapped = mapping_.quantities[index];
+    const Mark mark = mapped.time ? mark_of(index, "time") : time_mark();
+    const std::optional<std::string>& stated = mapped.time ? mapped.time : mapping_.time.column;
+    const std::string& topic = log_->datasets[column.dataset].topic;
+    for (const std::string& name : time_columns(stated)) {
+      const std::string field = topic + "." + name;
+      if (!topic.empty() && find_column(log_->datasets, field)) return times_of(field, mapping_.time.unit, mark);
+    }
+    const std::string name = stated.value_or("time");
+    return mapped.time ? times_of(name, mapping_.time.unit, mark) : common_times(name);
+  }
+
+  const std::optional<std::vector<double>>& common_times(const std::string& name) {
+    if (!has_common_times_) times_ = times_of(name, mapping_.time.unit, time_mark());
     has_common_times_ = true;
     return times_;
   }
@@ -485,8 +524,14 @@ class Comparer {
     if ((mapped.frame || is_turned) && !is_vector && !oriented)
       faults_.add(mark_of(index, mapped.frame ? "frame" : "quaternion_wxyz"),
                   "axes have a meaning only for vectors and orientations of the run");
-    if (mapped.origin && (!is_vector || series.unit != "m" || mapped.frame))
-      faults_.add(mark_of(index, "origin"), "an origin has a meaning only for positions in the world frame");
+    if (mapped.origin && (!is_vector || series.unit != "m"))
+      faults_.add(mark_of(index, "origin"), "an origin has a meaning only for positions");
+    if (mapped.origin && mapped.frame && !frame_origin(mapped, run_))
+      faults_.add(mark_of(index, "frame"),
+                  fmt::format("the run has no position {}", in_quotes(*mapped.frame + "/position")));
+    if (mapped.marker && (!is_vector || !marked_body(mapped, run_)))
+      faults_.add(mark_of(index, "marker"),
+                  "a marker has a meaning only for the position of a body whose orientation is in the run");
     if (mapped.average > 0 && oriented)
       faults_.add(mark_of(index, "average"), "averages of orientations are not supported");
     return faults_.size() == before;
@@ -524,14 +569,30 @@ class Comparer {
       if (oriented) {
         turn_orientation(q_WL, k, values);
       } else if (width == 3) {
-        const Vector3d origin =
-            mapped.origin ? Vector3d{(*mapped.origin)[0], (*mapped.origin)[1], (*mapped.origin)[2]} : Vector3d::zero();
-        const Vector3d v = Vector3d{values[3 * k], values[3 * k + 1], values[3 * k + 2]} - origin;
-        const Vector3d turned = transposed_times(rotation_matrix(q_WL), v);
+        const Vector3d turned = transposed_times(rotation_matrix(q_WL), from_origin(mapped, run, k, at(values, k)));
         for (int c = 0; c < 3; ++c) values[3 * k + static_cast<std::size_t>(c)] = turned[c];
       }
     }
     return RunCurve(run.time, std::move(values), width).averaged(mapped.average);
+  }
+
+  static Vector3d at(const std::vector<double>& values, std::size_t k) {
+    return {values[3 * k], values[3 * k + 1], values[3 * k + 2]};
+  }
+  static Quaterniond orientation_at(const std::vector<double>& values, std::size_t k) {
+    return {values[4 * k], values[4 * k + 1], values[4 * k + 2], values[4 * k + 3]};
+  }
+  static Vector3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+  // From the origin of the log's axes to the marker, in W: p_WB + R_WB p_BM - (p_WF + R_WF p_FL), of positions.
+  static Vector3d from_origin(const MappedQuantity& mapped, const RunData& run, std::size_t k, Vector3d v) {
+    if (const auto body = marked_body(mapped, run))
+      v = v + rotation_matrix(orientation_at(run.values.at(*body), k)) * vector_of(*mapped.marker);
+    if (!mapped.origin) return v;
+    const Vector3d origin = vector_of(*mapped.origin);
+    if (!mapped.frame) return v - origin;
+    const std::vector<double>& frame = run.values.at(*run.find_orientation(*mapped.frame));
+    return v - at(run.values.at(*frame_origin(mapped, run)), k) - rotation_matrix(orientation_at(frame, k)) * origin;
   }
 
   // With the sign of the previous sample, so that components are continuous.
@@ -564,10 +625,20 @@ class Comparer {
     report.version = GRAPNEL_VERSION;
     report.run = {run_.head.metadata.scenario_name, run_.head.metadata.scenario_sha256};
     report.log = described_log();
+    report.warnings = log_->warnings;
   }
 
   void set_clock(ComparisonReport& report) {
     const MappedTime& time = mapping_.time;
+    ClockDrift drift;
+    const double* stated_drift = std::get_if<double>(&time.drift);
+    if (stated_drift)
+      drift.value = *stated_drift;
+    else
+      drift.largest = time.largest_drift;
+    drift.reference = time.reference.value_or(first_time());
+    report.clock.drift = drift.value;
+    if (!stated_drift || drift.value != 0) report.clock.reference = drift.reference;
     if (const double* stated = std::get_if<double>(&time.offset)) {
       report.clock.offset = *stated;
       return;
@@ -581,15 +652,27 @@ class Comparer {
     faults_.throw_if_any();
     const OffsetRange possible = possible_offsets(aligned);
     const OffsetRange range = time.search ? OffsetRange{(*time.search)[0], (*time.search)[1]} : possible;
-    const ClockOffset found = find_offset(aligned, range);
+    const ClockOffset found = find_offset(aligned, range, drift);
     if (!found.is_determined) faults_.add(mark, "the offset cannot be found: " + found.why_not + "; state a number");
     faults_.throw_if_any();
-    report.clock = {found.offset, true, found.uncertainty, found.other};
+    report.clock.offset = found.offset, report.clock.found = true;
+    report.clock.uncertainty = found.uncertainty, report.clock.other = found.other;
+    if (drift.largest) {
+      report.clock.drift = found.drift, report.clock.drift_found = true;
+      report.clock.drift_uncertainty = found.drift_uncertainty;
+    }
     if (found.other)
       report.warnings.push_back(
           fmt::format("an offset of {:.7g} s fits nearly as well as {:.7g} s; time.search "
                       "restricts the search",
                       *found.other, found.offset));
+  }
+
+  // Of the log's mapped quantities.
+  double first_time() const {
+    double first = std::numeric_limits<double>::infinity();
+    for (const ComparedQuantity& one : quantities_) first = std::min(first, one.time.front());
+    return first;
   }
 
   fs::path run_path_, log_path_, mapping_path_;

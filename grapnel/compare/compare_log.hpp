@@ -29,6 +29,7 @@ struct ComparedCurve {
   std::string component;
   std::vector<double> time, measured, simulated, residual;  ///< times of the run
   std::vector<std::uint8_t> is_outlier;
+  std::vector<std::size_t> after_gaps;  ///< samples that follow a gap in the log
 };
 
 /// A comparison, and comparison.csv: all residuals.

@@ -1,5 +1,6 @@
 #include "grapnel/compare/comparison_page.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -36,6 +37,13 @@ std::string packed(const std::vector<double>& values, const std::vector<std::siz
 
 nlohmann::ordered_json curve_json(const ComparedCurve& curve) {
   const std::vector<std::size_t> shown = shown_samples(curve);
+  std::vector<std::size_t> breaks;  // shown samples that follow a gap
+  auto gap = curve.after_gaps.begin();
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const auto next = std::upper_bound(gap, curve.after_gaps.end(), shown[k]);
+    if (next != gap && k > 0) breaks.push_back(k);
+    gap = next;
+  }
   std::vector<double> outliers;
   for (const std::size_t i : shown) {
     if (curve.is_outlier[i] != 0) outliers.push_back(curve.time[i]);
@@ -48,7 +56,8 @@ nlohmann::ordered_json curve_json(const ComparedCurve& curve) {
           {"measured", packed(curve.measured, shown)},
           {"simulated", packed(curve.simulated, shown)},
           {"residual", packed(curve.residual, shown)},
-          {"outliers", outliers}};
+          {"outliers", outliers},
+          {"breaks", breaks}};
 }
 
 }  // namespace

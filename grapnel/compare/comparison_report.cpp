@@ -28,7 +28,13 @@ std::string clock_text(const ComparisonReport& report) {
                                  clock.offset < 0 ? -clock.offset : clock.offset);
   text += clock.uncertainty ? fmt::format(", found, standard uncertainty {} s", small_number(*clock.uncertainty))
                             : ", as stated";
-  return text + "\n";
+  text += "\n";
+  if (clock.drift != 0 || clock.drift_found)
+    text += fmt::format("drift: {:.5g} ppm after log time {:.10g} s{}\n", 1e6 * clock.drift, clock.reference,
+                        clock.drift_uncertainty ? fmt::format(", found, standard uncertainty {} ppm",
+                                                              small_number(1e6 * *clock.drift_uncertainty))
+                                                : ", as stated");
+  return text;
 }
 
 }  // namespace
@@ -115,7 +121,7 @@ struct Described<ComparisonReport::Log> {
   static constexpr Field fields[] = {
       field<&T::file>("file", "name of the log, without its folder"),
       field<&T::sha256>("sha256", "SHA-256 of the log"),
-      field<&T::format>("format", "csv, hdf5 or mat"),
+      field<&T::format>("format", "csv, hdf5, mat, mcap or rosbag"),
   };
   static constexpr Type type = structure<T>("ComparedLog", "the log.", fields);
 };
@@ -124,11 +130,16 @@ template <>
 struct Described<ComparisonReport::Clock> {
   using T = ComparisonReport::Clock;
   static constexpr Field fields[] = {
-      field<&T::offset>("offset", "s", "time of the run minus time of the log"),
+      field<&T::offset>("offset", "s", "time of the run minus time of the log; with a drift, at `reference`"),
       field<&T::found>("found", "whether the comparison determined it"),
       field<&T::uncertainty>("uncertainty", "s",
                              "its standard uncertainty, for uncorrelated noise; absent if it is stated"),
       field<&T::other>("other", "s", "another offset that fits nearly as well; absent: none does"),
+      field<&T::drift>("drift", "1", "rate of the run's time per time of the log, minus 1"),
+      field<&T::reference>("reference", "s", "time of the log from which the drift counts"),
+      field<&T::drift_found>("drift_found", "whether the comparison determined the drift"),
+      field<&T::drift_uncertainty>("drift_uncertainty", "1",
+                                   "its standard uncertainty, for uncorrelated noise; absent if it is stated"),
   };
   static constexpr Type type = structure<T>("LogClock", "the clock of the log.", fields);
 };

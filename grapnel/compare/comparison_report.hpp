@@ -46,6 +46,10 @@ struct ComparisonReport {
     double offset = 0;
     bool found = false;
     std::optional<double> uncertainty, other;
+    double drift = 0;      // [1]
+    double reference = 0;  // [s]
+    bool drift_found = false;
+    std::optional<double> drift_uncertainty;
   };
 
   std::string version;

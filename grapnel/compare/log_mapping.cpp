@@ -18,13 +18,19 @@ namespace grapnel {
 template <>
 struct Described<SearchedOffset> : Enumeration<SearchedOffset, "SearchedOffset", "found"> {};
 template <>
+struct Described<SearchedDrift> : Enumeration<SearchedDrift, "SearchedDrift", "found"> {};
+template <>
 struct Described<QuaternionOrder> : Enumeration<QuaternionOrder, "QuaternionOrder", "wxyz", "xyzw"> {};
 
 template <>
 struct Described<MappedTime> {
   using T = MappedTime;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::column>("column", "Column or dataset with the times of the samples. They must not decrease."),
+      field<&T::column>("column",
+                        "Column or dataset with the times of the samples. They must not decrease. Of messages a field "
+                        "of the same message, such as `header.stamp`, `log_time` or `publish_time`. Absent: `time`, "
+                        "else `log_time` of messages.")
+          .optional(),
       field<&T::unit>("unit", "Unit of these times, such as `ms`. Absent: the unit that the log states, else s.")
           .optional(),
       field<&T::offset>("offset", "s",
@@ -35,6 +41,20 @@ struct Described<MappedTime> {
       field<&T::search>("search", "s",
                         "First and last offset that are searched. Absent: all for which half of the shorter record "
                         "overlaps the other.")
+          .up_to(1e11)
+          .optional(),
+      field<&T::drift>(
+          "drift", "1",
+          "Rate of the run's time per time of the log, minus 1: `5e-5` is 50 ppm, the log's clock is slow. "
+          "found: fitted together with the offset.")
+          .called("a number; the word found")
+          .up_to(0.1),
+      field<&T::largest_drift>("largest_drift", "1", "Largest magnitude of a drift that is searched.")
+          .above(0)
+          .up_to(0.1),
+      field<&T::reference>("reference", "s",
+                           "Time of the log at which a drifting clock has the offset. Absent: the first time of the "
+                           "log.")
           .up_to(1e11)
           .optional(),
       field<&T::from>("from", "s", "Samples before this time of the run are not compared. Absent: all are.").optional(),
@@ -70,7 +90,13 @@ struct Described<MappedQuantity> {
           .optional(),
       field<&T::axes>("quaternion_wxyz", "1",
                       "Orientation of the log's axes in that frame, for vectors and orientations."),
-      field<&T::origin>("origin", "m", "Origin of the log's axes in that frame, for positions. Absent: the same.")
+      field<&T::origin>("origin", "m",
+                        "Origin of the log's axes in that frame, for positions. With `frame` positions are then "
+                        "relative to this body; `[0, 0, 0]` is its origin. Absent: the origin of the world.")
+          .optional(),
+      field<&T::marker>("marker", "m",
+                        "Position of a marker in the body's axes, from its origin, for the position of a body: the log "
+                        "has the marker's position. Absent: the body's origin.")
           .optional(),
       field<&T::quaternion_order>("quaternion_order", "Order of a quaternion's components in the log."),
       field<&T::average>("average", "s",
@@ -136,6 +162,11 @@ void check_mapping(const ReadMapping& read, FaultList& faults) {
     faults.add(part(time, "search").mark, "time.search must be two increasing numbers");
   if (t.search && !std::holds_alternative<SearchedOffset>(t.offset))
     faults.add(part(time, "search").mark, "time.search has no meaning without 'offset: found'");
+  const bool finds_drift = std::holds_alternative<SearchedDrift>(t.drift);
+  if (finds_drift && !std::holds_alternative<SearchedOffset>(t.offset))
+    faults.add(part(time, "drift").mark, "time.drift can only be found together with the offset: 'offset: found'");
+  if (!finds_drift && part(time, "largest_drift").mark.source)
+    faults.add(part(time, "largest_drift").mark, "time.largest_drift has no meaning without 'drift: found'");
   if (t.from && t.to && !(*t.from < *t.to)) faults.add(part(time, "to").mark, "time.to must be greater than time.from");
   for (std::size_t i = 0; i < read.mapping.quantities.size(); ++i) {
     const auto& q = read.mapping.quantities[i].axes;

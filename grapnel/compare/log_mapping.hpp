@@ -18,13 +18,18 @@ namespace grapnel {
 
 /// The word for an offset that the comparison determines.
 enum class SearchedOffset { found };
+/// The same for a drift.
+enum class SearchedDrift { found };
 enum class QuaternionOrder { wxyz, xyzw };
 
 struct MappedTime {
-  std::string column = "time";
+  std::optional<std::string> column;
   std::optional<std::string> unit;
   std::variant<double, SearchedOffset> offset = 0.0;  // [s]
   std::optional<std::array<double, 2>> search;        // [s]
+  std::variant<double, SearchedDrift> drift = 0.0;    // [1]
+  double largest_drift = 5e-4;                        // [1]
+  std::optional<double> reference;                    // of the log [s]
   std::optional<double> from, to;                     // of the run [s]
 };
 
@@ -33,8 +38,9 @@ struct MappedQuantity {
   std::variant<std::string, std::vector<std::string>> log;
   std::optional<std::string> name, time, unit, frame;
   double scale = 1;
-  std::array<double, 4> axes = {1, 0, 0, 0};  // quaternion w, x, y, z
-  std::optional<std::array<double, 3>> origin;
+  std::array<double, 4> axes = {1, 0, 0, 0};    // quaternion w, x, y, z
+  std::optional<std::array<double, 3>> origin;  // [m]
+  std::optional<std::array<double, 3>> marker;  // [m]
   QuaternionOrder quaternion_order = QuaternionOrder::wxyz;
   double average = 0;  // [s]
   // In `unit`, or with a unit in the file: amount_of().

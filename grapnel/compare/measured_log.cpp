@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <fstream>
 #include <stdexcept>
 #include <utility>
 
@@ -23,18 +22,18 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLargestLog = std::size_t{1} << 30;  // [bytes]
 constexpr std::uint64_t kMostDatasets = 1 << 20;
 
-LogFormat format_of(const fs::path& path) {
-  std::string begin(8, ' ');
-  std::ifstream file(path, std::ios::binary);
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  if (begin == "\x89HDF\r\n\x1a\n") return LogFormat::hdf5;
+LogFormat format_of(const fs::path& path, const std::string& bytes) {
+  const std::string begin = bytes.substr(0, 16);
+  if (is_mcap(begin)) return LogFormat::mcap;
+  if (is_rosbag(begin)) return LogFormat::rosbag;
+  if (begin.substr(0, 8) == "\x89HDF\r\n\x1a\n") return LogFormat::hdf5;
   return begin.starts_with("MATLAB ") || path.extension() == ".mat" ? LogFormat::mat : LogFormat::csv;
 }
 
 void send(const std::vector<LogDataset>& datasets, ToParent& parent) {
   parent.count(datasets.size());
   for (const LogDataset& one : datasets) {
-    parent.texts({one.name, one.unit, one.obstacle});
+    parent.texts({one.name, one.unit, one.obstacle, one.topic});
     parent.count(one.rows);
     parent.count(one.width);
     parent.numbers(one.values);
@@ -47,8 +46,9 @@ std::vector<LogDataset> take(FromChild& child) {
   std::vector<LogDataset> datasets(static_cast<std::size_t>(count));
   for (LogDataset& one : datasets) {
     std::vector<std::string> texts = child.texts();
-    if (texts.size() != 3) throw std::runtime_error("the reader failed");
+    if (texts.size() != 4) throw std::runtime_error("the reader failed");
     one.name = std::move(texts[0]), one.unit = std::move(texts[1]), one.obstacle = std::move(texts[2]);
+    one.topic = std::move(texts[3]);
     one.rows = static_cast<std::size_t>(child.count());
     one.width = static_cast<std::size_t>(child.count());
     one.values = child.numbers<double>();
@@ -58,21 +58,36 @@ std::vector<LogDataset> take(FromChild& child) {
   return datasets;
 }
 
-// In a child process, since HDF5 and matio can crash or loop on a damaged file.
-std::vector<LogDataset> read_foreign(const fs::path& path, LogFormat format, double bytes,
-                                     const std::vector<std::string>& requested) {
-  std::vector<LogDataset> datasets;
+MessageLog read_parts(const fs::path& path, LogFormat format, const std::string& bytes,
+                      const std::vector<std::string>& requested) {
+  switch (format) {
+    case LogFormat::mcap:
+      return read_mcap_log(bytes, requested);
+    case LogFormat::rosbag:
+      return read_bag_log(bytes, requested);
+    case LogFormat::hdf5:
+      return {read_hdf5_log(path, requested), {}};
+    default:
+      return {read_mat_log(path, requested), {}};
+  }
+}
+
+// In a child process, since libraries can crash or loop on a damaged file.
+void read_foreign(const fs::path& path, const std::string& bytes, const std::vector<std::string>& requested,
+                  MeasuredLog& log) {
   std::optional<hdf5::Session> session(std::in_place);  // no other thread uses HDF5 at the fork
   read_in_child(
-      reading_seconds(bytes),
+      reading_seconds(static_cast<double>(bytes.size())),
       [&](ToParent& parent) {
-        send(format == LogFormat::hdf5 ? read_hdf5_log(path, requested) : read_mat_log(path, requested), parent);
+        const MessageLog read = read_parts(path, log.format, bytes, requested);
+        parent.texts(read.warnings);
+        send(read.datasets, parent);
       },
       [&](FromChild& child) {
         session.reset();
-        datasets = take(child);
+        log.warnings = child.texts();
+        log.datasets = take(child);
       });
-  return datasets;
 }
 
 // The name without " [unit]" at its end, and the unit.
@@ -90,7 +105,9 @@ std::optional<std::size_t> find_dataset(const std::vector<LogDataset>& datasets,
   }
   const std::string_view path = name.starts_with('/') ? name.substr(1) : name;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    if (datasets[i].name == path || without_unit(datasets[i].name).first == path) return i;
+    const LogDataset& one = datasets[i];
+    const bool may_state_unit = one.topic.empty();  // "position[shoulder]" of messages does not
+    if (one.name == path || (may_state_unit && without_unit(one.name).first == path)) return i;
   }
   return std::nullopt;
 }
@@ -131,20 +148,20 @@ std::optional<MeasuredLog> read_log(const fs::path& path, const std::vector<std:
   const auto bytes = read_file(path, whole, faults, kLargestLog);
   if (!bytes) return std::nullopt;
   log.sha256 = sha256(*bytes);
-  log.format = format_of(path);
+  log.format = format_of(path, *bytes);
   if (log.format == LogFormat::csv) {
     const auto text = checked_text(*bytes, log.source, faults);
     if (!text || !read_csv_log(*text, requested, log, faults)) return std::nullopt;  // without names
   } else {
     try {
-      log.datasets = read_foreign(path, log.format, static_cast<double>(bytes->size()), requested);
+      read_foreign(path, *bytes, requested, log);
     } catch (const std::exception& error) {
       faults.add(whole, fmt::format("cannot read the log: {}", error_text(error)));
       return std::nullopt;
     }
   }
   for (LogDataset& one : log.datasets) {
-    if (one.unit.empty()) one.unit = without_unit(one.name).second;
+    if (one.unit.empty() && one.topic.empty()) one.unit = without_unit(one.name).second;
   }
   return log;
 }

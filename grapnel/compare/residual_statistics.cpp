@@ -48,7 +48,7 @@ bool is_missing(const ComparedQuantity& quantity, std::size_t sample) {
   return false;
 }
 
-Residuals residuals_of(const ComparedQuantity& quantity, double offset, const ComparedTimes& times,
+Residuals residuals_of(const ComparedQuantity& quantity, const LogClock& clock, const ComparedTimes& times,
                        ComparisonReport::Quantity& report) {
   Residuals r;
   r.width = quantity.residual_width();
@@ -58,7 +58,7 @@ Residuals residuals_of(const ComparedQuantity& quantity, double offset, const Co
       ++report.missing;
       continue;
     }
-    const double time = quantity.time[i] + offset;
+    const double time = clock.run_time(quantity.time[i]);
     residual_of(quantity, i, time, {one.data(), r.width});
     const bool has_all = std::all_of(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(r.width),
                                      [](double x) { return std::isfinite(x); });
@@ -74,7 +74,7 @@ Residuals residuals_of(const ComparedQuantity& quantity, double offset, const Co
   return r;
 }
 
-void find_gaps(const ComparedQuantity& quantity, double offset, ComparisonReport::Quantity& report) {
+void find_gaps(const ComparedQuantity& quantity, const LogClock& clock, ComparisonReport::Quantity& report) {
   const double usual = median_interval(quantity.time);
   std::optional<double> before;
   for (std::size_t i = 0; i < quantity.samples(); ++i) {
@@ -82,7 +82,7 @@ void find_gaps(const ComparedQuantity& quantity, double offset, ComparisonReport
     if (before && quantity.time[i] - *before > kGap * usual) {
       ++report.gaps;
       if (quantity.time[i] - *before > report.longest_gap.value_or(0))
-        report.longest_gap = quantity.time[i] - *before, report.longest_gap_time = *before + offset;
+        report.longest_gap = quantity.time[i] - *before, report.longest_gap_time = clock.run_time(*before);
     }
     before = quantity.time[i];
   }
@@ -208,14 +208,15 @@ void judge(const ComparedQuantity& quantity, ComparisonReport::Quantity& report)
                                is_small ? "within" : "above the bound", small_number(kBiasBound * (1 + kAccuracy)));
 }
 
-void find_lag(const ComparedQuantity& quantity, double offset, ComparisonReport::Quantity& report) {
+void find_lag(const ComparedQuantity& quantity, const LogClock& clock, ComparisonReport::Quantity& report) {
   const double time = quantity.curve.characteristic_time();
   if (!std::isfinite(time) || report.compared < 10) return;
   const double most = std::min(2 * time, (quantity.curve.end() - quantity.curve.begin()) / 4);
   const ComparedQuantity* one = &quantity;
-  const ClockOffset own = find_offset({&one, 1}, {offset - most, offset + most});
+  const ClockOffset own =
+      find_offset({&one, 1}, {clock.offset - most, clock.offset + most}, {clock.drift, clock.reference, {}});
   if (!own.is_determined) return;
-  report.lag = offset - own.offset, report.lag_uncertainty = own.uncertainty;
+  report.lag = clock.offset - own.offset, report.lag_uncertainty = own.uncertainty;
 }
 
 void add_lines(const ComparedQuantity& quantity, const Residuals& r, std::string& csv) {
@@ -233,32 +234,35 @@ void add_lines(const ComparedQuantity& quantity, const Residuals& r, std::string
 
 void add_curves(const ComparedQuantity& quantity, const Residuals& r, LogComparison& comparison) {
   const std::size_t first = comparison.curves.size();
+  const double usual = median_interval(quantity.time);
   for (std::size_t c = 0; c < r.width; ++c) {
     ComparedCurve& curve = comparison.curves.emplace_back();
     curve.quantity = comparison.report.quantities.size(), curve.component = quantity.components[c];
     curve.time = r.time;
     curve.is_outlier.assign(r.is_outlier.begin(), r.is_outlier.end());
     for (std::size_t i = 0; i < r.size(); ++i) curve.residual.push_back(r.at(i, c));
+    for (std::size_t i = 1; i < r.size(); ++i) {
+      if (quantity.time[r.sample[i]] - quantity.time[r.sample[i - 1]] > kGap * usual) curve.after_gaps.push_back(i);
+    }
   }
   if (quantity.is_orientation) return;
-  std::vector<double> simulated(r.width);
   for (std::size_t i = 0; i < r.size(); ++i) {
-    quantity.curve.value(r.time[i], simulated);
     for (std::size_t c = 0; c < r.width; ++c) {
-      comparison.curves[first + c].simulated.push_back(simulated[c]);
-      comparison.curves[first + c].measured.push_back(quantity.measured[r.sample[i] * r.width + c]);
+      const double measured = quantity.measured[r.sample[i] * r.width + c];
+      comparison.curves[first + c].simulated.push_back(measured - r.at(i, c));
+      comparison.curves[first + c].measured.push_back(measured);
     }
   }
 }
 
-ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, double offset, const ComparedTimes& times,
+ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, const LogClock& clock, const ComparedTimes& times,
                                     LogComparison& comparison) {
   ComparisonReport::Quantity report;
   report.name = quantity.name, report.run = quantity.run, report.unit = quantity.unit;
   report.columns = quantity.columns;
   report.uncertainty = quantity.uncertainty, report.bias_uncertainty = quantity.bias_uncertainty;
-  Residuals r = residuals_of(quantity, offset, times, report);
-  find_gaps(quantity, offset, report);
+  Residuals r = residuals_of(quantity, clock, times, report);
+  find_gaps(quantity, clock, report);
   find_outliers(quantity, r, report);
   report.compared = r.size() - report.outliers;
   double squares = 0;
@@ -274,7 +278,7 @@ ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, double off
   double error = 0;
   for (const double e : quantity.curve.interpolation_error()) error = std::max(error, std::isnan(e) ? 1e300 : e);
   if (error < 1e300) report.interpolation_error = (quantity.is_orientation ? 2 : 1) * error;
-  find_lag(quantity, offset, report);
+  find_lag(quantity, clock, report);
   judge(quantity, report);
   add_lines(quantity, r, comparison.residuals_csv);
   add_curves(quantity, r, comparison);
@@ -323,8 +327,9 @@ void evaluate_residuals(std::span<const ComparedQuantity> quantities, const Comp
                         LogComparison& comparison) {
   ComparisonReport& report = comparison.report;
   comparison.residuals_csv = "quantity,component,unit,time [s],log time [s],residual,status\n";
+  const LogClock clock{report.clock.offset, report.clock.drift, report.clock.reference};
   for (const ComparedQuantity& quantity : quantities) {
-    report.quantities.push_back(evaluate(quantity, report.clock.offset, times, comparison));
+    report.quantities.push_back(evaluate(quantity, clock, times, comparison));
     add_warnings(report.quantities.back(), report.warnings);
   }
   report.verdict = report.count(Verdict::no) > 0    ? Verdict::no

@@ -107,6 +107,8 @@ void RunCurve::add_integral() {
 
 double RunCurve::at(std::size_t interval, std::size_t component, double time) const {
   const std::size_t i = interval * width_ + component, j = i + width_;
+  if (time == time_[interval]) return values_[i];  // the other end may have no value
+  if (time == time_[interval + 1]) return values_[j];
   const double h = time_[interval + 1] - time_[interval];
   return hermite(values_[i], values_[j], slopes_[i], slopes_[j], h, (time - time_[interval]) / h);
 }
@@ -141,6 +143,14 @@ void RunCurve::value(double time, std::span<double> out) const {
         const bool has_hole = holes_[(last + 1) * width_ + c] > holes_[first * width_ + c];
         return has_hole ? kNone : (integral_to(last, c, time) - integral_to(first, c, time - window_)) / window_;
       });
+}
+
+bool RunCurve::value_at_jump(double time, std::size_t place, std::size_t count, std::span<double> out) const {
+  const auto [first, last] = std::equal_range(time_.begin(), time_.end(), time);
+  if (window_ > 0 || static_cast<std::size_t>(last - first) != count) return false;
+  const std::size_t sample = static_cast<std::size_t>(first - time_.begin()) + place;
+  for (std::size_t c = 0; c < width_; ++c) out[c] = values_[sample * width_ + c];
+  return true;
 }
 
 void RunCurve::slope(double time, std::span<double> out) const {

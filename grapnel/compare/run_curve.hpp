@@ -28,6 +28,9 @@ class RunCurve {
 
   /// Writes `width` numbers; NaN outside the curve.
   void value(double time, std::span<double> out) const;
+  /// The value of the sample with this place among `count` samples of exactly this time. False: the curve has another
+  /// number of them, or is averaged.
+  bool value_at_jump(double time, std::size_t place, std::size_t count, std::span<double> out) const;
   /// The derivative [1/s].
   void slope(double time, std::span<double> out) const;
 

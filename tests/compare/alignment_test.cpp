@@ -142,6 +142,76 @@ TEST(Alignment, FindsTheOffsetOfNoisyLogsToATenthOfAMillisecond) {
   }
 }
 
+// The same log with a clock whose offset at its first sample is `offset`, and which then drifts.
+ComparedQuantity drifting(double offset, double drift, unsigned seed, std::size_t samples = 1450) {
+  ComparedQuantity quantity = measured(0, {.noise = 2e-5, .bias = 1e-3}, seed);
+  const double first = quantity.time[0];
+  for (double& t : quantity.time) t = first - offset + (t - first) / (1 + drift);
+  quantity.time.resize(samples), quantity.measured.resize(3 * samples);
+  return quantity;
+}
+
+ClockOffset drift_of(const ComparedQuantity& quantity, double largest = 5e-4) {
+  const ComparedQuantity* one = &quantity;
+  const std::span<const ComparedQuantity* const> all(&one, 1);
+  return find_offset(all, possible_offsets(all), {0, quantity.time[0], largest});
+}
+
+TEST(Alignment, FindsOffsetAndDriftWithTheirUncertainties) {
+  double squares = 0, drift_squares = 0;
+  int count = 0;
+  for (const double drift : {5e-5, -2e-4, 0.0}) {
+    for (const double offset : {3.71234, -1.7e9, -0.5, 12.0}) {
+      const ComparedQuantity quantity = drifting(offset, drift, static_cast<unsigned>(17 + count));
+      const ClockOffset found = drift_of(quantity);
+      EXPECT_TRUE(found.is_determined) << found.why_not;
+      EXPECT_NEAR(found.offset, offset, 1e-4) << offset;
+      EXPECT_NEAR(found.drift, drift, 5e-6);
+      EXPECT_LT(found.drift_uncertainty, 3e-6);
+      squares += std::pow((found.offset - offset) / found.uncertainty, 2);
+      drift_squares += std::pow((found.drift - drift) / found.drift_uncertainty, 2);
+      ++count;
+    }
+  }
+  // Chi-square of 12 draws: 2.2 to 33 with a probability of 0.998.
+  EXPECT_LT(squares, 33);
+  EXPECT_GT(squares, 2.2);
+  EXPECT_LT(drift_squares, 33);
+  EXPECT_GT(drift_squares, 2.2);
+  // Without the drift the offset is wrong by half of its effect.
+  EXPECT_GT(std::abs(offset_of(drifting(0.25, -2e-4, 3)).offset - 0.25), 1e-3);
+}
+
+TEST(Alignment, FindsLargeDrifts) {
+  const ClockOffset found = drift_of(drifting(2, 0.03, 5), 0.05);
+  EXPECT_TRUE(found.is_determined) << found.why_not;
+  EXPECT_NEAR(found.drift, 0.03, 5e-6);
+  EXPECT_NEAR(found.offset, 2, 1e-4);
+}
+
+TEST(Alignment, DoesNotInventADrift) {
+  const ClockOffset of_short = drift_of(drifting(0.25, 5e-5, 3, 25));
+  EXPECT_FALSE(of_short.is_determined);
+  EXPECT_THAT(of_short.why_not, testing::HasSubstr("the drift is not determined: its standard uncertainty of"));
+  const ClockOffset of_fast = drift_of(drifting(0.25, 1e-3, 3));
+  EXPECT_FALSE(of_fast.is_determined);
+  EXPECT_THAT(of_fast.why_not, testing::HasSubstr("the best drift is at an end of the searched range, 500 ppm"));
+}
+
+TEST(Alignment, ComparesSamplesOfOneTimeWithTheirCounterparts) {
+  ComparedQuantity quantity = measured(0, {}, 1);
+  quantity.curve = RunCurve({0, 1, 1, 1, 2}, {0, 1, 5, 7, 9}, 1);
+  quantity.time = {0, 1, 1, 1, 2}, quantity.measured = {0, 1, 5, 7, 9};
+  double residual = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    residual_of(quantity, i, quantity.time[i], {&residual, 1});
+    EXPECT_EQ(residual, 0) << i;
+  }
+  quantity.time = {0, 0.5, 1, 1, 2};  // another number of samples: the value after the jump
+  residual_of(quantity, 2, 1, {&residual, 1});
+  EXPECT_EQ(residual, 5 - 7);
+}
+
 TEST(Alignment, IgnoresOutliers) {
   ComparedQuantity quantity = measured(0.25, {.noise = 2e-5}, 3);
   for (std::size_t i = 10; i < quantity.measured.size(); i += 450) quantity.measured[i] += 5;
@@ -206,6 +276,16 @@ TEST(Verdict, AcceptsTheRightModelAndRejectsWrongOnes) {
   EXPECT_EQ(evaluated(noisy, 0).verdict, Verdict::no);
   noisy.uncertainty.reset();
   EXPECT_EQ(evaluated(noisy, 0).verdict, Verdict::not_checked);
+}
+
+TEST(Verdict, CurvesBreakAtGaps) {
+  ComparedQuantity quantity = measured(0, {.noise = 2e-4, .dropouts = true}, 5);
+  LogComparison comparison;
+  evaluate_residuals({&quantity, 1}, {}, comparison);
+  ASSERT_EQ(comparison.curves.size(), 3u);
+  const ComparedCurve& curve = comparison.curves[1];
+  ASSERT_EQ(curve.after_gaps.size(), 2u);
+  for (const std::size_t i : curve.after_gaps) EXPECT_NEAR(curve.time[i] - curve.time[i - 1], 1.2, 1e-9);
 }
 
 TEST(Verdict, ReportsGapsDropoutsAndSpikes) {

@@ -1,4 +1,4 @@
-// Logs in three formats, mappings with frames and units, and the messages of damaged logs and wrong mappings.
+// Logs in tables, mappings with frames and units, and the messages of damaged logs and wrong mappings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,6 +85,36 @@ TEST_F(CompareFiles, TheRunsOwnExportsAgreeInAllFormats) {
   }
 }
 
+TEST_F(CompareFiles, DriftOfTheClock) {
+  std::string log = "stamp,w\n";
+  const TimeSeries run = run_series();
+  for (std::size_t k = 50; k < 950; ++k) {
+    std::ostringstream line;
+    line.precision(17);
+    line << 1e6 + (run.time[k] - run.time[50]) * (1 - 5e-5) << ',' << run.series[0].data[3 * k + 2] << "\n";
+    log += line.str();
+  }
+  const auto compare = [&](const std::string& time) {
+    const std::string mapping = "time: {column: stamp, " + time +
+                                "}\nquantities: [{run: base/angular_velocity/z, log: w, uncertainty: 1e-6}]\n";
+    return compare_log(folder_.path(), write("log.csv", log), write("map.yaml", mapping)).report;
+  };
+  const ComparisonReport found = compare("offset: found, drift: found");
+  EXPECT_TRUE(found.clock.drift_found);
+  EXPECT_NEAR(found.clock.drift, 5e-5, 2e-7);
+  EXPECT_NEAR(found.clock.offset, run.time[50] - 1e6, 1e-6);
+  EXPECT_EQ(found.clock.reference, 1e6);
+  EXPECT_EQ(found.verdict, Verdict::yes);
+  EXPECT_THAT(comparison_report_text(found),
+              testing::ContainsRegex("drift: (49.9|50)[0-9.]* ppm after log time 1000000 s"));
+  EXPECT_EQ(compare("offset: -999999, drift: 5e-5").verdict, Verdict::yes);
+  EXPECT_EQ(compare("offset: -999999, drift: 5e-5, reference: 999900").verdict, Verdict::no);
+  EXPECT_EQ(compare("offset: found").verdict, Verdict::no);
+  EXPECT_THAT(
+      errors(log, "time: {column: stamp, offset: 1, drift: found}\nquantities: [{run: kinetic_energy, log: w}]\n"),
+      HasSubstr("map.yaml:1:41: error: time.drift can only be found together with the offset"));
+}
+
 TEST_F(CompareFiles, FramesUnitsAndOrders) {
   // A gyroscope in the base, rotated by 90 deg about x there, in deg/s; orientation as x, y, z, w; a position in mm
   // from another origin; times in ms, late by 1.5 s.
@@ -132,6 +162,51 @@ quantities:
   EXPECT_EQ(report.quantities[4].verdict, Verdict::no);
   EXPECT_EQ(report.verdict, Verdict::no);
   EXPECT_THAT(comparison.residuals_csv, HasSubstr("quantity,component,unit,time [s],log time [s],residual,status\n"));
+}
+
+// A camera on the base, which turns about z, sees a marker on debris that turns about x.
+TEST_F(CompareFiles, MarkersOnMovingBodiesInMovingFrames) {
+  TimeSeries run;
+  run.phases = {"approach"};
+  run.series = {{"base/position", "m", "", {"x", "y", "z"}, {}},
+                {"base/quaternion_wxyz", "1", "", {"w", "x", "y", "z"}, {}},
+                {"targets/debris/position", "m", "", {"x", "y", "z"}, {}},
+                {"targets/debris/quaternion_wxyz", "1", "", {"w", "x", "y", "z"}, {}}};
+  std::string log = "time,x,y,z,wx,wy,wz\n";
+  for (int k = 0; k <= 200; ++k) {
+    const double t = 0.05 * k, a = 0.3 * t, b = 0.5 * t + 0.1;
+    const std::vector<std::vector<double>> values{{0.1 * t, 0.2, -0.05 * t},
+                                                  {std::cos(a / 2), 0, 0, std::sin(a / 2)},
+                                                  {2 - 0.1 * t, 0.3 * std::sin(t), 0.4},
+                                                  {std::cos(b / 2), std::sin(b / 2), 0, 0}};
+    run.time.push_back(t), run.phase.push_back(0);
+    for (std::size_t i = 0; i < 4; ++i)
+      run.series[i].data.insert(run.series[i].data.end(), values[i].begin(), values[i].end());
+    // The marker at (0.3, -0.2, 0.1) of the debris; the camera at (0.1, 0, 0.05) of the base.
+    const double x = values[2][0] + 0.3, y = values[2][1] - 0.2 * std::cos(b) - 0.1 * std::sin(b),
+                 z = values[2][2] - 0.2 * std::sin(b) + 0.1 * std::cos(b);
+    const double dx = x - values[0][0], dy = y - values[0][1], dz = z - values[0][2];
+    std::ostringstream line;
+    line.precision(17);
+    line << t << ',' << std::cos(a) * dx + std::sin(a) * dy - 0.1 << ',' << -std::sin(a) * dx + std::cos(a) * dy << ','
+         << dz - 0.05 << ',' << x - 7 << ',' << y << ',' << z << "\n";
+    log += line.str();
+  }
+  write_timeseries_hdf5(run, {"1.0", "synthetic", "abc"}, folder_.path() / "timeseries.h5");
+  const std::string mapping = R"(quantities:
+  - {name: camera, run: targets/debris/position, log: [x, y, z], frame: base, origin: [0.1, 0, 0.05],
+     marker: [0.3, -0.2, 0.1], uncertainty: 1e-6}
+  - {name: tracker, run: targets/debris/position, log: [wx, wy, wz], origin: [7, 0, 0], marker: [0.3, -0.2, 0.1]}
+  - {name: centre, run: targets/debris/position, log: [wx, wy, wz], origin: [7, 0, 0]}
+)";
+  const auto& q = compare_log(folder_.path(), write("log.csv", log), write("map.yaml", mapping)).report.quantities;
+  ASSERT_EQ(q.size(), 3u);
+  EXPECT_EQ(q[0].verdict, Verdict::yes) << q[0].reason;
+  EXPECT_LT(q[0].rms, 1e-14);
+  EXPECT_LT(q[1].rms, 1e-14);
+  EXPECT_NEAR(q[2].rms, std::sqrt(0.14 / 3), 1e-12);  // the marker's distance from the centre
+  EXPECT_THAT(errors(log, "quantities: [{run: base/quaternion_wxyz, log: [x, y, z, wx], marker: [0, 0, 1]}]\n"),
+              HasSubstr("a marker has a meaning only for the position of a body whose orientation is in the run"));
 }
 
 TEST_F(CompareFiles, ReportsAllErrorsTogether) {

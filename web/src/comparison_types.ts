@@ -57,18 +57,18 @@ export interface ComparedLog {
   file: string;
   /** SHA-256 of the log */
   sha256: string;
-  /** csv, hdf5 or mat */
+  /** csv, hdf5, mat, mcap or rosbag */
   format: string;
 }
 export const kComparedLog: FieldNote[] = [
   ["file","","name of the log, without its folder"],
   ["sha256","","SHA-256 of the log"],
-  ["format","","csv, hdf5 or mat"],
+  ["format","","csv, hdf5, mat, mcap or rosbag"],
 ];
 
 // the clock of the log.
 export interface LogClock {
-  /** time of the run minus time of the log [s] */
+  /** time of the run minus time of the log; with a drift, at `reference` [s] */
   offset: number;
   /** whether the comparison determined it */
   found: boolean;
@@ -76,12 +76,24 @@ export interface LogClock {
   uncertainty?: number;
   /** another offset that fits nearly as well; absent: none does [s] */
   other?: number;
+  /** rate of the run's time per time of the log, minus 1 [1] */
+  drift: number;
+  /** time of the log from which the drift counts [s] */
+  reference: number;
+  /** whether the comparison determined the drift */
+  drift_found: boolean;
+  /** its standard uncertainty, for uncorrelated noise; absent if it is stated [1] */
+  drift_uncertainty?: number;
 }
 export const kLogClock: FieldNote[] = [
-  ["offset","s","time of the run minus time of the log"],
+  ["offset","s","time of the run minus time of the log; with a drift, at `reference`"],
   ["found","","whether the comparison determined it"],
   ["uncertainty","s","its standard uncertainty, for uncorrelated noise; absent if it is stated"],
   ["other","s","another offset that fits nearly as well; absent: none does"],
+  ["drift","1","rate of the run's time per time of the log, minus 1"],
+  ["reference","s","time of the log from which the drift counts"],
+  ["drift_found","","whether the comparison determined the drift"],
+  ["drift_uncertainty","1","its standard uncertainty, for uncorrelated noise; absent if it is stated"],
 ];
 
 // a measured quantity against the run.

@@ -46,6 +46,7 @@ export interface ComparedCurve {
   simulated: string;
   residual: string;
   outliers: number[]; // their times
+  breaks: number[]; // indices of samples that follow a gap in the log
 }
 
 // ---- Impulses from a log ----

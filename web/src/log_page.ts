@@ -7,6 +7,7 @@ import { number, unitText } from "./format";
 import { list, num, text, withUnit } from "./page/read";
 import { absent, mark, pairs, table, type Cell } from "./page/table";
 import { themeToggle } from "./page/theme";
+import { gapped } from "./plots/gaps";
 import { svgPlot, type SvgLine } from "./plots/svg";
 import { bytesOf } from "./run";
 
@@ -69,12 +70,19 @@ function summary(data: ReportData): HTMLElement {
   const found = clock?.found
     ? `found, standard uncertainty ${withUnit(num(clock.uncertainty), "s", 3)}`
     : "as stated";
+  const ppm = (value: unknown, digits: number) => withUnit(1e6 * (num(value) ?? NaN), "ppm", digits);
+  const drift = clock?.drift_found
+    ? `${ppm(clock.drift, 4)}, found, standard uncertainty ${ppm(clock.drift_uncertainty, 3)}`
+    : num(clock?.drift)
+      ? `${ppm(clock?.drift, 4)}, as stated`
+      : "none";
   return pairs([
     ["result", verdictMark(c?.agrees)],
     ["checked", `${number(num(c?.checked))} of ${list(c?.quantities).length} quantities`],
     ["run", text(c?.run?.scenario)],
     ["log", text(c?.log?.file)],
     ["run time minus log time", `${withUnit(num(clock?.offset), "s", 7)}, ${found}`],
+    ["drift", drift],
   ]);
 }
 
@@ -139,8 +147,9 @@ function plots(q: Quantity, index: number, curves: ComparedCurve[]): HTMLElement
   return curves
     .filter((curve) => curve.quantity === index)
     .flatMap((curve, k) => {
-      const time = doubles(curve.time);
-      if (time.length < 2) return [absent("There are too few samples for a plot.")];
+      const samples = doubles(curve.time);
+      if (samples.length < 2) return [absent("There are too few samples for a plot.")];
+      const { time, values: withGaps } = gapped(samples, list(curve.breaks));
       const several = list(q.components).length > 1;
       const name = several ? `${text(q.name)} ${curve.component}` : text(q.name);
       const line = (label: string, role: string, values: Float64Array): SvgLine => ({
@@ -155,12 +164,12 @@ function plots(q: Quantity, index: number, curves: ComparedCurve[]): HTMLElement
       const unit = unitText(text(q.unit, ""));
       const pictures: HTMLElement[] = [];
       if (curve.measured !== "") {
-        const measured = line("measured", "arm 1", doubles(curve.measured));
-        const lines = [measured, line("simulated", "arm 0", doubles(curve.simulated))];
+        const measured = line("measured", "arm 1", withGaps(doubles(curve.measured)));
+        const lines = [measured, line("simulated", "arm 0", withGaps(doubles(curve.simulated)))];
         pictures.push(picture(`overlay-${id}`, `${name}: measured and simulated`, unit, time, lines));
       }
       const outliers = new Set(curve.outliers); // they would set the scale
-      const residual = doubles(curve.residual).map((value, i) => (outliers.has(time[i]) ? NaN : value));
+      const residual = withGaps(doubles(curve.residual)).map((value, i) => (outliers.has(time[i]) ? NaN : value));
       pictures.push(picture(`residual-${id}`, `${name}: residual`, unit, time, [line("residual", "system", residual)]));
       if (curve.samples < curve.of) {
         const note = `${curve.samples} of ${curve.of} samples are shown; all are in comparison.csv.`;

@@ -5,7 +5,7 @@ import { bundle } from "./bundle.mjs";
 
 let v;
 before(async () => {
-  v = await bundle(["plots/kinematics", "plots/jumps", "plots/axes", "plots/svg", "plots/csv", "format", "run", "clock"]);
+  v = await bundle(["plots/kinematics", "plots/jumps", "plots/axes", "plots/svg", "plots/gaps", "plots/csv", "format", "run", "clock"]);
 });
 
 const near = (a, b, bound) => assert.ok(Math.abs(a - b) < bound, `${a} is not ${b}`);
@@ -55,6 +55,19 @@ test("at an impact with four samples the states before and after are compared se
   // Impacts whose times differ by rounding errors are one instant; a brake is a third state.
   const late = { time: [0, 20.000000001, 20.000000001, 20.000000001, 30], values: [0, 1, 5, 7, 7] };
   assert.deepEqual([...v.difference(a, late)], [0, 0, 0, 5.5, 5.5, 5]);
+});
+
+test("lines are interrupted at gaps of the log", () => {
+  const samples = Float64Array.from([0, 1, 2, 7, 8, 20]);
+  const drawn = (breaks) => {
+    const gaps = v.gapped(samples, breaks);
+    const line = { label: "a", color: "#000000", dash: [], width: 1, time: gaps.time, values: gaps.values(samples) };
+    const svg = v.svgPlot({ id: "g", title: "", xTitle: "", yTitle: "", window: { min: 0, max: 20 }, log: false, lines: [line], phases: [], width: 760, height: 260 });
+    return svg.match(/<path d="([^"]*)"[^>]*><title>a</)[1];
+  };
+  assert.equal(drawn([]).match(/M/g).length, 1);
+  assert.equal(drawn([3, 5]).match(/M/g).length, 3);
+  assert.deepEqual([...v.gapped(samples, [3]).time], [0, 1, 2, 4.5, 7, 8, 20]);
 });
 
 test("ticks have enough digits to be distinct", () => {
