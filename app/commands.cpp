@@ -15,6 +15,7 @@
 #include "grapnel/compare/comparison_report.hpp"
 #include "grapnel/compare/impulse_report.hpp"
 #include "grapnel/compare/log_mapping.hpp"
+#include "grapnel/compare/mcap_export.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/fit/identification.hpp"
@@ -152,18 +153,21 @@ int print_schema(const SchemaOptions& options) {
   }
 }
 
-int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
+int export_result(const fs::path& folder, const ExportOptions& options) {
   std::vector<fs::path> files;
-  for (const auto& [requested, name] :
-       {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
+  for (const auto& [requested, name] : {std::pair{options.csv, "timeseries.csv"},
+                                        {options.mat, "timeseries.mat"},
+                                        {options.mcap, "timeseries.mcap"},
+                                        {options.glb, "capture.glb"}})
     if (requested) files.push_back(folder / name);
   note_results(folder);
   Terminal terminal;
   if (!may_write(files, terminal)) return kBadInput;
   try {
-    if (csv) to_stdout("{}\n", export_csv(folder).string());
-    if (mat) to_stdout("{}\n", export_mat(folder).string());
-    if (glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
+    if (options.csv) to_stdout("{}\n", export_csv(folder).string());
+    if (options.mat) to_stdout("{}\n", export_mat(folder).string());
+    if (options.mcap) to_stdout("{}\n", export_mcap(folder, GRAPNEL_VERSION).string());
+    if (options.glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
     return kDone;
   } catch (const CannotWrite& error) {
     to_stderr("grapnel: error: {}\n", error_text(error));

@@ -136,7 +136,11 @@ struct SchemaOptions {
   std::filesystem::path page;  // print this page of docs/formats with regenerated tables instead; empty: not
 };
 int print_schema(const SchemaOptions& options);
-int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
+/// The formats of grapnel export.
+struct ExportOptions {
+  bool csv = false, mat = false, glb = false, mcap = false;
+};
+int export_result(const std::filesystem::path& folder, const ExportOptions& options);
 int info(const std::filesystem::path& robot);
 
 /// Arguments of `grapnel modes`.

@@ -226,15 +226,17 @@ int program(int argc, char** argv) {
   schema_command->callback([&] { code = print_schema(schema_options); });
 
   std::string folder;
-  bool csv = false, mat = false, glb = false;
+  ExportOptions export_options;
   CLI::App* export_command = app.add_subcommand("export", "Write a result folder's time series in other formats");
   export_command->add_option("folder", folder, "Result folder of grapnel run")->required();
   auto* formats = export_command->add_option_group("formats");
-  formats->add_flag("--csv", csv, "timeseries.csv");
-  formats->add_flag("--mat", mat, "timeseries.mat for MATLAB");
-  formats->add_flag("--glb", glb, "capture.glb: an animated scene (glTF 2.0) for Blender and other viewers");
-  formats->require_option(1, 3);
-  export_command->callback([&] { code = export_result(folder, csv, mat, glb); });
+  formats->add_flag("--csv", export_options.csv, "timeseries.csv");
+  formats->add_flag("--mat", export_options.mat, "timeseries.mat for MATLAB");
+  formats->add_flag("--mcap", export_options.mcap, "timeseries.mcap for Foxglove");
+  formats->add_flag("--glb", export_options.glb,
+                    "capture.glb: an animated scene (glTF 2.0) for Blender and other viewers");
+  formats->require_option(1, 4);
+  export_command->callback([&] { code = export_result(folder, export_options); });
 
   ExportFmuOptions fmu_options;
   CLI::App* fmu_command = app.add_subcommand(

@@ -95,7 +95,7 @@ TEST_F(Surroundings, FileSizeLimitIsErrorAndSummaryIsPreserved) {
 
 TEST_F(Surroundings, FullDiskInExportIsNotBadInput) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--no-report --quiet -o r").code, 0);
-  for (const std::string format : {"--csv", "--mat", "--glb"}) {
+  for (const std::string format : {"--csv", "--mat", "--mcap", "--glb"}) {
     EXPECT_EQ(shell("ulimit -f 8; $G export r " + format + " 2>err"), 1) << format;
     EXPECT_THAT(read_text(folder_ / "err"), HasSubstr("cannot write r/")) << format;
   }

@@ -12,6 +12,7 @@
 
 #include "compare/message_files.hpp"
 #include "grapnel/compare/compare_log.hpp"
+#include "grapnel/compare/mcap_export.hpp"
 #include "grapnel/compare/measured_log.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
@@ -410,6 +411,32 @@ TimeSeries run_series() {
   add(6.0, 1), add(6.0, 1);
   for (int i = 300; i <= 1000; ++i) add(i * 0.02, 2);
   return run;
+}
+
+TEST(MessageLogs, AnExportedRunAgreesWithItselfExactly) {
+  const ScratchFolder folder;
+  write_timeseries_hdf5(run_series(), {"1.0", "synthetic", "abc"}, folder.path() / "timeseries.h5");
+  const std::filesystem::path log = export_mcap(folder.path(), "1.0");
+  EXPECT_EQ(log.filename(), "timeseries.mcap");
+  const LogComparison comparison = compare_log(folder.path(), log, {});
+  EXPECT_EQ(comparison.report.log.format, "mcap");
+  ASSERT_EQ(comparison.report.quantities.size(), 6u);
+  for (const ComparisonReport::Quantity& one : comparison.report.quantities) {
+    EXPECT_EQ(one.compared + one.missing, 1004u) << one.name;
+    EXPECT_EQ(one.missing, one.name == "joints/position" ? 101u : 0u) << one.name;
+    EXPECT_EQ(one.rms, 0) << one.name;
+  }
+  // The transforms are those of the run, on every frame.
+  std::ofstream(folder.path() / "map.yaml") << R"(time: {column: log_time}
+quantities:
+  - {run: base/position, log: "/tf.transforms[base].translation", time: timestamp, uncertainty: 1e-6}
+  - {run: base/quaternion_wxyz, log: "/tf.transforms[base].rotation", quaternion_order: xyzw, uncertainty: 1e-6}
+  - {run: "joints/position/arm.1", log: "/joints.position.arm.1", uncertainty: 1e-6}
+)";
+  const LogComparison mapped = compare_log(folder.path(), log, folder.path() / "map.yaml");
+  EXPECT_EQ(mapped.report.verdict, Verdict::yes);
+  EXPECT_EQ(mapped.report.count(Verdict::yes), 3u);
+  EXPECT_LT(mapped.report.quantities[1].rms, 1e-12);
 }
 
 TEST(MessageLogs, TopicsWithDifferentRatesAndTimes) {
