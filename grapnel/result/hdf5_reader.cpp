@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/child_reader.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/hdf5_file.hpp"
@@ -319,6 +320,8 @@ void reading(const fs::path& path, const std::function<void(ToParent&)>& send,
       session.reset();  // the child has its own
       take(child);
     });
+  } catch (const CannotWrite&) {  // of what `take` writes
+    throw;
   } catch (const std::exception& e) {
     throw std::runtime_error("cannot read " + path.string() + ": " + e.what());
   }
