@@ -137,9 +137,9 @@ void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law l
       const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
       run.schedule.refuse(
           {i}, fmt::format("{}: {}", problem.grasps[i].contact ? "a contact that does not hold" : "rebounded",
-                           cut_short ? "it is " + unfinished[n]
-                                     : fmt::format("relative speed {:.4g} m/s afterwards",
-                                                   norm(g.relative_velocity_after))));
+                           cut_short
+                               ? "it is " + unfinished[n]
+                               : fmt::format("relative speed {:.4g} m/s afterwards", norm(g.relative_velocity_after))));
     }
   }
 }

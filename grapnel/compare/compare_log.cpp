@@ -136,9 +136,9 @@ class Comparer {
   Comparer(const TimeSeries& run, const fs::path& log, const fs::path& mapping)
       : log_path_(log), mapping_path_(mapping), in_memory_(&run) {}
 
-  MeasuredQuantities read() {
+  AlignedLog read() {
     prepare();
-    MeasuredQuantities result;
+    AlignedLog result;
     describe(result.head);
     set_clock(result.head);
     result.times = times();
@@ -693,7 +693,7 @@ class Comparer {
 
 }  // namespace
 
-MeasuredQuantities read_measured_quantities(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
+AlignedLog read_aligned_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
   return Comparer(run_folder, log, mapping).read();
 }
 
@@ -715,7 +715,7 @@ const MappedTime& MappedLog::clock() const { return prepared_->comparer.clock();
 ComparisonReport::Log MappedLog::description() const { return prepared_->comparer.described_log(); }
 
 LogComparison compare_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
-  const MeasuredQuantities mapped = read_measured_quantities(run_folder, log, mapping);
+  const AlignedLog mapped = read_aligned_log(run_folder, log, mapping);
   LogComparison result;
   result.report = mapped.head;
   evaluate_residuals(mapped.quantities, mapped.times, result);

@@ -45,7 +45,7 @@ void evaluate_residuals(std::span<const ComparedQuantity> quantities, const Comp
                         LogComparison& comparison);
 
 /// The quantities of a run that a log measures. Of `head`, `version`, `run`, `log`, `clock` and `warnings` are set.
-struct MeasuredQuantities {
+struct AlignedLog {
   ComparisonReport head;
   ComparedTimes times;
   std::vector<ComparedQuantity> quantities;
@@ -53,12 +53,12 @@ struct MeasuredQuantities {
 
 /// Reads run, log and mapping, and determines the offset between the clocks. @throws InputError with all errors of the
 /// three files
-MeasuredQuantities read_measured_quantities(const std::filesystem::path& run_folder, const std::filesystem::path& log,
-                                            const std::filesystem::path& mapping);
+AlignedLog read_aligned_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,
+                            const std::filesystem::path& mapping);
 
 /// Per sample: whether the statistics use it. Its residual exists, its time of the run is within `times`, and it is not
 /// an outlier.
-std::vector<bool> compared_samples(const ComparedQuantity& quantity, double offset, const ComparedTimes& times);
+std::vector<bool> compared_samples(const ComparedQuantity& quantity, const LogClock& clock, const ComparedTimes& times);
 
 /// The chi-square per number that 99.9 % of consistent logs do not exceed, if the stated uncertainty is accurate to
 /// 10 %.

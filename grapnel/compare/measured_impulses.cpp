@@ -460,7 +460,7 @@ std::vector<ImpulseReport::Component> momentum_components(const MomentumCurve& c
 
 }  // namespace
 
-MeasuredImpulses measured_impulses(const RunModel& run, const MeasuredQuantities& log, const ImpulseOptions& options) {
+MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, const ImpulseOptions& options) {
   MeasuredImpulses result;
   ImpulseReport& report = result.report;
   report.version = log.head.version, report.scenario = log.head.run.scenario, report.sha256 = log.head.run.sha256;
@@ -527,7 +527,11 @@ MeasuredImpulses measured_impulses(const RunModel& run, const MeasuredQuantities
 
 MeasuredImpulses measured_impulses(const std::filesystem::path& run_folder, const std::filesystem::path& log,
                                    const std::filesystem::path& mapping, const ImpulseOptions& options) {
-  const MeasuredQuantities mapped = read_measured_quantities(run_folder, log, mapping);
+  AlignedLog mapped = read_aligned_log(run_folder, log, mapping);
+  const ComparisonReport::Clock& clock = mapped.head.clock;
+  for (ComparedQuantity& one : mapped.quantities) {
+    for (double& t : one.time) t += clock.drift * (t - clock.reference);
+  }
   return measured_impulses(RunModel(run_folder, options.scenario, options.overrides), mapped, options);
 }
 

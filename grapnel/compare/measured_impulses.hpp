@@ -33,6 +33,6 @@ struct MeasuredImpulses {
 MeasuredImpulses measured_impulses(const std::filesystem::path& run_folder, const std::filesystem::path& log,
                                    const std::filesystem::path& mapping, const ImpulseOptions& options);
 /// The same for quantities that have been read.
-MeasuredImpulses measured_impulses(const RunModel& run, const MeasuredQuantities& log, const ImpulseOptions& options);
+MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, const ImpulseOptions& options);
 
 }  // namespace grapnel

@@ -17,7 +17,7 @@
 namespace grapnel {
 namespace {
 
-using Kind = MessageDefinition::Kind;
+using FieldKind = MessageDefinition::Kind;
 using Shape = MessageDefinition::Shape;
 
 constexpr int kDeepestMessage = 32;
@@ -25,34 +25,34 @@ constexpr std::size_t kMostMessageTypes = 2000, kMostMessageFields = 20000;
 
 struct PrimitiveName {
   std::string_view name;
-  Kind kind;
+  FieldKind kind;
 };
 constexpr std::array<PrimitiveName, 20> kPrimitives{
-    {{"bool", Kind::boolean},      {"boolean", Kind::boolean},   {"int8", Kind::int8},
-     {"uint8", Kind::uint8},       {"byte", Kind::uint8},        {"char", Kind::uint8},
-     {"octet", Kind::uint8},       {"int16", Kind::int16},       {"uint16", Kind::uint16},
-     {"int32", Kind::int32},       {"uint32", Kind::uint32},     {"int64", Kind::int64},
-     {"uint64", Kind::uint64},     {"float32", Kind::float32},   {"float64", Kind::float64},
-     {"string", Kind::text},       {"wstring", Kind::wide_text}, {"time", Kind::time},
-     {"duration", Kind::duration}, {"double", Kind::float64}}};
+    {{"bool", FieldKind::boolean},      {"boolean", FieldKind::boolean},   {"int8", FieldKind::int8},
+     {"uint8", FieldKind::uint8},       {"byte", FieldKind::uint8},        {"char", FieldKind::uint8},
+     {"octet", FieldKind::uint8},       {"int16", FieldKind::int16},       {"uint16", FieldKind::uint16},
+     {"int32", FieldKind::int32},       {"uint32", FieldKind::uint32},     {"int64", FieldKind::int64},
+     {"uint64", FieldKind::uint64},     {"float32", FieldKind::float32},   {"float64", FieldKind::float64},
+     {"string", FieldKind::text},       {"wstring", FieldKind::wide_text}, {"time", FieldKind::time},
+     {"duration", FieldKind::duration}, {"double", FieldKind::float64}}};
 
 // Bytes of a number; 0 for texts, times and structures.
-std::size_t size_of(Kind kind) {
+std::size_t size_of(FieldKind kind) {
   switch (kind) {
-    case Kind::boolean:
-    case Kind::int8:
-    case Kind::uint8:
+    case FieldKind::boolean:
+    case FieldKind::int8:
+    case FieldKind::uint8:
       return 1;
-    case Kind::int16:
-    case Kind::uint16:
+    case FieldKind::int16:
+    case FieldKind::uint16:
       return 2;
-    case Kind::int32:
-    case Kind::uint32:
-    case Kind::float32:
+    case FieldKind::int32:
+    case FieldKind::uint32:
+    case FieldKind::float32:
       return 4;
-    case Kind::int64:
-    case Kind::uint64:
-    case Kind::float64:
+    case FieldKind::int64:
+    case FieldKind::uint64:
+    case FieldKind::float64:
       return 8;
     default:
       return 0;
@@ -135,19 +135,19 @@ T as_number(std::uint64_t raw) {
   return std::bit_cast<T>(static_cast<Raw>(raw));
 }
 
-double number_of(Kind kind, std::uint64_t raw) {
+double number_of(FieldKind kind, std::uint64_t raw) {
   switch (kind) {
-    case Kind::int8:
+    case FieldKind::int8:
       return static_cast<std::int8_t>(raw);
-    case Kind::int16:
+    case FieldKind::int16:
       return static_cast<std::int16_t>(raw);
-    case Kind::int32:
+    case FieldKind::int32:
       return static_cast<std::int32_t>(raw);
-    case Kind::int64:
+    case FieldKind::int64:
       return static_cast<double>(static_cast<std::int64_t>(raw));
-    case Kind::float32:
+    case FieldKind::float32:
       return static_cast<double>(as_number<float>(raw));
-    case Kind::float64:
+    case FieldKind::float64:
       return as_number<double>(raw);
     default:
       return static_cast<double>(raw);
@@ -176,7 +176,7 @@ class MessageDecoder {
         else if (const auto behind = path_behind(path.substr(path[0] == '.' ? 1 : 0), field.name))
           inside.push_back(*behind);
       }
-      const bool is_text = texts_ && !paths.empty() && field.kind == Kind::text;
+      const bool is_text = texts_ && !paths.empty() && field.kind == FieldKind::text;
       if (inside.empty() && !is_text)
         pass(field, depth);
       else
@@ -195,7 +195,7 @@ class MessageDecoder {
     if (field.shape == Shape::single) return 1;
     const std::size_t least = std::max<std::size_t>(size_of(field.kind), 1);
     const std::size_t count = field.shape == Shape::fixed ? field.count : static_cast<std::size_t>(wire_.raw(4));
-    if (count > wire_.left() / least && !(field.kind == Kind::structure && count <= budget_))
+    if (count > wire_.left() / least && !(field.kind == FieldKind::structure && count <= budget_))
       throw std::runtime_error(fmt::format("{} elements of {} exceed it", count, in_quotes(field.name)));
     return count;
   }
@@ -209,7 +209,7 @@ class MessageDecoder {
     }
     for (std::size_t i = 0; i < count; ++i) {
       spend();
-      if (field.kind == Kind::structure)
+      if (field.kind == FieldKind::structure)
         structure(field.type, {}, depth + 1);
       else
         single(field, {}, depth);
@@ -234,17 +234,18 @@ class MessageDecoder {
 
   MessageValue single(const MessageDefinition::Field& field, const Paths& paths, int depth) {
     switch (field.kind) {
-      case Kind::structure:
+      case FieldKind::structure:
         return structure(field.type, paths, depth + 1);
-      case Kind::text:
+      case FieldKind::text:
         return std::string(wire_.text());
-      case Kind::wide_text:
+      case FieldKind::wide_text:
         throw std::runtime_error(fmt::format("field {} is a wstring, which is not supported", in_quotes(field.name)));
-      case Kind::time:
-      case Kind::duration: {  // in ROS 1, times are unsigned
-        const bool has_sign = wire_.is_cdr() || field.kind == Kind::duration;
-        const double seconds = number_of(has_sign ? Kind::int32 : Kind::uint32, wire_.raw(4));
-        const double part = number_of(field.kind == Kind::duration ? Kind::int32 : Kind::uint32, wire_.raw(4));
+      case FieldKind::time:
+      case FieldKind::duration: {  // in ROS 1, times are unsigned
+        const bool has_sign = wire_.is_cdr() || field.kind == FieldKind::duration;
+        const double seconds = number_of(has_sign ? FieldKind::int32 : FieldKind::uint32, wire_.raw(4));
+        const double part =
+            number_of(field.kind == FieldKind::duration ? FieldKind::int32 : FieldKind::uint32, wire_.raw(4));
         return {{"sec", seconds}, {"nsec", part}};
       }
       default:
@@ -299,11 +300,11 @@ std::optional<std::size_t> add_definition(const std::vector<MessageDefinition::T
   std::optional<std::size_t> all = 0;
   for (const MessageDefinition::Field& field : types[type].fields) {
     const std::string name = joined(path, field.name);
-    if (field.kind == Kind::text || field.kind == Kind::wide_text) {
+    if (field.kind == FieldKind::text || field.kind == FieldKind::wide_text) {
       all.reset();
       continue;
     }
-    const bool is_structure = field.kind == Kind::structure, is_array = field.shape != Shape::single;
+    const bool is_structure = field.kind == FieldKind::structure, is_array = field.shape != Shape::single;
     const auto width = list.add(name, [&]() -> std::optional<std::size_t> {
       std::optional<std::size_t> one = 1;
       if (is_structure) one = add_definition(types, field.type, is_array ? name + "[]" : name, depth + 1, list);
@@ -509,7 +510,7 @@ void MessageDefinition::add_line(std::string_view line) {
 void MessageDefinition::resolve() {
   for (const char* name : {"builtin_interfaces/Time", "builtin_interfaces/Duration"}) {
     types_.push_back({name, {}});
-    for (const auto& [part, kind] : {std::pair{"sec", Kind::int32}, {"nanosec", Kind::uint32}})
+    for (const auto& [part, kind] : {std::pair{"sec", FieldKind::int32}, {"nanosec", FieldKind::uint32}})
       types_.back().fields.push_back({part, kind, 0, {}, Shape::single, 0});
   }
   std::size_t fields = 0;
@@ -517,7 +518,7 @@ void MessageDefinition::resolve() {
     const std::string package = type.name.substr(0, type.name.find('/') + 1);
     for (Field& field : type.fields) {
       if (++fields > kMostMessageFields) throw std::runtime_error("the definition has too many fields");
-      if (field.kind != Kind::structure) continue;
+      if (field.kind != FieldKind::structure) continue;
       const std::string& name = field.type_name;
       const bool is_full = name.find('/') != std::string::npos;
       const std::string header = name == "Header" ? "std_msgs/Header" : name;

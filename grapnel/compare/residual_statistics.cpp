@@ -314,9 +314,10 @@ double chi_square_bound(double numbers) {
   return root * root * root * (1 + kAccuracy) * (1 + kAccuracy);
 }
 
-std::vector<bool> compared_samples(const ComparedQuantity& quantity, double offset, const ComparedTimes& times) {
+std::vector<bool> compared_samples(const ComparedQuantity& quantity, const LogClock& clock,
+                                   const ComparedTimes& times) {
   ComparisonReport::Quantity ignored;
-  Residuals r = residuals_of(quantity, offset, times, ignored);
+  Residuals r = residuals_of(quantity, clock, times, ignored);
   find_outliers(quantity, r, ignored);
   std::vector<bool> used(quantity.samples(), false);
   for (std::size_t i = 0; i < r.size(); ++i) used[r.sample[i]] = !r.is_outlier[i];

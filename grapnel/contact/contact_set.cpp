@@ -255,7 +255,8 @@ bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double
   const double change = touching ? std::abs(end.gap - begin.gap) : norm(end.between - begin.between);
   const double travel = std::max(std::max(begin.speed, end.speed) * duration, change);
   if (begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > kFaster * travel + prescribed_travel) return false;
-  if (prescribed_travel > 0 || !begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing)) return true;
+  if (prescribed_travel > 0 || !begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing))
+    return true;
   if (!(begin.margin > kGrazing || begin.rate > 0)) return true;
   const double mean = (end.margin - begin.margin) / duration;
   const double acceleration =

@@ -180,7 +180,7 @@ class Statistics {
 
   // Compares as `grapnel compare` does, free biases removed.
   void compare(std::size_t i, LogEstimate& log) {
-    Quantities quantities = with_drift(*runs_[i], log.clock);
+    Quantities quantities = *runs_[i];
     const auto white = white_residuals(*runs_[i], log.clock, fitter_.selections()[i]);
     const std::vector<MeanOf> means = means_of(quantities, fitter_.selections()[i]);
     for (std::size_t k = 0; k < means.size() && white; ++k) {
@@ -193,9 +193,12 @@ class Statistics {
     for (ComparedQuantity& quantity : quantities) {
       if (quantity.bias_uncertainty && !std::isfinite(*quantity.bias_uncertainty)) quantity.bias_uncertainty.reset();
     }
-    log.comparison.report.clock.offset = log.clock.offset;
-    log.comparison.report.clock.found = problem_.logs[fitter_.logs()[i]].fits_offset;
-    evaluate_residuals(quantities, problem_.logs[fitter_.logs()[i]].times, log.comparison);
+    const FittedLog& fitted = problem_.logs[fitter_.logs()[i]];
+    ComparisonReport::Clock& clock = log.comparison.report.clock;
+    clock.offset = log.clock.offset, clock.found = fitted.fits_offset;
+    clock.drift = log.clock.drift, clock.drift_found = fitted.fits_drift;
+    if (clock.drift != 0 || fitted.fits_drift) clock.reference = log.clock.reference;
+    evaluate_residuals(quantities, fitted.times, log.comparison);
   }
 
   std::optional<double> deviation(Eigen::Index variable) const {

@@ -58,7 +58,7 @@ FittedLogsReport::Log log_of(const Identification& identification, const LogFit&
   const FittedLog& fitted = identification.problem.logs[i];
   report.clock = {one.clock.offset, one.offset_uncertainty,
                   fitted.fits_drift ? std::optional(one.clock.drift) : std::nullopt, one.drift_uncertainty,
-                  one.clock.middle};
+                  one.clock.reference};
   report.biases = one.biases;
   if (one.left_out || !one.why_not_left_out.empty())
     report.left_out = {one.left_out ? std::optional(chi_of(*one.left_out)) : std::nullopt, one.left_out_values,
@@ -243,11 +243,11 @@ template <>
 struct Described<FittedLogsReport::Clock> {
   using T = FittedLogsReport::Clock;
   static constexpr Field fields[] = {
-      field<&T::offset>("offset", "s", "time of the run minus time of the log, at `middle`"),
+      field<&T::offset>("offset", "s", "time of the run minus time of the log, at `reference`"),
       field<&T::offset_uncertainty>("offset_uncertainty", "s", "its standard uncertainty; absent: it is stated"),
       field<&T::drift>("drift", "1", "rate of the difference; absent: it is not fitted"),
       field<&T::drift_uncertainty>("drift_uncertainty", "1", "its standard uncertainty"),
-      field<&T::middle>("middle", "s", "middle of the log, in its time"),
+      field<&T::reference>("reference", "s", "time of the log from which the drift counts"),
   };
   static constexpr Type type = structure<T>("FittedClock", "the clock of a log.", fields);
 };

@@ -50,7 +50,7 @@ struct FittedLogsReport {
   struct Clock {
     double offset = 0;
     std::optional<double> offset_uncertainty, drift, drift_uncertainty;
-    double middle = 0;
+    double reference = 0;
   };
   struct LeftOut {
     std::optional<Chi> chi_square;

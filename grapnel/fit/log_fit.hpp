@@ -41,7 +41,9 @@ struct FittedLog {
   double offset = 0;                                  ///< run time minus log time [s]
   bool fits_offset = false;                           ///< `offset` is not used
   std::optional<std::array<double, 2>> offset_range;  ///< of the search [s]; empty: half of the shorter record overlaps
-  bool fits_drift = false;                            ///< the clock of the log has a constant rate error
+  double drift = 0;                                   ///< as in LogClock [1]
+  bool fits_drift = false;                            ///< `drift` is not used
+  std::optional<double> reference = {};               ///< as in LogClock [s]; empty: the middle of the log
 };
 
 struct FitSettings {
@@ -60,12 +62,6 @@ struct LogFitProblem {
 
 /// Thrown by simulations when a stop is requested; not a std::exception, so that it is not a failed run.
 struct FitStopped {};
-
-/// The clock of a log: run time = t + offset + drift (t - middle), t: log time, middle: of the log's samples.
-struct LogClock {
-  double offset = 0, drift = 0, middle = 0;
-  double at(double time) const { return time + offset + drift * (time - middle); }
-};
 
 enum class ParameterStatus {
   identified,

@@ -71,8 +71,8 @@ std::vector<LogClock> LogFitter::clocks_of(const Eigen::VectorXd& x) const {
   std::vector<LogClock> clocks;
   for (std::size_t i = 0; i < logs_.size(); ++i) {
     const auto [offset, drift] = clock_variables_[i];
-    clocks.push_back(
-        {offset < 0 ? problem_.logs[logs_[i]].offset : x[offset], drift < 0 ? 0.0 : x[drift], middles_[i]});
+    clocks.push_back({offset < 0 ? problem_.logs[logs_[i]].offset : x[offset],
+                      drift < 0 ? problem_.logs[logs_[i]].drift : x[drift], middles_[i]});
   }
   return clocks;
 }
@@ -311,8 +311,7 @@ bool LogFitter::find_other_clocks(const RunsOfLogs& runs_of_logs, Solution& solu
   for (std::size_t i = 0; i < logs_.size(); ++i) {
     const FittedLog& log = problem_.logs[logs_[i]];
     if (!log.fits_offset) continue;
-    LogClock other = first_clock(log, with_drift(*runs_of_logs[i], clocks[i]));
-    other.drift = clocks[i].drift, other.middle = clocks[i].middle;
+    const LogClock other = first_clock(log, *runs_of_logs[i], clocks[i].drift);
     const auto now = white_residuals(*runs_of_logs[i], clocks[i], selections_[i]);
     const auto then = white_residuals(*runs_of_logs[i], other, selections_[i]);
     if (!now || !then || !(then->white.squaredNorm() < now->white.squaredNorm() - kClearlyBetter)) continue;
@@ -333,8 +332,9 @@ std::optional<LogFitter::Solution> LogFitter::search(const Eigen::VectorXd& star
   }
   std::vector<LogClock> clocks;
   for (std::size_t i = 0; i < logs_.size(); ++i) {
-    clocks.push_back(first_clock(problem_.logs[logs_[i]], *now[i]));
-    middles_[i] = clocks[i].middle;
+    const FittedLog& log = problem_.logs[logs_[i]];
+    clocks.push_back(first_clock(log, *now[i], log.fits_drift ? 0 : log.drift));
+    middles_[i] = clocks[i].reference;
   }
   set_clocks(clocks, solution.x);
   const bool has_drift = std::any_of(clock_variables_.begin(), clock_variables_.end(),

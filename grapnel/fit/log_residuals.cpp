@@ -60,25 +60,17 @@ WhiteResiduals whitened(const Quantities& quantities, const Selection& selection
 
 }  // namespace
 
-Quantities with_drift(Quantities quantities, const LogClock& clock) {
-  for (ComparedQuantity& quantity : quantities) {
-    for (double& t : quantity.time) t += clock.drift * (t - clock.middle);
-  }
-  return quantities;
-}
-
 Selection selected_samples(const FittedLog& log, const Quantities& quantities, const LogClock& clock) {
-  const Quantities timed = with_drift(quantities, clock);
   Selection selection;
-  for (const ComparedQuantity& quantity : timed) {
+  for (const ComparedQuantity& quantity : quantities) {
     std::vector<bool> used(quantity.samples(), false);
-    if (quantity.uncertainty) used = compared_samples(quantity, clock.offset, log.times);
+    if (quantity.uncertainty) used = compared_samples(quantity, clock, log.times);
     if (log.fits_offset || log.fits_drift) {
       const double near = usual_interval(quantity.time);
       std::vector<double> edges = quantity.curve.jumps();
       edges.push_back(quantity.curve.begin()), edges.push_back(quantity.curve.end());
       for (std::size_t i = 0; i < used.size(); ++i) {
-        const double time = quantity.time[i] + clock.offset;
+        const double time = clock.run_time(quantity.time[i]);
         for (const double edge : edges) used[i] = used[i] && std::abs(time - edge) > near;
       }
     }
@@ -87,8 +79,8 @@ Selection selected_samples(const FittedLog& log, const Quantities& quantities, c
   return selection;
 }
 
-LogClock first_clock(const FittedLog& log, const Quantities& quantities) {
-  LogClock clock{log.offset, 0, 0};
+LogClock first_clock(const FittedLog& log, const Quantities& quantities, double drift) {
+  LogClock clock{log.offset, drift, 0};
   double first = std::numeric_limits<double>::infinity(), last = -first;
   std::vector<const ComparedQuantity*> aligned;
   for (const ComparedQuantity& one : quantities) {
@@ -96,19 +88,18 @@ LogClock first_clock(const FittedLog& log, const Quantities& quantities) {
     first = std::min(first, one.time.front()), last = std::max(last, one.time.back());
     if (one.aligns && one.uncertainty) aligned.push_back(&one);
   }
-  clock.middle = (first + last) / 2;
+  clock.reference = log.reference.value_or((first + last) / 2);
   if (!log.fits_offset || aligned.empty()) return clock;
   const OffsetRange possible = possible_offsets(aligned);
-  clock.offset =
-      find_offset(aligned, log.offset_range ? OffsetRange{(*log.offset_range)[0], (*log.offset_range)[1]} : possible)
-          .offset;
+  const OffsetRange range = log.offset_range ? OffsetRange{(*log.offset_range)[0], (*log.offset_range)[1]} : possible;
+  clock.offset = find_offset(aligned, range, {clock.drift, clock.reference, {}}).offset;
   return clock;
 }
 
 std::optional<WhiteResiduals> white_residuals(const Quantities& quantities, const LogClock& clock,
                                               const Selection& selection) {
   WhiteResiduals result = whitened(quantities, selection, [&](const ComparedQuantity& q, std::size_t i, auto out) {
-    residual_of(q, i, std::clamp(clock.at(q.time[i]), q.curve.begin(), q.curve.end()), out);
+    residual_of(q, i, std::clamp(clock.run_time(q.time[i]), q.curve.begin(), q.curve.end()), out);
   });
   if (!result.white.allFinite()) return std::nullopt;
   return result;
@@ -118,12 +109,12 @@ WhiteResiduals clock_derivative(const Quantities& quantities, const LogClock& cl
                                 bool by_drift) {
   std::array<double, kMostComponents> before{};
   return whitened(quantities, selection, [&](const ComparedQuantity& q, std::size_t i, std::span<double> out) {
-    const double time = clock.at(q.time[i]), step = kTimeStep * (q.curve.end() - q.curve.begin());
+    const double time = clock.run_time(q.time[i]), step = kTimeStep * (q.curve.end() - q.curve.begin());
     residual_of(q, i, time - step, {before.data(), out.size()});
     residual_of(q, i, time + step, out);
     for (std::size_t c = 0; c < out.size(); ++c) {
       const double rate = (out[c] - before[c]) / (2 * step);
-      out[c] = std::isfinite(rate) ? rate * (by_drift ? q.time[i] - clock.middle : 1) : 0;
+      out[c] = std::isfinite(rate) ? rate * (by_drift ? q.time[i] - clock.reference : 1) : 0;
     }
   });
 }

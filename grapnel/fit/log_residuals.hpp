@@ -16,15 +16,12 @@ using Quantities = std::vector<ComparedQuantity>;
 /// Per quantity and sample: whether the fit uses it.
 using Selection = std::vector<std::vector<bool>>;
 
-/// The quantities with their times in the clock of the run minus its offset.
-Quantities with_drift(Quantities quantities, const LogClock& clock);
-
 /// The samples that compare uses, of quantities with an uncertainty. With a fitted clock, samples within one interval
 /// of a jump or of an end of the run are left out, since the fit could move them to the other side.
 Selection selected_samples(const FittedLog& log, const Quantities& quantities, const LogClock& clock);
 
-/// A clock to begin with.
-LogClock first_clock(const FittedLog& log, const Quantities& quantities);
+/// A clock to begin with, of this drift.
+LogClock first_clock(const FittedLog& log, const Quantities& quantities, double drift);
 
 /// Residuals of selected samples, or derivatives of them.
 struct WhiteResiduals {
@@ -36,7 +33,7 @@ struct WhiteResiduals {
 /// search may continue; the selection at the end omits it. Empty if a selected sample has no residual.
 std::optional<WhiteResiduals> white_residuals(const Quantities& quantities, const LogClock& clock,
                                               const Selection& selection);
-/// Their derivative by the time of the run, times 1, or with `by_drift` times log time - middle.
+/// Their derivative by the time of the run, times 1, or with `by_drift` times log time - reference.
 WhiteResiduals clock_derivative(const Quantities& quantities, const LogClock& clock, const Selection& selection,
                                 bool by_drift);
 

@@ -39,7 +39,6 @@ struct ParameterFile {
 };
 struct LogFile {
   std::string log, map, name;
-  bool drift = false;
   std::vector<std::string> free_bias;
 };
 struct FitSearchFile {
@@ -94,7 +93,6 @@ struct Described<LogFile> {
       key<std::string>("set", "", "Values of the scenario in this experiment, by path, such as initial states.")
           .as("values by path")
           .by_default("{}"),
-      field<&T::drift>("drift", "Whether the clock of the log has an unknown constant rate error."),
       field<&T::free_bias>("free_bias", "Names of quantities with an unknown bias of each component.").optional(),
   });
   static constexpr Type type = structure<T>("identification_log", "", fields);
@@ -475,7 +473,9 @@ class IdentificationReader {
     if (const double* stated = std::get_if<double>(&clock.offset)) log.offset = *stated;
     log.fits_offset = std::holds_alternative<SearchedOffset>(clock.offset);
     log.offset_range = clock.search;
-    log.fits_drift = file_.logs[i].drift;
+    if (const double* stated = std::get_if<double>(&clock.drift)) log.drift = *stated;
+    log.fits_drift = std::holds_alternative<SearchedDrift>(clock.drift);
+    log.reference = clock.reference;
   }
 
   std::filesystem::path path_;

@@ -41,7 +41,8 @@ StepRates rates_in_step(const JointTrajectory& trajectory, double t, double dura
 
 }  // namespace
 
-// Poses at the end of a step => per body: the farthest point of a contact's shape that its joint moves, from its origin.
+// Poses at the end of a step => per body: the farthest point of a contact's shape that its joint moves, from its
+// origin.
 void PhaseDynamics::measure_arms() {
   std::fill(arms_.begin(), arms_.end(), 0.0);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
@@ -66,7 +67,8 @@ double PhaseDynamics::prescribed_travel(double t, double duration) {
     ++explained;
     const Body& body = model_.bodies()[model_.joints()[j]];
     const bool slides = body.description.joint.type == JointType::prismatic;
-    const bool reacts = model_.bodies()[body.root].description.joint.type == JointType::free && body.root != setup_.held_root;
+    const bool reacts =
+        model_.bodies()[body.root].description.joint.type == JointType::free && body.root != setup_.held_root;
     const double arm = slides ? 1 : arms_[model_.joints()[j]];
     if (arm == 0) continue;
     const StepRates rates = rates_in_step(drive.trajectory, t, duration);

@@ -404,14 +404,14 @@ class PhaseDynamics {
     std::string row;
   };
   std::optional<LoopFailure> loop_failure_;
-  std::vector<double> loaded_;  // scratch of project() and recover(): q and v before
+  std::vector<double> loaded_;   // scratch of project() and recover(): q and v before
   std::vector<double> reaches_;  // per body, of the shapes of its contacts: ContactSet::reach_of()
   std::vector<double> arms_;     // per body, of what its joint moves: measure_arms()
-  bool placed_ = false;         // whether recover() left the joint transforms of now_ in the workspace
-  bool has_dampers_ = false;    // at joints with springs
-  bool has_friction_ = false;   // in a joint that is not prescribed
-  bool only_contacts_ = false;  // no external effects but contacts
-  bool has_external_ = false;   // gravity, an orbit, loads, contacts, slips, attitude control, a held or fixed root
+  bool placed_ = false;          // whether recover() left the joint transforms of now_ in the workspace
+  bool has_dampers_ = false;     // at joints with springs
+  bool has_friction_ = false;    // in a joint that is not prescribed
+  bool only_contacts_ = false;   // no external effects but contacts
+  bool has_external_ = false;    // gravity, an orbit, loads, contacts, slips, attitude control, a held or fixed root
 };
 
 }  // namespace grapnel

@@ -43,7 +43,8 @@ NoiseSignal::NoiseSignal(const TrackingNoise& noise, std::uint32_t joint) {
 
 double NoiseSignal::rate_change(double duration) const {
   double rate = 0, acceleration = 0;
-  for (const Tone& tone : tones_) rate += tone.angular_frequency, acceleration += tone.angular_frequency * tone.angular_frequency;
+  for (const Tone& tone : tones_)
+    rate += tone.angular_frequency, acceleration += tone.angular_frequency * tone.angular_frequency;
   return amplitude_ * std::min(2 * rate, acceleration * duration);
 }
 

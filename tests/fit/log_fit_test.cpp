@@ -27,7 +27,7 @@ TEST(LogFit, FindsClocksToATenthOfAMillisecond) {
   problem.settings.starts = 3;
   const LogFit fit = fit_logs(problem, {});
   EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
-  EXPECT_NEAR(fit.logs[0].clock.offset + fit.logs[0].clock.drift * (kEnd / 2 - fit.logs[0].clock.middle - 0.2371),
+  EXPECT_NEAR(fit.logs[0].clock.offset + fit.logs[0].clock.drift * (kEnd / 2 - fit.logs[0].clock.reference - 0.2371),
               sensors.offset, 1e-4);                          // measured 2e-5
   EXPECT_NEAR(fit.logs[0].clock.drift, sensors.drift, 5e-5);  // measured 8e-6
   EXPECT_LT(*fit.logs[0].offset_uncertainty, 1e-4);           // measured 2.5e-5

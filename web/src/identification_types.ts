@@ -241,7 +241,7 @@ export const kIdentifiedLog: FieldNote[] = [
 
 // the clock of a log.
 export interface FittedClock {
-  /** time of the run minus time of the log, at `middle` [s] */
+  /** time of the run minus time of the log, at `reference` [s] */
   offset: number;
   /** its standard uncertainty; absent: it is stated [s] */
   offset_uncertainty?: number;
@@ -249,15 +249,15 @@ export interface FittedClock {
   drift?: number;
   /** its standard uncertainty [1] */
   drift_uncertainty?: number;
-  /** middle of the log, in its time [s] */
-  middle: number;
+  /** time of the log from which the drift counts [s] */
+  reference: number;
 }
 export const kFittedClock: FieldNote[] = [
-  ["offset","s","time of the run minus time of the log, at `middle`"],
+  ["offset","s","time of the run minus time of the log, at `reference`"],
   ["offset_uncertainty","s","its standard uncertainty; absent: it is stated"],
   ["drift","1","rate of the difference; absent: it is not fitted"],
   ["drift_uncertainty","1","its standard uncertainty"],
-  ["middle","s","middle of the log, in its time"],
+  ["reference","s","time of the log from which the drift counts"],
 ];
 
 // an estimated bias.
