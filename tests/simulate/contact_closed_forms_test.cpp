@@ -146,5 +146,56 @@ TEST(ContactClosedForms, AWedgeLocksItselfBelowTheFrictionAngle) {
   EXPECT_LT(std::abs(opened.seat_force(10)), 1e-3 * kClosing);
 }
 
+// ---- A finger slides out and back as prescribed, within one step ----
+
+constexpr double kReach = 0.1, kBall = 0.05;
+
+// A light finger on a heavy base, with `gap` between its ball and a free one. After a rest of 1 s, its position is
+// kReach (1 - x^2)^2 with -1 <= x <= 1 in 0.2 s: its rate and acceleration are zero at both ends.
+struct Finger {
+  Finger(double gap, JointType base) : s({hard_body("base", 1e9, kUnit, base), finger(), hard_ball("ball", 1, kBall)}) {
+    s.shape(1, sphere_of(kBall)), s.shape(2, sphere_of(kBall));
+    s.pair(1, 2, linear_law(1e4));
+    s.place(2, {2 * kBall + gap, 0, 0});
+    JointDrive drive;
+    drive.control = JointControl::prescribed;
+    drive.trajectory.segments = {{0, 1, ChebyshevSegment{{0}}},
+                                 {1, 1.2, ChebyshevSegment{{0.375 * kReach, 0, -0.5 * kReach, 0, 0.125 * kReach}}},
+                                 {1.2, 2, ChebyshevSegment{{0}}}};
+    s.setup.drives = {drive};
+  }
+  static BodyDescription finger() {
+    return hard_body("finger", 1e-12, Symmetric3d::diagonal(1e-15, 1e-15, 1e-15), JointType::prismatic, "base");
+  }
+  HardScene s;
+};
+
+TEST(ContactClosedForms, APrescribedFingerMeetsABallWithinAStep) {
+  for (const JointType base : {JointType::free, JointType::fixed}) {
+    Finger near(0.9 * kReach, base);
+    const PhaseOutcome end = near.s.run(2);
+    ASSERT_TRUE(end.finished) << end.failure;
+    EXPECT_EQ(near.s.history().touches, 1);
+    EXPECT_GT(near.s.twist(end.end_state, 2).linear[0], 0.1);
+
+    Finger far(1.1 * kReach, base);
+    ASSERT_TRUE(far.s.run(2).finished);
+    EXPECT_EQ(far.s.history().touches, 0);
+  }
+}
+
+// Steps in which the finger cannot reach the ball need no search, so watching it costs no evaluation.
+TEST(ContactClosedForms, APrescribedFingerIsNotSearchedFarFromTheBall) {
+  Finger scene(50 * kReach, JointType::free);
+  const PhaseOutcome watched = scene.s.run(2);
+  ASSERT_TRUE(watched.finished) << watched.failure;
+  Finger alone(50 * kReach, JointType::free);
+  alone.s.pairs.clear();
+  const PhaseOutcome end = alone.s.run(2);
+  ASSERT_TRUE(end.finished) << end.failure;
+  EXPECT_GT(end.rhs_evaluations, 30);
+  EXPECT_LE(watched.rhs_evaluations, end.rhs_evaluations + 3);
+}
+
 }  // namespace contact_closed_forms_test
 }  // namespace grapnel::testing
