@@ -224,6 +224,7 @@ ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kin
   if (!apart) {
     at.gap = at.is_smooth ? at.margin : level + pair.contact.overlap(a.X_WB, b.X_WB);
     at.speed = at.is_smooth ? std::abs(at.rate) : pair.contact.overlap_speed(a, b);
+    if (!touching) at.speed = std::max(at.speed, pair.contact.speed_bound(a, b));  // deep: few points are in contact
   }
   return at;
 }

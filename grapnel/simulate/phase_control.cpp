@@ -206,6 +206,7 @@ void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
   const PhaseIntegrals so_far = integrals(y);
   setup_.sensors->read({t, now_, so_far, motor_, friction_, this}, seen);
   now_ = std::move(seen);
+  placed_ = false;
 }
 
 // Time and y => at a sample time: sensor readings and a new command of all laws, handed to the clock, which delays it

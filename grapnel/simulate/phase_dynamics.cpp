@@ -86,7 +86,6 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   if (setup_.contacts) wrenches_.reserve(steady_wrenches_ + setup_.contacts->most_wrenches());
   for (std::size_t i = 0; setup_.contacts && i < model.bodies().size(); ++i)
     reaches_.push_back(setup_.contacts->reach_of(static_cast<int>(i)));
-  arms_.resize(reaches_.size());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
     law_vdot_.resize(model.velocities());

@@ -207,9 +207,9 @@ class PhaseDynamics {
   double switch_margin(double t, std::span<const double> y);
   /// Begins a step in y at t: from now on switch_margin() watches all contacts.
   void begin_step(double t, std::span<const double> y);
-  /// Ends a step of this duration in y at t, in which the next one begins. Returns whether modes may change in it; for
-  /// times in it, switch_margin() is that of the contacts that may change (ContactSet::end_step). Always if other modes
-  /// than those of contacts can change. Motions of prescribed joints are bounded by their trajectories.
+  /// Ends a step of this duration, negative backwards, in y at t, in which the next one begins. Returns whether modes
+  /// may change in it; for times in it, switch_margin() is that of the contacts that may change (ContactSet::end_step).
+  /// Always if other modes than those of contacts can change. Trajectories bound the motions of prescribed joints.
   bool end_step(double t, std::span<const double> y, double duration);
   /// ContactSet::may_part().
   bool may_part(double duration) const { return setup_.contacts && setup_.contacts->may_part(duration); }
@@ -328,7 +328,7 @@ class PhaseDynamics {
   void load(double t, std::span<const double> y);
   void load_integrated(double t, std::span<const double> y);
   void place_bodies_now();
-  void measure_arms();
+  double arm_of(int joint_body, bool reacts) const;
   double prescribed_travel(double t, double duration);
   void recover(double t);
   void follow(double t);
@@ -406,7 +406,6 @@ class PhaseDynamics {
   std::optional<LoopFailure> loop_failure_;
   std::vector<double> loaded_;   // scratch of project() and recover(): q and v before
   std::vector<double> reaches_;  // per body, of the shapes of its contacts: ContactSet::reach_of()
-  std::vector<double> arms_;     // per body, of what its joint moves: measure_arms()
   bool placed_ = false;          // whether recover() left the joint transforms of now_ in the workspace
   bool has_dampers_ = false;     // at joints with springs
   bool has_friction_ = false;    // in a joint that is not prescribed

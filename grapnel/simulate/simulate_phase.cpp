@@ -222,7 +222,7 @@ class PhaseRun {
       }
       // Velocities inside of an accepted step do not exceed those at its ends by more than ContactSet::kFaster: it is
       // shorter than half a period of any vibration that exceeds its tolerance.
-      const double duration = std::abs(stepper_.time() - stepper_.previous_time());
+      const double duration = stepper_.time() - stepper_.previous_time();
       if (dynamics_.switches() && dynamics_.end_step(stepper_.time(), stepper_.state(), duration)) {
         const auto g = [&](double t, std::span<const double> y) { return dynamics_.switch_margin(t, y); };
         switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);

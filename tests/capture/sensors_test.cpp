@@ -197,6 +197,31 @@ TEST(Sensors, LawsUseReadings) {
   EXPECT_NEAR(apart, -5, 0.1);
 }
 
+// Computed torque takes inertias at the measured coordinates, whether velocities of roots are recovered from momenta or
+// integrated: the first leaves joint transforms of the true coordinates in the workspace.
+TEST(Sensors, ComputedTorqueTakesInertiasAtReadings) {
+  CaptureProblem p = sampled(1);
+  p.post_impact.reset();
+  p.robot.wheels.clear(), p.wheel_rate.clear();
+  p.approach->base_control.reset();
+  p.approach->duration = 20;
+  p.robot.end_effectors[0].envelope->position = 2;
+  TrackingSetup& tracking = p.approach->tracking;
+  tracking.mode = JointControl::computed_torque;
+  tracking.kp.assign(7, 4), tracking.kd.assign(7, 4);
+  p.sensors.emplace();
+  p.sensors->joints.emplace();
+  p.sensors->joints->bias.assign(7, 0.3);
+  const CaptureResult recovered = simulate_capture(p);
+  p.integration.root_velocity = IntegrationSetup::RootVelocity::integrated;
+  const CaptureResult integrated = simulate_capture(p);
+  const std::size_t last = recovered.series.time.size() - 1;
+  ASSERT_EQ(integrated.series.time.size() - 1, last);
+  const Posed a = pose_at(recovered, "base", last), b = pose_at(integrated, "base", last);
+  EXPECT_LT(norm(a.p - b.p), 1e-7);
+  EXPECT_LT(rotation_angle(transpose(a.R) * b.R), 1e-7);
+}
+
 // --- Estimates ---
 
 CaptureProblem estimated(const TargetEstimate& error) {

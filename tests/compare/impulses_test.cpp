@@ -331,7 +331,7 @@ TEST(Impulses, ForcesOfACompliantContact) {
   EXPECT_EQ(without.verdict, Verdict::yes) << without.reason;
   const ImpulseReport::Contact contact =
       measured_impulses(model, made_log(run, sensors, 1, 1, true), at_contact()).report.contacts[0];
-  EXPECT_NEAR(*contact.end, kContact + model.contacts()[0].end - model.contacts()[0].time, 1e-12);
+  EXPECT_NEAR(contact.end, kContact + model.contacts()[0].end - model.contacts()[0].time, 1e-12);
   EXPECT_EQ(contact.rows, without.rows + 12);
   EXPECT_EQ(contact.verdict, Verdict::yes) << contact.reason;
   for (std::size_t g = 0; g < 2; ++g) {

@@ -186,10 +186,10 @@ TEST(ContactClosedForms, APrescribedFingerMeetsABallWithinAStep) {
 
 // Steps in which the finger cannot reach the ball need no search, so watching it costs no evaluation.
 TEST(ContactClosedForms, APrescribedFingerIsNotSearchedFarFromTheBall) {
-  Finger scene(50 * kReach, JointType::free);
+  Finger scene(50 * kReach, JointType::fixed);
   const PhaseOutcome watched = scene.s.run(2);
   ASSERT_TRUE(watched.finished) << watched.failure;
-  Finger alone(50 * kReach, JointType::free);
+  Finger alone(50 * kReach, JointType::fixed);
   alone.s.pairs.clear();
   const PhaseOutcome end = alone.s.run(2);
   ASSERT_TRUE(end.finished) << end.failure;
