@@ -374,11 +374,24 @@ class OffsetSearch {
       if (is_near(std::abs(best.drift), most, kFinestStep / half_))
         return fmt::format("the best drift is at an end of the searched range, {:.4g} ppm", 1e6 * best.drift);
     }
-    if (!(found.uncertainty < 0.1 * length))
-      return "the quantities change at a constant rate or too little, so that an offset has the effect of a bias";
+    double run = 0;  // its length
+    for (const SearchedQuantity& one : parts_) {
+      const RunCurve& curve = one.quantity().curve;
+      run = std::max(run, curve.end() - curve.begin());
+    }
+    constexpr double kMuchLonger = 20;
+    const std::string_view units = 2 * half_ > kMuchLonger * run ? "; is the unit of the log's times right?" : "";
+    if (!(found.uncertainty < 0.1 * run))
+      return fmt::format(
+          "no offset fits clearly better than others, as where quantities change at a constant rate, or "
+          "too little{}",
+          units);
     if (is_near(best.offset, range_.from, kFinestStep) || is_near(best.offset, range_.to, kFinestStep))
       return fmt::format("the best offset is at an end of the searched range, {:.6g} to {:.6g} s", range_.from,
                          range_.to);
+    if (!(found.uncertainty < 0.1 * length))
+      return fmt::format("its standard uncertainty of {:.3g} s exceeds a tenth of the searched range",
+                         found.uncertainty);
     return {};
   }
 

@@ -311,8 +311,9 @@ class Comparer {
   std::optional<LogColumn> column_named(const std::string& name, const Mark& mark) {
     const auto found = find_column(log_->datasets, name);
     if (!found) {
-      faults_.add(mark, fmt::format("the log has no column {}{}", in_quotes(name),
-                                    suggestion(name, log_names(), "its columns")));
+      const std::string damage = log_->warnings.empty() ? "" : "; " + log_->warnings.front();
+      faults_.add(mark, fmt::format("the log has no column {}{}{}", in_quotes(name),
+                                    suggestion(name, log_names(), "its columns"), damage));
       return std::nullopt;
     }
     const LogDataset& dataset = log_->datasets[found->dataset];

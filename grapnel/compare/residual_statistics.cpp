@@ -183,7 +183,8 @@ std::pair<double, std::size_t> largest_bias(const ComparedQuantity& quantity,
 
 void judge(const ComparedQuantity& quantity, ComparisonReport::Quantity& report) {
   if (report.compared == 0) {
-    report.reason = "no sample of the log is at a time of the run";
+    report.reason = report.missing == report.samples ? "all samples of the log are missing"
+                                                     : "no sample of the log is at a time of the run";
     return;
   }
   if (!quantity.uncertainty) {
@@ -288,6 +289,9 @@ ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, const LogC
 void add_warnings(const ComparisonReport::Quantity& q, std::vector<std::string>& warnings) {
   const std::string name = printable_line(q.name);
   if (q.missing > 0) warnings.push_back(fmt::format("{}: {} of {} samples are missing", name, q.missing, q.samples));
+  if (q.compared > 0 && q.outside > q.compared)
+    warnings.push_back(fmt::format("{}: {} of {} samples are outside of the run or of the stated times; {} compared",
+                                   name, q.outside, q.samples, q.compared));
   if (q.gaps > 0)
     warnings.push_back(fmt::format("{}: {}, the longest of {:.4g} s at t = {:.6g} s", name, counted(q.gaps, "gap"),
                                    *q.longest_gap, *q.longest_gap_time));
