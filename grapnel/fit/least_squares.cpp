@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "grapnel/spatial/decompositions.hpp"
@@ -14,6 +15,8 @@ constexpr double kLeastDamping = 1e-12, kMostDamping = 1e12;
 constexpr double kRelativeReduction = 1e-9;
 constexpr double kAccepted = 1e-3;  // actual per promised reduction
 constexpr std::size_t kTrials = 25;
+constexpr Eigen::Index kPassesPerVariable = 8;  // of the active set
+constexpr double kRounding = 1e-10;             // of gradients
 
 // One search.
 class Search {
@@ -56,13 +59,16 @@ class Search {
         const Eigen::VectorXd full = projected_step(normal, gradient);
         damping_ = damping;
         const double most = -(2 * gradient.dot(full) + full.dot(normal * full));
-        at_.converged = !(most > std::max(kStopReduction, kRelativeReduction * at_.cost));
+        const double least = std::max(kStopReduction, kRelativeReduction * at_.cost);
+        at_.converged = std::abs(most) <= least;
         if (at_.converged) return true;
-        damping_ = kLeastDamping;
-        continue;
+        if (most > least) {
+          damping_ = kLeastDamping;
+          continue;
+        }
       }
       if (!(step.norm() > 0)) return false;
-      const Eigen::VectorXd x = at_.x + step;
+      const Eigen::VectorXd x = after(step);
       const auto residuals = problem_.residuals(x);
       const double reduction = residuals ? at_.cost - residuals->squaredNorm() : -1;
       if (residuals && reduction > kAccepted * promised && promised > 0) {
@@ -78,8 +84,20 @@ class Search {
     return false;
   }
 
-  // (26.5) over the variables that no bound holds; those whose steps pass a bound stop there, and the others are
-  // solved again.
+  // Exactly at a bound where the step ends there.
+  Eigen::VectorXd after(const Eigen::VectorXd& step) const {
+    Eigen::VectorXd x = at_.x + step;
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+      if (step[k] <= problem_.lower[k] - at_.x[k]) x[k] = problem_.lower[k];
+      if (step[k] >= problem_.upper[k] - at_.x[k]) x[k] = problem_.upper[k];
+    }
+    return x;
+  }
+
+  // The minimum of the model of (26.5) between the bounds by an active set: from zero the step moves towards the
+  // minimum over the free variables until one of them reaches its bound and is held there. At such a minimum, the held
+  // variable whose gradient points most strongly inwards is released. Each move reduces the model, and so promises a
+  // reduction.
   Eigen::VectorXd projected_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient) const {
     const Eigen::Index n = at_.x.size();
     Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
@@ -89,25 +107,58 @@ class Search {
                            (at_.x[k] >= problem_.upper[k] && gradient[k] < 0) || !(scale_[k] > 0);
       if (!is_held) free.push_back(k);
     }
-    while (!free.empty()) {
-      const Eigen::VectorXd target = -(gradient + normal * step);
-      const Eigen::VectorXd inner = solved(normal, target, free);
-      std::vector<Eigen::Index> inside;
-      for (std::size_t i = 0; i < free.size(); ++i) {
-        const Eigen::Index k = free[i];
-        const double to = at_.x[k] + inner[static_cast<Eigen::Index>(i)];
-        if (to < problem_.lower[k] || to > problem_.upper[k])
-          step[k] = (to < problem_.lower[k] ? problem_.lower[k] : problem_.upper[k]) - at_.x[k];
-        else
-          inside.push_back(k);
-      }
-      if (inside.size() == free.size()) {
-        for (std::size_t i = 0; i < free.size(); ++i) step[free[i]] = inner[static_cast<Eigen::Index>(i)];
-        break;
-      }
-      free = std::move(inside);
+    for (Eigen::Index pass = 0; pass < kPassesPerVariable * n; ++pass) {
+      if (!move_to_bound(normal, gradient, step, free)) continue;
+      const std::optional<Eigen::Index> released = wrongly_held(normal, gradient, step, free);
+      if (!released) break;
+      free.insert(std::lower_bound(free.begin(), free.end(), *released), *released);
     }
     return step;
+  }
+
+  // Moves towards the minimum over the free variables. Returns false if one of them reached its bound and is free no
+  // more.
+  bool move_to_bound(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, Eigen::VectorXd& step,
+                     std::vector<Eigen::Index>& free) const {
+    if (free.empty()) return true;
+    Eigen::VectorXd held = step;
+    for (const Eigen::Index k : free) held[k] = 0;
+    const Eigen::VectorXd inner = solved(normal, -(gradient + normal * held), free);
+    double share = 1;
+    std::optional<std::size_t> first;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const Eigen::Index k = free[i];
+      const double to = inner[static_cast<Eigen::Index>(i)], low = problem_.lower[k] - at_.x[k],
+                   high = problem_.upper[k] - at_.x[k];
+      if (to >= low && to <= high) continue;
+      const double reached = std::clamp(((to < low ? low : high) - step[k]) / (to - step[k]), 0.0, 1.0);
+      if (!first || reached < share) share = reached, first = i;
+    }
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const Eigen::Index k = free[i];
+      const double to = inner[static_cast<Eigen::Index>(i)];
+      step[k] = first ? step[k] + share * (to - step[k]) : to;
+      if (first == i) step[k] = (to < 0 ? problem_.lower[k] : problem_.upper[k]) - at_.x[k];
+    }
+    if (!first) return true;
+    free.erase(free.begin() + static_cast<std::ptrdiff_t>(*first));
+    return false;
+  }
+
+  std::optional<Eigen::Index> wrongly_held(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
+                                           const Eigen::VectorXd& step, const std::vector<Eigen::Index>& free) const {
+    const Eigen::VectorXd slope = gradient + normal * step + damping_ * scale_.cwiseProduct(step);
+    const Eigen::VectorXd rounding = kRounding * (gradient.cwiseAbs() + (normal * step).cwiseAbs());
+    std::optional<Eigen::Index> worst;
+    double most = 0;
+    for (Eigen::Index k = 0; k < step.size(); ++k) {
+      if (!(scale_[k] > 0) || !(problem_.upper[k] > problem_.lower[k])) continue;
+      if (std::binary_search(free.begin(), free.end(), k)) continue;
+      const bool is_low = step[k] <= problem_.lower[k] - at_.x[k];
+      const double inwards = (is_low ? -slope[k] : slope[k]) - rounding[k], size = inwards / std::sqrt(scale_[k]);
+      if (inwards > 0 && size > most) most = size, worst = k;
+    }
+    return worst;
   }
 
   // In variables scaled to a unit diagonal.

@@ -29,9 +29,9 @@ struct LeastSquaresResult {
   bool converged = false;
 };
 
-/// Searches from a point with residuals. Each iteration solves (26.5) for the variables that are not held by a bound;
-/// steps are projected onto the bounds. The search ends when the linear model promises a reduction below
-/// kStopReduction, or below 1e-9 of the cost. Empty if the start cannot be evaluated.
+/// Searches from a point with residuals. Each iteration minimizes the model of (26.5) between the bounds. The search
+/// ends when the linear model promises a reduction below kStopReduction, or below 1e-9 of the cost. Empty if the start
+/// cannot be evaluated.
 std::optional<LeastSquaresResult> minimize_squares(const LeastSquares& problem, const Eigen::VectorXd& start,
                                                    std::size_t most_iterations);
 
