@@ -90,6 +90,10 @@ Ending fit_and_write(const Identification& identification, const fs::path& folde
                               identification_text(report), folder.string(),
                               no_page.empty() ? "" : fmt::format("no pages: {}\n", no_page)));
   }
+  if (fit.stopped_validating) {
+    listener.remark(identification.file + ": stopped during the cross-validation; the fit is complete");
+    return Ending::interrupted;
+  }
   return fit.agrees == Verdict::no ? Ending::failed : Ending::done;
 }
 

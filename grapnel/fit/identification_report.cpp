@@ -124,14 +124,15 @@ std::string combination_text(const FittedLogsReport::Direction& direction) {
 
 std::string minima_text(const FittedLogsReport& report) {
   if (report.minima.size() < 2) return {};
-  std::string text = "\nlocal minima, by chi-square:\n";
+  std::string text = "\nlocal minima, the best first:\n";
   TextTable table;
-  std::vector<std::string> head{"chi-square", "starts"};
+  std::vector<std::string> head{"chi-square", "numbers", "starts"};
   for (const FittedLogsReport::Parameter& p : report.parameters) head.push_back(printable_line(p.name));
   table.row(std::move(head));
   for (std::size_t k = 0; k < std::min(report.minima.size(), kShownMinima); ++k) {
     const FittedLogsReport::Minimum& one = report.minima[k];
-    std::vector<std::string> cells{small_number(one.chi_square), std::to_string(one.starts)};
+    std::vector<std::string> cells{small_number(one.chi_square), fmt::format("{:.0f}", one.numbers),
+                                   std::to_string(one.starts)};
     for (const double value : one.values) cells.push_back(short_number(value));
     table.row(std::move(cells));
   }
@@ -232,6 +233,7 @@ struct Described<FittedLogsReport::Minimum> {
   using T = FittedLogsReport::Minimum;
   static constexpr Field fields[] = {
       field<&T::chi_square>("chi_square", "1", "sum of the squares of the weighted residuals"),
+      field<&T::numbers>("numbers", "1", "number of independent residuals and priors in it"),
       field<&T::starts>("starts", "1", "number of searches that ended there"),
       field<&T::converged>("converged", "whether the search met its stop rule"),
       field<&T::values>("values", "as `unit`", "values in the order of `parameters`"),
@@ -348,7 +350,7 @@ FittedLogsReport identification_report(const Identification& identification, con
       report.combinations.back().weights.push_back({problem.parameters[k].name, one.direction[k]});
   }
   for (const LocalMinimum& one : fit.minima)
-    report.minima.push_back({one.chi_square, one.starts, one.converged, one.values});
+    report.minima.push_back({one.chi_square, one.numbers, one.starts, one.converged, one.values});
   report.failed_starts = fit.failed_starts, report.runs = fit.runs, report.failed_runs = fit.failed_runs;
   for (std::size_t i = 0; i < fit.logs.size(); ++i) report.logs.push_back(log_of(identification, fit, i));
   report.warnings = fit.warnings;

@@ -42,7 +42,7 @@ struct FittedLogsReport {
     std::vector<Weight> weights;
   };
   struct Minimum {
-    double chi_square = 0;
+    double chi_square = 0, numbers = 0;
     std::size_t starts = 0;
     bool converged = false;
     std::vector<double> values;

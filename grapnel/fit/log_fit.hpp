@@ -112,6 +112,7 @@ struct LogEstimate {
 struct LocalMinimum {
   std::vector<double> values;
   double chi_square = 0;
+  double numbers = 0;      ///< independent residuals and priors in it; each search selects its own samples
   std::size_t starts = 0;  ///< that ended here
   bool converged = false;
 };
@@ -121,11 +122,13 @@ struct FitEvaluation {
   std::size_t start = 0;
   std::vector<double> values;
   std::optional<double> chi_square;  ///< empty: a run failed
+  double numbers = 0;                ///< independent residuals and priors in it
   std::string reason;                ///< why
 };
 
 struct LogFit {
-  bool stopped = false;  ///< on request: only `evaluations` and `best` are set
+  bool stopped = false;             ///< on request: only `evaluations` and `best` are set
+  bool stopped_validating = false;  ///< on request after the fit: some logs have no `left_out`
   std::vector<double> best;
   std::string failure;  ///< no start could be simulated
   bool converged = false;

@@ -264,14 +264,20 @@ std::optional<Derivatives> LogFitter::derivatives(const Eigen::VectorXd& x, bool
 
 // ---- Searches ----
 
-void LogFitter::select(const RunsOfLogs& runs_of_logs, const std::vector<LogClock>& clocks) {
+bool LogFitter::select(const RunsOfLogs& runs_of_logs, const std::vector<LogClock>& clocks) {
   selections_.clear();
-  for (std::size_t i = 0; i < logs_.size(); ++i)
+  numbers_ = 0;
+  for (std::size_t i = 0; i < logs_.size(); ++i) {
     selections_.push_back(selected_samples(problem_.logs[logs_[i]], *runs_of_logs[i], clocks[i]));
+    numbers_ += independent_numbers(*runs_of_logs[i], selections_.back());
+  }
+  const bool has_samples = numbers_ > 0;
+  numbers_ += static_cast<double>(priors());
+  return has_samples;
 }
 
 void LogFitter::record(std::size_t number, const Eigen::VectorXd& x, const std::optional<double>& cost) {
-  evaluations.push_back({number, values_of(x), cost, cost ? std::string() : failure_});
+  evaluations.push_back({number, values_of(x), cost, cost ? numbers_ : 0, cost ? std::string() : failure_});
   if (options_.progress) options_.progress(number, evaluations.size());
 }
 
@@ -324,7 +330,7 @@ bool LogFitter::find_other_clocks(const RunsOfLogs& runs_of_logs, Solution& solu
 
 std::optional<LogFitter::Solution> LogFitter::search(const Eigen::VectorXd& start, std::size_t number) {
   steps_.resize(0);
-  Solution solution{start, 0, false};
+  Solution solution{start, 0, false, 0};
   RunsOfLogs now = run(solution.x);
   if (std::any_of(now.begin(), now.end(), [](const auto& one) { return !one; })) {
     record(number, start, std::nullopt);
@@ -340,7 +346,11 @@ std::optional<LogFitter::Solution> LogFitter::search(const Eigen::VectorXd& star
   const bool has_drift = std::any_of(clock_variables_.begin(), clock_variables_.end(),
                                      [](const auto& variables) { return variables.second >= 0; });
   for (std::size_t round = 0; round < kRounds; ++round) {
-    select(now, clocks_of(solution.x));
+    if (!select(now, clocks_of(solution.x))) {
+      failure_ = "the run and the logs have no common samples";
+      record(number, start, std::nullopt);
+      return std::nullopt;
+    }
     if (round == 0) {
       const auto first = stacked(now, solution.x);
       record(number, start, first ? std::optional(first->white.squaredNorm()) : std::nullopt);
@@ -349,7 +359,7 @@ std::optional<LogFitter::Solution> LogFitter::search(const Eigen::VectorXd& star
     const auto result = minimize_squares(problem_of(number), solution.x, problem_.settings.iterations);
     drifts_are_held_ = false;
     if (!result) return std::nullopt;
-    solution = {result->x, result->cost, result->converged};
+    solution = {result->x, result->cost, result->converged, numbers_};
     now = run(solution.x);
     const std::vector<Selection> before = selections_;
     const bool is_other = round == 0 && find_other_clocks(now, solution);
@@ -367,7 +377,7 @@ std::optional<LogFitter::Solution> LogFitter::search_selected(const Eigen::Vecto
   selections_ = std::move(selections);
   const auto result = minimize_squares(problem_of(0), x, problem_.settings.iterations);
   if (!result) return std::nullopt;
-  return Solution{result->x, result->cost, result->converged};
+  return Solution{result->x, result->cost, result->converged, numbers_};
 }
 
 std::optional<LogFitter::Solution> LogFitter::fit_clocks(const Eigen::VectorXd& x) {
@@ -390,7 +400,7 @@ std::optional<LogFitter::Solution> LogFitter::fit_clocks(const Eigen::VectorXd& 
   };
   const auto result = minimize_squares(squares, x, problem_.settings.iterations);
   if (!result) return std::nullopt;
-  return Solution{result->x, result->cost, result->converged};
+  return Solution{result->x, result->cost, result->converged, numbers_};
 }
 
 }  // namespace grapnel

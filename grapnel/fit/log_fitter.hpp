@@ -55,9 +55,11 @@ class LogFitter {
     Eigen::VectorXd x;
     double cost = 0;
     bool converged = false;
+    double numbers = 0;  // independent residuals and priors in the cost
   };
   /// Searches from scaled parameters: the samples are selected and the clocks found, then the sum of squares is
-  /// minimized, until the selection remains. Empty: the start cannot be simulated, or not with the selection.
+  /// minimized, until the selection remains. Empty: the start cannot be simulated, or not with the selection, or no
+  /// sample is selected.
   std::optional<Solution> search(const Eigen::VectorXd& start, std::size_t number);
   /// The same with given samples and clocks.
   std::optional<Solution> search_selected(const Eigen::VectorXd& x, std::vector<Selection> selections);
@@ -82,7 +84,8 @@ class LogFitter {
  private:
   std::vector<RunsOfLogs> run_all(const std::vector<Eigen::VectorXd>& points);
   std::optional<StackedResiduals> stacked(const RunsOfLogs& runs, const Eigen::VectorXd& x) const;
-  void select(const RunsOfLogs& runs, const std::vector<LogClock>& clocks);
+  // Returns whether there is any sample.
+  bool select(const RunsOfLogs& runs, const std::vector<LogClock>& clocks);
   void set_clocks(const std::vector<LogClock>& clocks, Eigen::VectorXd& x) const;
   bool find_other_clocks(const RunsOfLogs& runs, Solution& solution);
   LeastSquares problem_of(std::size_t number);
@@ -98,6 +101,7 @@ class LogFitter {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> clock_variables_;  // per position in logs_
   Eigen::Index size_ = 0;                                               // of x
   std::vector<Selection> selections_;
+  double numbers_ = 0;  // of the selection and the priors
   std::vector<double> middles_;
   Eigen::VectorXd steps_;         // of differences; they shrink where the residuals curve
   bool drifts_are_held_ = false;  // in the first search, which finds the offsets

@@ -65,7 +65,7 @@ TEST(LeastSquares, HoldsOnlyTheVariablesThatReachTheirBoundsFirst) {
     const auto found = minimize_squares(problem, of({start, 0.5}), 100);
     ASSERT_TRUE(found && found->converged);
     EXPECT_EQ(found->x[0], 1);
-    EXPECT_NEAR(found->x[1], 0.25, 1e-4);  // measured 5e-6
+    EXPECT_NEAR(found->x[1], 0.25, 1e-4);
   }
 }
 

@@ -5,15 +5,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include "fit/joint_experiment.hpp"
 #include "grapnel/fit/log_fit.hpp"
+#include "grapnel/fit/log_fitter.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace log_fit_test {
 
 using namespace joint_experiment;
+using Quantities = joint_experiment::Quantities;
 
 TEST(LogFit, IntervalsContainTheTruthInNinetyFivePercentOfDraws) { check_draws(test::repetitions(64)); }
 
@@ -153,6 +157,54 @@ TEST(LogFit, ListsLocalMinima) {
   EXPECT_EQ(fit.agrees, Verdict::yes);
   EXPECT_GE(fit.minima.size(), 3u);
   EXPECT_LT(fit.minima[0].chi_square, 0.1 * fit.minima[1].chi_square);
+}
+
+// Runs of some parameters end early: with few samples, or before the first sample.
+TEST(LogFit, PrefersRunsWithTheSamplesOfTheLog) {
+  for (const double end : {0.3, 0.005}) {
+    const Quantities log = measured({}, {}, 7);
+    LogFitProblem problem = problem_of(log);
+    problem.logs[0].simulate = [log, end](std::span<const double> v, const std::stop_token&) {
+      Quantities now = log;
+      for (std::size_t which = 0; which < 2; ++which) {
+        now[which].curve = curve_of(three(v), which);
+        if (v[0] < 3.2) continue;
+        std::vector<double> time, values;
+        for (int k = 0; k <= 20; ++k) time.push_back(end * k / 20), values.push_back(Joint{}.state(time.back())[which]);
+        now[which].curve = {time, values, 1};
+      }
+      return now;
+    };
+    problem.settings.starts = 5;
+    const LogFit fit = fit_logs(problem, {});
+    EXPECT_NEAR(fit.best[0], 2, 0.05);
+    EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+    ASSERT_FALSE(fit.minima.empty());
+    EXPECT_EQ(fit.minima[0].values, fit.best);
+    EXPECT_GT(fit.minima[0].numbers, 400);
+    if (end < 0.01) {
+      EXPECT_GT(fit.failed_starts, 0u);
+    } else {
+      EXPECT_LT(fit.minima.back().numbers, 20);
+      EXPECT_LT(fit.minima.back().chi_square, 0.1 * fit.minima[0].chi_square);
+    }
+  }
+}
+
+TEST(LogFit, AStopDuringTheCrossValidationKeepsTheFit) {
+  LogFitProblem problem = problem_of(measured({}, {}, 9));
+  problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
+  std::stop_source stop;
+  FitOptions options{.stop = stop.get_token()};
+  options.progress = [&](std::size_t start, std::size_t) {
+    if (start == 0) stop.request_stop();
+  };
+  const LogFit fit = fit_logs(problem, options);
+  EXPECT_FALSE(fit.stopped);
+  EXPECT_TRUE(fit.stopped_validating);
+  EXPECT_EQ(fit.agrees, Verdict::yes);
+  EXPECT_EQ(fit.logs[1].why_not_left_out, "stopped");
+  EXPECT_FALSE(fit_logs(problem, {}).stopped_validating);
 }
 
 TEST(LogFit, ComparesALogThatIsLeftOut) {

@@ -186,6 +186,8 @@ export const kCombinationWeight: FieldNote[] = [
 export interface LocalMinimum {
   /** sum of the squares of the weighted residuals [1] */
   chi_square: number;
+  /** number of independent residuals and priors in it [1] */
+  numbers: number;
   /** number of searches that ended there [1] */
   starts: number;
   /** whether the search met its stop rule */
@@ -195,6 +197,7 @@ export interface LocalMinimum {
 }
 export const kLocalMinimum: FieldNote[] = [
   ["chi_square","1","sum of the squares of the weighted residuals"],
+  ["numbers","1","number of independent residuals and priors in it"],
   ["starts","1","number of searches that ended there"],
   ["converged","","whether the search met its stop rule"],
   ["values","as `unit`","values in the order of `parameters`"],
