@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "grapnel/fit/log_fitter.hpp"
@@ -191,7 +192,9 @@ class Statistics {
         quantity.measured[s] -= white->means[static_cast<Eigen::Index>(k)];
     }
     for (ComparedQuantity& quantity : quantities) {
-      if (quantity.bias_uncertainty && !std::isfinite(*quantity.bias_uncertainty)) quantity.bias_uncertainty.reset();
+      if (std::isfinite(quantity.bias_uncertainty.value_or(0))) continue;
+      // The free bias of an orientation remains in its residuals. It is at most half a turn.
+      quantity.bias_uncertainty = quantity.is_orientation ? std::optional(std::numbers::pi) : std::nullopt;
     }
     const FittedLog& fitted = problem_.logs[fitter_.logs()[i]];
     ComparisonReport::Clock& clock = log.comparison.report.clock;

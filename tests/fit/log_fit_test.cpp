@@ -191,6 +191,40 @@ TEST(LogFit, PrefersRunsWithTheSamplesOfTheLog) {
   }
 }
 
+TEST(LogFit, AcceptsTheFreeBiasOfAnOrientation) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const double s = 2e-3, bias = 0.05;
+  Quantities log = measured({}, {}, 3);
+  ComparedQuantity& q = log[0];
+  const auto turned = [](const Joint& joint) {
+    std::vector<double> time, values;
+    for (int k = 0; k <= 1200; ++k) {
+      time.push_back(0.01 * k);
+      const double half = joint.state(time.back())[0] / 2;
+      for (const double x : {std::cos(half), 0.0, 0.0, std::sin(half)}) values.push_back(x);
+    }
+    return RunCurve(time, values, 4);
+  };
+  q.curve = turned({}), q.is_orientation = true, q.components = {"x", "y", "z"};
+  q.uncertainty = s, q.bias_uncertainty = std::numeric_limits<double>::infinity(), q.measured.clear();
+  for (const double t : q.time) {
+    const double half = (Joint{}.state(t)[0] + bias + s * normal(random)) / 2, a = s / 2 * normal(random),
+                 b = s / 2 * normal(random), c = std::cos(half), d = std::sin(half), norm = std::hypot(1, a, b);
+    for (const double x : {c, a * c + b * d, b * c - a * d, d}) q.measured.push_back(x / norm);
+  }
+  LogFitProblem problem = problem_of(log);
+  problem.logs[0].simulate = [log, turned](std::span<const double> v, const std::stop_token&) {
+    Quantities now = log;
+    now[0].curve = turned(three(v)), now[1].curve = curve_of(three(v), 1);
+    return now;
+  };
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+  ASSERT_EQ(fit.logs[0].biases.size(), 3u);
+  EXPECT_NEAR(fit.logs[0].biases[2].value, bias, 5 * fit.logs[0].biases[2].uncertainty);
+}
+
 TEST(LogFit, AStopDuringTheCrossValidationKeepsTheFit) {
   LogFitProblem problem = problem_of(measured({}, {}, 9));
   problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
