@@ -98,24 +98,25 @@ void LogFitter::set_selection(std::vector<Selection> selections, std::vector<dou
 // ---- Runs ----
 
 // In parallel over points and logs.
-std::vector<RunsOfLogs> LogFitter::run_all(const std::vector<Eigen::VectorXd>& points) {
+void LogFitter::run_all(const std::vector<Eigen::VectorXd>& points, const TakeRun& take) {
   std::vector<std::vector<double>> values;
   for (const Eigen::VectorXd& x : points) values.push_back(values_of(x));
-  std::vector<RunsOfLogs> all(points.size(), RunsOfLogs(logs_.size()));
   std::vector<std::string> failures(points.size() * logs_.size());
   PoolOptions pool{.threads = options_.threads, .stop = options_.stop};
   std::mutex mutex;
   bool stopped = false;
-  run_jobs(points.size() * logs_.size(), pool, {}, [&](std::size_t job, const RowSink&, const std::stop_token& stop) {
+  run_jobs(failures.size(), pool, {}, [&](std::size_t job, const RowSink&, const std::stop_token& stop) {
     const std::size_t point = job / logs_.size(), log = job % logs_.size();
+    std::shared_ptr<const Quantities> simulated;
     try {
-      all[point][log] = std::make_shared<const Quantities>(problem_.logs[logs_[log]].simulate(values[point], stop));
+      simulated = std::make_shared<const Quantities>(problem_.logs[logs_[log]].simulate(values[point], stop));
     } catch (const FitStopped&) {
       const std::lock_guard lock(mutex);
       stopped = true;
     } catch (const std::exception& error) {
       failures[job] = error_text(error);
     }
+    if (simulated) take(point, log, std::move(simulated));
   });
   if (stopped || options_.stop.stop_requested()) throw FitStopped{};
   runs += failures.size();
@@ -124,13 +125,14 @@ std::vector<RunsOfLogs> LogFitter::run_all(const std::vector<Eigen::VectorXd>& p
     ++failed_runs;
     failure_ = failure;
   }
-  return all;
 }
 
 RunsOfLogs LogFitter::run(const Eigen::VectorXd& x) {
   std::vector<double> values = values_of(x);
   if (run_.empty() || values != run_values_) {
-    run_ = std::move(run_all({x}).front());
+    RunsOfLogs now(logs_.size());
+    run_all({x}, [&](std::size_t, std::size_t log, std::shared_ptr<const Quantities> one) { now[log] = one; });
+    run_ = std::move(now);
     run_values_ = std::move(values);
   }
   return run_;
@@ -138,20 +140,24 @@ RunsOfLogs LogFitter::run(const Eigen::VectorXd& x) {
 
 std::optional<StackedResiduals> LogFitter::stacked(const RunsOfLogs& runs_of_logs, const Eigen::VectorXd& x) const {
   const std::vector<LogClock> clocks = clocks_of(x);
-  std::vector<WhiteResiduals> parts;
-  Eigen::Index white = 0, means = 0;
+  PartsOfLogs parts(logs_.size());
   for (std::size_t i = 0; i < logs_.size(); ++i) {
-    if (!runs_of_logs[i]) return std::nullopt;
-    auto one = white_residuals(*runs_of_logs[i], clocks[i], selections_[i]);
+    if (runs_of_logs[i]) parts[i] = white_residuals(*runs_of_logs[i], clocks[i], selections_[i]);
+  }
+  return stacked(parts, x);
+}
+
+std::optional<StackedResiduals> LogFitter::stacked(const PartsOfLogs& parts, const Eigen::VectorXd& x) const {
+  Eigen::Index white = 0, means = 0;
+  for (const std::optional<WhiteResiduals>& one : parts) {
     if (!one) return std::nullopt;
     white += one->white.size(), means += one->means.size();
-    parts.push_back(std::move(*one));
   }
   StackedResiduals all{Eigen::VectorXd(white + static_cast<Eigen::Index>(priors())), Eigen::VectorXd(means)};
   white = means = 0;
-  for (const WhiteResiduals& one : parts) {
-    all.white.segment(white, one.white.size()) = one.white, white += one.white.size();
-    all.means.segment(means, one.means.size()) = one.means, means += one.means.size();
+  for (const std::optional<WhiteResiduals>& one : parts) {
+    all.white.segment(white, one->white.size()) = one->white, white += one->white.size();
+    all.means.segment(means, one->means.size()) = one->means, means += one->means.size();
   }
   const std::vector<double> values = values_of(x);
   for (std::size_t k = 0; k < parameters(); ++k) {
@@ -177,10 +183,9 @@ Eigen::VectorXd LogFitter::first_steps(const Eigen::VectorXd& x) const {
   return steps;
 }
 
-// Central differences; beside a bound one-sided ones. `curvature`: per parameter the second difference per first
-// difference; infinite if a run failed.
+// Central differences, with unequal steps beside a bound; at a bound one-sided ones.
 std::optional<Derivatives> LogFitter::differences(const Eigen::VectorXd& x, const Eigen::VectorXd& steps,
-                                                  const StackedResiduals& here, Eigen::VectorXd& curvature) {
+                                                  const StackedResiduals& here, std::vector<Difference>& formed) {
   std::vector<Eigen::VectorXd> points;
   for (Eigen::Index k = 0; k < steps.size(); ++k) {
     for (const double sign : {-1.0, 1.0}) {
@@ -188,27 +193,40 @@ std::optional<Derivatives> LogFitter::differences(const Eigen::VectorXd& x, cons
       points.back()[k] = std::clamp(x[k] + sign * steps[k], 0.0, 1.0);
     }
   }
-  const std::vector<RunsOfLogs> all = run_all(points);
+  // Only the residuals of the runs remain.
+  const std::vector<LogClock> clocks = clocks_of(x);
+  std::vector<PartsOfLogs> all(points.size(), PartsOfLogs(logs_.size()));
+  run_all(points, [&](std::size_t point, std::size_t log, std::shared_ptr<const Quantities> one) {
+    all[point][log] = white_residuals(*one, clocks[log], selections_[log]);
+  });
   Derivatives d{Eigen::MatrixXd::Zero(here.white.size(), size_), Eigen::MatrixXd::Zero(here.means.size(), size_), {}};
-  curvature = Eigen::VectorXd::Zero(steps.size());
+  formed.assign(static_cast<std::size_t>(steps.size()), {});
   bool complete = true;
   for (Eigen::Index k = 0; k < steps.size(); ++k) {
     const std::size_t low = 2 * static_cast<std::size_t>(k), high = low + 1;
     const auto before = stacked(all[low], points[low]), after = stacked(all[high], points[high]);
-    const StackedResiduals& a = before ? *before : here;
-    const StackedResiduals& b = after ? *after : here;
-    const double from = before ? points[low][k] : x[k], to = after ? points[high][k] : x[k];
-    if (!(to > from)) {
+    Difference& one = formed[static_cast<std::size_t>(k)];
+    if (!before || !after) one.curvature = std::numeric_limits<double>::infinity();
+    const double back = before ? x[k] - points[low][k] : 0, ahead = after ? points[high][k] - x[k] : 0;
+    if (!(back + ahead > 0)) {
       complete = false;
-    } else {
-      d.white.col(k) = (b.white - a.white) / (to - from), d.means.col(k) = (b.means - a.means) / (to - from);
+      continue;
     }
+    one.is_central = back > 0 && ahead > 0;
+    one.truncation = one.is_central ? back * ahead : back + ahead;
+    const StackedResiduals &a = back > 0 ? *before : here, &b = ahead > 0 ? *after : here;
+    if (!one.is_central) {
+      d.white.col(k) = (b.white - a.white) / (back + ahead), d.means.col(k) = (b.means - a.means) / (back + ahead);
+      continue;
+    }
+    // The derivative of the parabola through the three points.
+    const auto slope = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& middle, const Eigen::VectorXd& to) {
+      return Eigen::VectorXd(((back / ahead) * (to - middle) + (ahead / back) * (middle - from)) / (back + ahead));
+    };
+    d.white.col(k) = slope(a.white, here.white, b.white), d.means.col(k) = slope(a.means, here.means, b.means);
     const double first = (b.white - a.white).norm();
-    const bool is_central = before && after && from < x[k] && to > x[k];
-    if (!before || !after)
-      curvature[k] = std::numeric_limits<double>::infinity();
-    else if (is_central && first > 0)
-      curvature[k] = (b.white - 2 * here.white + a.white).norm() / first;
+    const Eigen::VectorXd bend = (b.white - here.white) / ahead - (here.white - a.white) / back;
+    if (first > 0) one.curvature = bend.norm() * (back + ahead) / 2 / first;
   }
   if (!complete) return std::nullopt;
   return d;
@@ -237,12 +255,12 @@ std::optional<Derivatives> LogFitter::derivatives(const Eigen::VectorXd& x, bool
   if (!here) return std::nullopt;
   if (steps_.size() == 0) steps_ = first_steps(x);
   std::optional<Derivatives> d;
+  std::vector<Difference> formed;
   for (std::size_t shrinking = 0; shrinking <= kShrinkings; ++shrinking) {
-    Eigen::VectorXd curvature;
-    d = differences(x, steps_, *here, curvature);
+    d = differences(x, steps_, *here, formed);
     bool is_smooth = true;
-    for (Eigen::Index k = 0; k < steps_.size(); ++k) {
-      if (!(curvature[k] > kMostCurvature) || steps_[k] / 4 < kLeastStep) continue;
+    for (Eigen::Index k = 0; k < steps_.size() && shrinking < kShrinkings; ++k) {
+      if (!(formed[static_cast<std::size_t>(k)].curvature > kMostCurvature) || steps_[k] / 4 < kLeastStep) continue;
       steps_[k] /= 4;
       is_smooth = false;
     }
@@ -250,13 +268,19 @@ std::optional<Derivatives> LogFitter::derivatives(const Eigen::VectorXd& x, bool
   }
   if (!d) return std::nullopt;
   if (refined) {
-    Eigen::VectorXd ignored;
-    const auto half = differences(x, steps_ / 2, *here, ignored);
+    std::vector<Difference> finer;
+    const auto half = differences(x, steps_ / 2, *here, finer);
     if (!half) return std::nullopt;
     const Eigen::Index n = steps_.size();
     d->error = (half->white - d->white).leftCols(n);
-    d->white.leftCols(n) += 4.0 / 3 * d->error;
-    d->means.leftCols(n) += 4.0 / 3 * (half->means - d->means).leftCols(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      // Richardson: the errors are in the ratio of the truncations.
+      const Difference &one = formed[static_cast<std::size_t>(k)], &fine = finer[static_cast<std::size_t>(k)];
+      const double ratio = one.is_central == fine.is_central ? one.truncation / fine.truncation : 1;
+      const double factor = ratio > 1 ? ratio / (ratio - 1) : 1;
+      d->means.col(k) += factor * (half->means.col(k) - d->means.col(k));
+      d->white.col(k) += factor * d->error.col(k);
+    }
   }
   add_clock_columns(runs_here, x, *d);
   return d;

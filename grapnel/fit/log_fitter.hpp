@@ -4,6 +4,7 @@
 /// The searches of a fit, and the derivatives that its statistics need.
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -82,7 +83,11 @@ class LogFitter {
   std::size_t runs = 0, failed_runs = 0;
 
  private:
-  std::vector<RunsOfLogs> run_all(const std::vector<Eigen::VectorXd>& points);
+  using TakeRun = std::function<void(std::size_t point, std::size_t log, std::shared_ptr<const Quantities> run)>;
+  // Calls `take` concurrently.
+  void run_all(const std::vector<Eigen::VectorXd>& points, const TakeRun& take);
+  using PartsOfLogs = std::vector<std::optional<WhiteResiduals>>;
+  std::optional<StackedResiduals> stacked(const PartsOfLogs& parts, const Eigen::VectorXd& x) const;
   std::optional<StackedResiduals> stacked(const RunsOfLogs& runs, const Eigen::VectorXd& x) const;
   // Returns whether there is any sample.
   bool select(const RunsOfLogs& runs, const std::vector<LogClock>& clocks);
@@ -90,8 +95,14 @@ class LogFitter {
   bool find_other_clocks(const RunsOfLogs& runs, Solution& solution);
   LeastSquares problem_of(std::size_t number);
   Eigen::VectorXd first_steps(const Eigen::VectorXd& x) const;
+  // How a difference of a parameter was formed.
+  struct Difference {
+    double curvature = 0;  // second difference per first one; infinite if a run failed
+    bool is_central = false;
+    double truncation = 0;  // of the derivative, up to a factor that is the same for all steps
+  };
   std::optional<Derivatives> differences(const Eigen::VectorXd& x, const Eigen::VectorXd& steps,
-                                         const StackedResiduals& here, Eigen::VectorXd& curvature);
+                                         const StackedResiduals& here, std::vector<Difference>& formed);
   void add_clock_columns(const RunsOfLogs& runs, const Eigen::VectorXd& x, Derivatives& d) const;
   void record(std::size_t number, const Eigen::VectorXd& x, const std::optional<double>& cost);
 

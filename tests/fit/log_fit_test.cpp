@@ -225,6 +225,48 @@ TEST(LogFit, AcceptsTheFreeBiasOfAnOrientation) {
   EXPECT_NEAR(fit.logs[0].biases[2].value, bias, 5 * fit.logs[0].biases[2].uncertainty);
 }
 
+// A log of a number that is a function of a parameter.
+LogFitProblem number_of(const std::function<double(double)>& f, double start, double tolerance) {
+  LogFitProblem problem = problem_of(measured({}, {}, 1));
+  problem.parameters = {{"p", "", 0, 1, start, false, {}}};
+  problem.settings.tolerance = tolerance;
+  Quantities log = measured({}, {}, 1);
+  log.pop_back();
+  problem.logs[0].simulate = [log, f](std::span<const double> v, const std::stop_token&) {
+    Quantities now = log;
+    const double y = f(v[0]);
+    now[0].curve = {{0, 4, 8, 12}, {y, y, y, y}, 1};
+    return now;
+  };
+  return problem;
+}
+
+// The refined derivative by the parameter, per derivative of f.
+double refined_derivative(const LogFitProblem& problem, double slope) {
+  const FitOptions options;
+  LogFitter fitter(problem, {0}, options);
+  Eigen::VectorXd x(1);
+  x[0] = problem.parameters[0].start;
+  const Selection all = selected_samples(problem.logs[0], *fitter.run(x)[0], {});
+  fitter.set_selection({all}, {0});
+  const auto d = fitter.derivatives(x, true);
+  const double n = static_cast<double>(std::count(all[0].begin(), all[0].end(), true)), s = 2e-3;
+  return d->white.norm() * s / std::sqrt(n) / std::abs(slope);
+}
+
+TEST(LogFit, RefinesDerivativesBesideBounds) {
+  const auto f = [](double p) { return std::exp(3 * p); };
+  for (const double p : {0.5, 0.999, 1.0})  // measured 1e-10, 6e-8, 7e-5
+    EXPECT_NEAR(refined_derivative(number_of(f, p, 1e-6), 3 * f(p)), 1, 7e-4) << p;
+}
+
+TEST(LogFit, RefinesDerivativesThatStillCurve) {
+  // Steps of 0.05 shrink to 0.05 / 64 where the phase changes by 0.5 and the function still curves.
+  const double K = 640, phase = std::atan(1.0) - K / 2;
+  const auto f = [&](double p) { return std::sin(K * p + phase); };
+  EXPECT_NEAR(refined_derivative(number_of(f, 0.5, 1e-3), K * std::cos(K / 2 + phase)), 1, 1.5e-3);  // measured 1.3e-4
+}
+
 TEST(LogFit, AStopDuringTheCrossValidationKeepsTheFit) {
   LogFitProblem problem = problem_of(measured({}, {}, 9));
   problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
