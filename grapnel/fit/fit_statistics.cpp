@@ -7,6 +7,7 @@
 
 #include "grapnel/fit/log_fitter.hpp"
 #include "grapnel/result/described_table.hpp"
+#include "grapnel/result/text_table.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 
@@ -25,7 +26,7 @@ ChiSquare chi_square_of(double value, double numbers) {
   return {value, numbers, numbers >= 1 ? chi_square_bound(numbers) : 0};
 }
 
-// The inverse of a symmetric matrix with scales of its own; directions without information stay zero.
+// The inverse of a symmetric matrix with separate scales; directions without information stay zero.
 Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& A) {
   const Eigen::Index n = A.rows();
   Eigen::VectorXd d(n);
@@ -61,13 +62,14 @@ class Statistics {
 
   void evaluate(bool converged) {
     const auto residuals = fitter_.residuals(x_);
-    const auto derivatives = fitter_.derivatives(x_, true);
+    auto derivatives = fitter_.derivatives(x_, true);
     fit_.best = fitter_.values_of(x_), fit_.converged = converged && derivatives.has_value();
     for (const double value : fit_.best) fit_.parameters.emplace_back().value = value;
     find_held();
     runs_ = fitter_.run(x_);
     set_logs(*residuals);
     if (derivatives) {
+      hold_clocks(*derivatives);
       find_combinations(*derivatives);
       set_covariance(*derivatives);
       set_parameters();
@@ -81,13 +83,23 @@ class Statistics {
   }
 
  private:
-  // Parameters at a bound do not vary.
+  // Variables at a bound do not vary.
   void find_held() {
+    const auto [lower, upper] = fitter_.bounds();
+    for (Eigen::Index k = n_; k < x_.size(); ++k) held_clocks_.push_back(x_[k] <= lower[k] || x_[k] >= upper[k]);
     for (Eigen::Index k = 0; k < n_; ++k) {
       ParameterStatus& status = fit_.parameters[static_cast<std::size_t>(k)].status;
       if (x_[k] <= 0) status = ParameterStatus::at_lower_bound;
       if (x_[k] >= 1) status = ParameterStatus::at_upper_bound;
       if (x_[k] > 0 && x_[k] < 1) free_.push_back(k);
+    }
+  }
+
+  bool is_held_clock(Eigen::Index k) const { return k >= n_ && held_clocks_[static_cast<std::size_t>(k - n_)]; }
+
+  void hold_clocks(Derivatives& d) const {
+    for (Eigen::Index k = n_; k < x_.size(); ++k) {
+      if (is_held_clock(k)) d.white.col(k).setZero(), d.means.col(k).setZero();
     }
   }
 
@@ -215,8 +227,18 @@ class Statistics {
       const auto [offset, drift] = fitter_.clock_variables(fitter_.logs()[i]);
       log.offset_uncertainty = deviation(offset), log.drift_uncertainty = deviation(drift);
       log.comparison.report.clock.uncertainty = log.offset_uncertainty;
-      if (offset >= 0 && !log.offset_uncertainty)
-        fit_.warnings.push_back(fmt::format("{}: the offset of the clock is not determined", problem_.logs[i].name));
+      const std::string& name = problem_.logs[fitter_.logs()[i]].name;
+      if (is_held_clock(offset))
+        fit_.warnings.push_back(
+            fmt::format("{}: the offset of the clock, {} s, is at an end of its search: other values are computed with "
+                        "this offset; widen time.search",
+                        printable_line(name), short_number(log.clock.offset)));
+      if (is_held_clock(drift))
+        fit_.warnings.push_back(
+            fmt::format("{}: the drift of the clock, {}, is at its bound: other values are computed with this drift",
+                        printable_line(name), short_number(log.clock.drift)));
+      if (offset >= 0 && !is_held_clock(offset) && !log.offset_uncertainty)
+        fit_.warnings.push_back(fmt::format("{}: the offset of the clock is not determined", printable_line(name)));
     }
   }
 
@@ -242,7 +264,7 @@ class Statistics {
     double numbers = static_cast<double>(fitter_.priors());
     for (const LogEstimate& log : fit_.logs) numbers += log.chi_square.numbers;
     for (const Combination& one : fit_.combinations) numbers -= one.is_identifiable ? 1 : 0;
-    for (Eigen::Index k = n_; k < x_.size(); ++k) numbers -= 1;
+    for (Eigen::Index k = n_; k < x_.size(); ++k) numbers -= is_held_clock(k) ? 0 : 1;
     fit_.chi_square = chi_square_of(value, numbers);
     judge();
   }
@@ -274,6 +296,10 @@ class Statistics {
         fit_.reason += fmt::format("; {} of {} disagrees", printable_line(q.name), printable_line(name));
       }
     }
+    const bool has_held_clock = std::find(held_clocks_.begin(), held_clocks_.end(), true) != held_clocks_.end();
+    if (!has_held_clock || fit_.agrees != Verdict::yes) return;
+    fit_.agrees = Verdict::not_checked;
+    fit_.reason += "; not checked, since a clock is at an end of its search";
   }
 
   void set_intervals() {
@@ -297,6 +323,7 @@ class Statistics {
   LogFit& fit_;
   Eigen::Index n_;
   std::vector<Eigen::Index> free_;
+  std::vector<bool> held_clocks_;  // at an end of the search, per variable after the parameters
   RunsOfLogs runs_;
   Eigen::MatrixXd covariance_;   // of all variables
   Eigen::VectorXd information_;  // its inverse's diagonal

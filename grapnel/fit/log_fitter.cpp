@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <tuple>
 
 #include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/text/error_text.hpp"
@@ -305,18 +306,24 @@ void LogFitter::record(std::size_t number, const Eigen::VectorXd& x, const std::
   if (options_.progress) options_.progress(number, evaluations.size());
 }
 
-LeastSquares LogFitter::problem_of(std::size_t number) {
-  LeastSquares squares;
-  squares.lower = Eigen::VectorXd::Constant(size_, -kFar), squares.upper = Eigen::VectorXd::Constant(size_, kFar);
-  squares.lower.head(static_cast<Eigen::Index>(parameters())).setZero();
-  squares.upper.head(static_cast<Eigen::Index>(parameters())).setOnes();
+std::pair<Eigen::VectorXd, Eigen::VectorXd> LogFitter::bounds() const {
+  Eigen::VectorXd lower = Eigen::VectorXd::Constant(size_, -kFar), upper = Eigen::VectorXd::Constant(size_, kFar);
+  lower.head(static_cast<Eigen::Index>(parameters())).setZero();
+  upper.head(static_cast<Eigen::Index>(parameters())).setOnes();
   for (std::size_t i = 0; i < logs_.size(); ++i) {
     const auto& range = problem_.logs[logs_[i]].offset_range;
-    const Eigen::Index offset = clock_variables_[i].first;
-    if (range && offset >= 0) squares.lower[offset] = (*range)[0], squares.upper[offset] = (*range)[1];
-    const Eigen::Index drift = clock_variables_[i].second;
-    if (drift >= 0)
-      squares.upper[drift] = drifts_are_held_ ? 0 : kMostDrift, squares.lower[drift] = -squares.upper[drift];
+    const auto [offset, drift] = clock_variables_[i];
+    if (range && offset >= 0) lower[offset] = (*range)[0], upper[offset] = (*range)[1];
+    if (drift >= 0) lower[drift] = -kMostDrift, upper[drift] = kMostDrift;
+  }
+  return {lower, upper};
+}
+
+LeastSquares LogFitter::problem_of(std::size_t number) {
+  LeastSquares squares;
+  std::tie(squares.lower, squares.upper) = bounds();
+  for (const auto& [offset, drift] : clock_variables_) {
+    if (drift >= 0 && drifts_are_held_) squares.lower[drift] = squares.upper[drift] = 0;
   }
   squares.residuals = [this, number](const Eigen::VectorXd& x) -> std::optional<Eigen::VectorXd> {
     const bool is_new = values_of(x) != run_values_;

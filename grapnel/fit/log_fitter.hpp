@@ -49,6 +49,8 @@ class LogFitter {
   /// The indices of a log's clock in x; the first is -1 without an offset, the second without a drift.
   std::pair<Eigen::Index, Eigen::Index> clock_variables(std::size_t log) const;
   std::size_t priors() const;
+  /// Lower and upper bounds of x.
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds() const;
 
   // ---- Searches ----
 

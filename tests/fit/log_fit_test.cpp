@@ -225,6 +225,22 @@ TEST(LogFit, AcceptsTheFreeBiasOfAnOrientation) {
   EXPECT_NEAR(fit.logs[0].biases[2].value, bias, 5 * fit.logs[0].biases[2].uncertainty);
 }
 
+TEST(LogFit, StatesThatAClockIsAtAnEndOfItsSearch) {
+  LogFitProblem problem = problem_of(measured({}, {}, 1));
+  problem.logs[0].fits_offset = true;
+  problem.logs[0].offset_range = {-0.5, 0.5};
+  const LogFit inside = fit_logs(problem, {});
+  ASSERT_EQ(inside.agrees, Verdict::yes) << inside.reason;
+  // The range ends within the uncertainty, so that the fit is as good.
+  problem.logs[0].offset_range = {-0.5, inside.logs[0].clock.offset - 0.3 * *inside.logs[0].offset_uncertainty};
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.logs[0].clock.offset, (*problem.logs[0].offset_range)[1]);
+  EXPECT_EQ(fit.agrees, Verdict::not_checked) << fit.reason;
+  EXPECT_FALSE(fit.logs[0].offset_uncertainty);
+  EXPECT_FALSE(fit.parameters[0].interval);
+  EXPECT_THAT(fit.warnings, testing::Contains(testing::HasSubstr("is at an end of its search")));
+}
+
 // A log of a number that is a function of a parameter.
 LogFitProblem number_of(const std::function<double(double)>& f, double start, double tolerance) {
   LogFitProblem problem = problem_of(measured({}, {}, 1));
