@@ -329,7 +329,41 @@ class Statistics {
   Eigen::VectorXd information_;  // its inverse's diagonal
 };
 
-// Chi-square of the residuals of a log under the uncertain values of a fit to others (26.10).
+// What a fit to other logs knows, for the log that it left out.
+struct Prediction {
+  Eigen::MatrixXd information;  // of the parameters
+  double fitted = 0;            // directions that only the left-out log determines
+};
+
+// Directions that the fit does not determine but the left-out log does are fitted to that log. The others are uniform
+// between the bounds, as in the covariance.
+Prediction prediction_of(const Eigen::MatrixXd& training, const Eigen::MatrixXd& left_out) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(training);
+  const Eigen::Index n = training.rows();
+  Prediction result{Eigen::MatrixXd::Zero(n, n), 0};
+  Eigen::Index unknown = 0;  // the eigenvalues ascend
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::VectorXd v = eigen.eigenvectors().col(k);
+    if (eigen.eigenvalues()[k] > kLeastSingular * kLeastSingular)
+      result.information += eigen.eigenvalues()[k] * v * v.transpose();
+    else
+      ++unknown;
+  }
+  if (unknown == 0) return result;
+  const Eigen::MatrixXd V = eigen.eigenvectors().leftCols(unknown), T = left_out * V;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> there(T.transpose() * T);
+  for (Eigen::Index k = 0; k < unknown; ++k) {
+    const Eigen::VectorXd v = V * there.eigenvectors().col(k);
+    if (there.eigenvalues()[k] > kLeastSingular * kLeastSingular)
+      result.fitted += 1;
+    else
+      result.information += v * v.transpose() / kUniformVariance;
+  }
+  return result;
+}
+
+// Chi-square of the residuals of a log under the uncertain values of a fit to others (26.10). Without numbers if the
+// fit predicts none of the log.
 std::optional<ChiSquare> predicted_chi_square(const Eigen::MatrixXd& training, LogFitter& left_out,
                                               const Eigen::VectorXd& x, Eigen::Index n) {
   const auto residuals = left_out.residuals(x);
@@ -340,12 +374,13 @@ std::optional<ChiSquare> predicted_chi_square(const Eigen::MatrixXd& training, L
   const Eigen::MatrixXd J = d->white.topRows(rows);
   const Eigen::VectorXd r = residuals->white.head(rows);
   Eigen::MatrixXd total = J.transpose() * J;
-  total.topLeftCorner(n, n) += training;
+  const Prediction prediction = prediction_of(training, without_clocks(*d, n).topRows(rows));
+  total.topLeftCorner(n, n) += prediction.information;
   const Eigen::VectorXd g = J.transpose() * r;
   const double value = r.squaredNorm() - g.dot(scaled_inverse(total) * g);
   const auto runs = left_out.run(x);
-  const double numbers =
-      independent_numbers(*runs.front(), left_out.selections().front()) - static_cast<double>(x.size() - n);
+  const double numbers = independent_numbers(*runs.front(), left_out.selections().front()) -
+                         static_cast<double>(x.size() - n) - prediction.fitted;
   return chi_square_of(value, numbers);
 }
 
@@ -375,7 +410,8 @@ void leave_out(const LogFitProblem& problem, const FitOptions& options, const Lo
     return part;
   };
   const auto solution = training.search_selected(variables(training), selections);
-  const auto derivatives = solution ? training.derivatives(solution->x, false) : std::nullopt;
+  const bool converged = solution && solution->converged;
+  const auto derivatives = converged ? training.derivatives(solution->x, false) : std::nullopt;
   if (derivatives) {
     Eigen::VectorXd there = variables(left_out);
     there.head(n) = solution->x.head(n);
@@ -384,7 +420,12 @@ void leave_out(const LogFitProblem& problem, const FitOptions& options, const Lo
     log.left_out = predicted_chi_square(S.transpose() * S, left_out, there, n);
     log.left_out_values = training.values_of(solution->x);
   }
-  if (!log.left_out) log.why_not_left_out = "runs of the fit without this log failed";
+  if (solution && !converged)
+    log.why_not_left_out = "the fit without this log did not converge";
+  else if (!log.left_out)
+    log.why_not_left_out = "runs of the fit without this log failed";
+  else if (log.left_out->numbers < 1)
+    log.left_out.reset(), log.why_not_left_out = "the fit without this log determines no value of it";
   fit.runs += training.runs + left_out.runs, fit.failed_runs += training.failed_runs + left_out.failed_runs;
 }
 

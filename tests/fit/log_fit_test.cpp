@@ -283,6 +283,25 @@ TEST(LogFit, RefinesDerivativesThatStillCurve) {
   EXPECT_NEAR(refined_derivative(number_of(f, 0.5, 1e-3), K * std::cos(K / 2 + phase)), 1, 1.5e-3);  // measured 1.3e-4
 }
 
+TEST(LogFit, DoesNotCountWhatOnlyTheLeftOutLogDetermines) {
+  // Only the second log depends on the impulse.
+  const JointModel first = [](std::span<const double> v) { return Joint{v[0], v[1], 1, 3}; };
+  LogFitProblem problem = problem_of(measured({}, {}, 9), first);
+  problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
+  const LogFit fit = fit_logs(problem, {});
+  ASSERT_TRUE(fit.logs[0].left_out && fit.logs[1].left_out);
+  EXPECT_EQ(fit.logs[0].left_out->numbers, fit.logs[0].chi_square.numbers);
+  EXPECT_EQ(fit.logs[1].left_out->numbers, fit.logs[1].chi_square.numbers - 1);
+  // One sample, after the impulse.
+  Quantities one = measured({}, {}, 10);
+  one[0].uncertainty.reset();
+  one[1].time = {one[1].time[100]}, one[1].measured = {one[1].measured[100]};
+  problem.logs[1] = log_of(one, three, "second");
+  const LogFit none = fit_logs(problem, {});
+  EXPECT_FALSE(none.logs[1].left_out);
+  EXPECT_EQ(none.logs[1].why_not_left_out, "the fit without this log determines no value of it");
+}
+
 TEST(LogFit, AStopDuringTheCrossValidationKeepsTheFit) {
   LogFitProblem problem = problem_of(measured({}, {}, 9));
   problem.logs.push_back(log_of(measured({}, {}, 10), three, "second"));
