@@ -40,8 +40,9 @@ struct StepTest {
   double curvature = 0;     // root of chi-square that the motion without jumps causes at most
 };
 /// Times at which the statistic's root exceeds sqrt(quantile) + curvature, where the quantile is that of
-/// false_alarms / number of candidates: by the union bound noise exceeds it in at most `false_alarms` logs. Times of
-/// one jump are one step: its time is the mean of the likelihood over the intervals between samples.
+/// false_alarms / number of candidates: by the union bound noise exceeds it in at most `false_alarms` logs. Steps are
+/// found in the order of their strength. Weaker times within a window of a step belong to it; a step's time is the mean
+/// of the likelihood over the intervals between samples that do not belong to a stronger step. Sorted by time.
 std::vector<DetectedStep> detect_steps(std::span<const RateSamples> rates, const StepTest& test);
 
 /// The threshold of the root of chi-square.

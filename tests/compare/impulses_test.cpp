@@ -61,7 +61,7 @@ struct Sensor {
 
 // `own_times`: at those of the run, 3 s on both sides, which are dense in a contact with a duration.
 AlignedLog made_log(const Recorded& run, const std::vector<Sensor>& sensors, unsigned seed, double noise = 1,
-                    bool own_times = false) {
+                    bool own_times = false, double contact = kContact) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   AlignedLog log;
@@ -104,12 +104,12 @@ AlignedLog made_log(const Recorded& run, const std::vector<Sensor>& sensors, uns
         quantity.measured.push_back(x[c] + sensor.bias + noise * deviation * normal(random));
     };
     for (int i = -400; i < 400 && !own_times; ++i) {
-      const double t = kContact + 0.01 * i + 0.003;
+      const double t = contact + 0.01 * i + 0.003;
       quantity.curve.value(t, x);
       add(t);
     }
     for (std::size_t k = 0; k < all.time.size() && own_times; ++k) {
-      if (std::abs(all.time[k] - kContact) > 3) continue;
+      if (std::abs(all.time[k] - contact) > 3) continue;
       std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(k * width), width, x.begin());
       add(all.time[k]);
     }
@@ -401,6 +401,46 @@ TEST(Impulses, FalseAlarmsAreAsRareAsStated) {
   }
   EXPECT_LT(alarms, 240);  // 0.1 of 2000 are 200, three standard deviations 40
   EXPECT_GT(alarms, 20);   // the bound is not idle
+}
+
+// Three rates with jumps, which take `duration`.
+struct Jump {
+  double time, size, duration = 0;
+};
+std::vector<DetectedStep> steps_of(const std::vector<Jump>& jumps, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<RateSamples> rates(3);
+  for (RateSamples& rate : rates) {
+    rate.deviation = 0.01;
+    for (int k = 0; k < 300; ++k) {
+      const double t = 0.01 * k;
+      double value = 0.3 - 0.2 * t + 0.01 * normal(random);
+      for (const Jump& one : jumps)
+        value += one.size * (one.duration > 0 ? std::clamp((t - one.time) / one.duration, 0.0, 1.0) : t >= one.time);
+      rate.time.push_back(t), rate.value.push_back(value);
+    }
+  }
+  return detect_steps(rates, {0.2, 0.01, 0});
+}
+
+TEST(Impulses, DetectsWeakContactsBesideStrongOnes) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (const double weak : {1.195, 1.795}) {  // 1.5 windows before and after the strong one
+      const std::vector<DetectedStep> steps = steps_of({{1.495, 2}, {weak, 0.1}}, seed);
+      ASSERT_EQ(steps.size(), 2u) << seed << " " << weak;
+      EXPECT_LT(steps[0].time, steps[1].time);
+      const DetectedStep &of_weak = steps[weak < 1.495 ? 0 : 1], &of_strong = steps[weak < 1.495 ? 1 : 0];
+      EXPECT_NEAR(of_weak.time, weak, 0.02);
+      EXPECT_LT(of_weak.deviation, 0.02);
+      EXPECT_NEAR(of_strong.time, 1.495, 0.005);
+      EXPECT_GT(of_strong.statistic, 10 * of_weak.statistic);
+    }
+    // A contact that takes time is one contact, although the statistic exceeds the threshold beyond one window.
+    const std::vector<DetectedStep> slow = steps_of({{1.4, 2, 0.08}}, seed);
+    ASSERT_EQ(slow.size(), 1u) << seed;
+    EXPECT_NEAR(slow[0].time, 1.44, 0.04);
+  }
 }
 
 TEST(Impulses, DetectsTheContact) {
