@@ -229,6 +229,9 @@ std::vector<double> times_of(const MeasuredQuantities& measured, double offset, 
   return times;
 }
 
+// Of the series of a curve's body. A robot on a fixed base has no curve.
+std::string path_of(const std::string& body) { return body == "robot" ? "base" : "targets/" + body; }
+
 std::vector<std::string> missing_of(const RunModel& run, const MeasuredQuantities& measured, const std::string& body) {
   const auto has = [&](MeasuredQuantity::Kind kind, bool angular, int place) {
     return std::any_of(measured.used.begin(), measured.used.end(), [&](const MeasuredQuantity& one) {
@@ -237,7 +240,7 @@ std::vector<std::string> missing_of(const RunModel& run, const MeasuredQuantitie
     });
   };
   std::vector<std::string> missing;
-  const std::string path = body == "robot" ? "base" : "targets/" + body;
+  const std::string path = path_of(body);
   const int place = run.find_frame(path)->body;
   if (!has(MeasuredQuantity::Kind::twist, true, place)) missing.push_back(path + "/angular_velocity");
   if (!has(MeasuredQuantity::Kind::twist, false, place)) missing.push_back(path + "/velocity");
@@ -284,9 +287,8 @@ std::vector<MomentumCurve> measured_momentum(const RunModel& run, const Measured
       MomentumCurve& curve = curves[i];
       const bool poses = std::none_of(curve.missing.begin(), curve.missing.end(),
                                       [](const std::string& one) { return one.starts_with("joints/position/"); });
-      const bool placed =
-          std::find(curve.missing.begin(), curve.missing.end(),
-                    (i == 0 ? std::string("base") : "targets/" + curve.body) + "/position") == curve.missing.end();
+      const bool placed = std::find(curve.missing.begin(), curve.missing.end(), path_of(curve.body) + "/position") ==
+                          curve.missing.end();
       std::array<double, kMomentumComponents> value = (*values)[i].value;
       for (std::size_t c = 0; c < kMomentumComponents; ++c) {
         if (!poses || (!placed && c >= 6 && c < 9)) value[c] = kUndetermined;

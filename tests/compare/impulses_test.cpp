@@ -383,6 +383,30 @@ TEST(Impulses, MomentumOfMeasuredMotion) {
   EXPECT_THAT(few.missing, testing::Contains("base/velocity"));
 }
 
+// The first curve is that of a target: the base is fixed and has no momentum.
+TEST(Impulses, MomentumAboutTheOriginNeedsThePositionOfTheTarget) {
+  constexpr double kStop = 2;  // [s]
+  const Recorded& run = recorded("../dual-panda-capture.yaml", {{"post_impact.duration", "0.5"}});
+  const RunModel model(run.folder.path(), {}, {});
+  std::vector<Sensor> sensors{{"targets/box/angular_velocity", 1e-4},
+                              {"targets/box/velocity", 1e-4},
+                              {"targets/box/quaternion_wxyz", 1e-4},
+                              {"joints/velocity", 1e-4}};
+  ImpulseOptions options;
+  options.contacts = {{kStop, kStop, 0}};
+  const MomentumCurve without =
+      measured_impulses(model, made_log(run, sensors, 1, 1, false, kStop), options).momentum.at(0);
+  EXPECT_EQ(without.body, "box");
+  EXPECT_THAT(without.missing, testing::ElementsAre("targets/box/position"));
+  ASSERT_GT(without.time.size(), 100u);
+  EXPECT_NEAR(without.value[10][0], 4.2 * -0.25, 1e-2);  // [N s], in x
+  for (std::size_t c = 6; c < 9; ++c) EXPECT_TRUE(std::isnan(without.value[10][c]));
+  sensors.push_back({"targets/box/position", 1e-4});
+  const MomentumCurve with =
+      measured_impulses(model, made_log(run, sensors, 1, 1, false, kStop), options).momentum.at(0);
+  EXPECT_NEAR(with.value[10][7], 0.45 * 4.2 * -0.25, 1e-2);  // [N m s], about y: z p_x
+}
+
 TEST(Impulses, FalseAlarmsAreAsRareAsStated) {
   SKIP_UNDER_SANITIZERS();
   std::mt19937 random(7);
