@@ -363,12 +363,16 @@ void MeasuredConfiguration::set(const MeasuredQuantity& one, const Eigen::Vector
   const int body = one.place.body;
   if (!model.has_free_root(body) || model.bodies()[static_cast<std::size_t>(body)].parent >= 0) return;
   const Posed X_BF = one.place.X_BF;
-  Posed X_WF = root_pose(model, state_, body) * X_BF;
+  const Posed X_WB = root_pose(model, state_, body);
+  Posed X_WF = X_WB * X_BF;
   const Rotationd axes = rotation_matrix(one.quantity->axes);
   if (one.kind == Kind::orientation) {
     if (std::find(turned_.begin(), turned_.end(), body) != turned_.end()) return;
     turned_.push_back(body);
     X_WF.R = axes * rotation_matrix(reference) * rotation_of({place[0], place[1], place[2]});
+    const Rotationd R_WB = X_WF.R * transpose(X_BF.R);
+    const Vector3d p_BP = pivot_of(body);
+    X_WF.p = X_WB.p + X_WB.R * p_BP + R_WB * (X_BF.p - p_BP);
     for (int k = 0; k < 3; ++k)
       parameters_.push_back({Parameter::Kind::rotation, body, X_BF.R.column(k), deviation[k]});
   } else if (one.kind == Kind::position) {
@@ -379,11 +383,18 @@ void MeasuredConfiguration::set(const MeasuredQuantity& one, const Eigen::Vector
                              deviation[static_cast<Eigen::Index>(k)]});
     }
     if (one.parts.size() == 3) placed_.push_back(body);
+    std::erase_if(pivots_, [&](const Placed& other) { return other.body == body; });
+    pivots_.push_back({body, X_BF.p});
     X_WF.p = one.quantity->origin + axes * p_L;
   } else {
     return;
   }
   set_root_pose(model, body, X_WF * inverse(X_BF), state_);
+}
+
+Vector3d MeasuredConfiguration::pivot_of(int body) const {
+  const auto found = std::find_if(pivots_.begin(), pivots_.end(), [&](const Placed& one) { return one.body == body; });
+  return found == pivots_.end() ? Vector3d::zero() : found->p_BF;
 }
 
 void MeasuredConfiguration::attach(std::span<const RunContact::Grasp> grasps) {
@@ -416,7 +427,9 @@ State MeasuredConfiguration::at(std::span<const double> changes) const {
   for (std::size_t b = 0; b < turns.size(); ++b) {
     if (norm(turns[b]) + norm(moves[b]) == 0) continue;
     Posed X_WB = root_pose(model, state, static_cast<int>(b));
-    X_WB.R = X_WB.R * rotation_of(turns[b]), X_WB.p = X_WB.p + moves[b];
+    const Rotationd R = X_WB.R * rotation_of(turns[b]);
+    const Vector3d p_BP = pivot_of(static_cast<int>(b));
+    X_WB.p = X_WB.p + X_WB.R * p_BP - R * p_BP + moves[b], X_WB.R = R;
     set_root_pose(model, static_cast<int>(b), X_WB, state);
   }
   const auto has = [](const std::vector<int>& list, int body) {

@@ -107,15 +107,23 @@ class MeasuredConfiguration {
     Vector3d axis;  // of positions in W, of rotations in the body
     double deviation;
   };
+  struct Placed {
+    int body;
+    Vector3d p_BF;  // of the frame whose position is measured
+  };
   struct Attached {
     int target;
     PlacedFrame end_effector;
     Posed X_ET;
   };
+  // The point of a body about which measured orientations turn it: the measured one, else the body's origin.
+  Vector3d pivot_of(int body) const;
+
   const RunModel& run_;
   State state_;
   std::vector<Parameter> parameters_;
   std::vector<Attached> attached_;
+  std::vector<Placed> pivots_;                 // the last measured position of each body, also of one component
   std::vector<int> placed_, turned_, joints_;  // bodies with a measured position, orientation, joint value
 };
 

@@ -407,6 +407,45 @@ TEST(Impulses, MomentumAboutTheOriginNeedsThePositionOfTheTarget) {
   EXPECT_NEAR(with.value[10][7], 0.45 * 4.2 * -0.25, 1e-2);  // [N m s], about y: z p_x
 }
 
+// With position and orientation of a frame beside the body's origin, an error of the orientation turns the body about
+// this frame.
+TEST(Impulses, OrientationsTurnBodiesAboutTheirMeasuredPoint) {
+  const Recorded& run = recorded("open-loop-case-1.yaml");
+  const RunModel model(run.folder.path(), {}, {});
+  const AlignedLog log = made_log(run, {{"base/position", 1e-3}, {"base/quaternion_wxyz", 1e-2}}, 1, 0);
+  const Posed X_BF{rotation_about(Vector3d{0, 0, 1}, 0.3), {0.4, -0.2, 0.7}};
+  MeasuredQuantity position;
+  position.quantity = &log.quantities[0], position.kind = MeasuredQuantity::Kind::position;
+  position.place = {model.system().base, X_BF}, position.parts = {0, 1, 2};
+  MeasuredQuantity orientation;
+  orientation.quantity = &log.quantities[1], orientation.kind = MeasuredQuantity::Kind::orientation;
+  orientation.place = {model.system().base, X_BF}, orientation.parts = {0, 1, 2};
+  const Eigen::Vector3d place(1, 2, 3), turn(0.1, 0.2, -0.3);
+  for (const bool position_first : {true, false}) {
+    MeasuredConfiguration configuration(model, model.state_at(kContact));
+    const auto set_position = [&] {
+      configuration.set(position, place, Eigen::Vector3d::Constant(1e-3), Quaterniond::identity());
+    };
+    if (position_first) set_position();
+    configuration.set(orientation, turn, Eigen::Vector3d::Constant(1e-2), Quaterniond::identity());
+    if (!position_first) set_position();
+    ASSERT_EQ(configuration.parameters(), 6u);
+    for (std::size_t k = 0; k < 6; ++k) {
+      std::vector<double> changes(6, 0.0);
+      const Posed before = root_pose(model.model(), configuration.at(changes), model.system().base);
+      changes[k] = 1;
+      const Posed after = root_pose(model.model(), configuration.at(changes), model.system().base);
+      const Vector3d p = (before * X_BF).p, moved = (after * X_BF).p - p;
+      EXPECT_LT(norm(p - Vector3d{1, 2, 3}), 1e-12);
+      const bool is_turn = (k >= 3) == position_first;
+      EXPECT_NEAR(norm(moved), is_turn ? 0 : 1e-3, 1e-12) << k;
+      if (is_turn) {
+        EXPECT_GT(norm(after.p - before.p), 3e-3) << k;  // [m]; 1e-2 rad at a distance
+      }
+    }
+  }
+}
+
 TEST(Impulses, FalseAlarmsAreAsRareAsStated) {
   SKIP_UNDER_SANITIZERS();
   std::mt19937 random(7);
