@@ -113,6 +113,9 @@ struct Described<ImpulseReport::Contact> {
                             "of the grasps in order, then of the drives; its largest entry is 1"),
       field<&T::rates>("rates", "the measured changes of rates"),
       field<&T::assumed>("assumed", "places that are not measured and are therefore those of the run"),
+      field<&T::zero_efforts>("zero_efforts",
+                              "of a contact with a duration: joints and wheels whose effort is not measured and counts "
+                              "as exactly zero; it is not part of the uncertainty"),
   };
   static constexpr Type type = structure<T>("MeasuredContact", "the impulses of one contact.", fields);
 };
@@ -214,6 +217,8 @@ std::string impulse_report_text(const ImpulseReport& report) {
     text += fmt::format("{} of {} components determined by {}\n", contact.rank, contact.unknowns,
                         counted(contact.rows, "measured change"));
     if (!contact.assumed.empty()) text += paragraph("not measured, from the run: " + some_of(contact.assumed), "");
+    if (!contact.zero_efforts.empty())
+      text += paragraph("effort not measured, counted as zero: " + some_of(contact.zero_efforts), "");
     text += "\n";
   }
   TextTable table;

@@ -45,7 +45,7 @@ struct ImpulseReport {
     std::vector<Component> drives;
     std::vector<std::vector<double>> null_space;
     std::vector<Rate> rates;
-    std::vector<std::string> assumed;
+    std::vector<std::string> assumed, zero_efforts;
   };
   struct Momentum {
     std::string body;

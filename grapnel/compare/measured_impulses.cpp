@@ -122,6 +122,10 @@ class ContactEstimate {
                           configuration.parameters());
     describe(found);
     report_.assumed = configuration.unmeasured();
+    report_.zero_efforts = zero_efforts();
+    if (!report_.zero_efforts.empty())
+      report_.reason +=
+          fmt::format("; the effort of {} is not measured and counts as zero", some_of(report_.zero_efforts));
     return report_;
   }
 
@@ -217,11 +221,43 @@ class ContactEstimate {
         continue;
       }
       for (std::size_t k = 0; k < one.joints.size(); ++k) {
-        const int v = run_.model().bodies()[static_cast<std::size_t>(one.joints[k])].v;
+        const int body = one.joints[k], v = run_.model().bodies()[static_cast<std::size_t>(body)].v;
         effort_[v] = integral->value[static_cast<Eigen::Index>(k)], effort_deviation_[v] = integral->deviation;
-        known_drives_.push_back(v);
+        known_drives_.push_back(body);
       }
     }
+  }
+
+  // Bodies of the joints whose drives or brakes kept a rate, and whose impulses are not measured.
+  std::vector<int> unknown_drives() const {
+    std::vector<int> bodies;
+    for (const std::string& name : simulated_->held_joints) {
+      const auto body = run_.find_joint("joints/effort", name);
+      if (body && !is_known_drive(*body)) bodies.push_back(*body);
+    }
+    return bodies;
+  }
+  bool is_known_drive(int body) const {
+    return std::find(known_drives_.begin(), known_drives_.end(), body) != known_drives_.end();
+  }
+
+  // Joints and wheels whose impulse over a contact with a duration is neither measured nor estimated.
+  std::vector<std::string> zero_efforts() const {
+    if (!(contact_.end > contact_.begin)) return {};
+    const std::vector<int> unknown = unknown_drives();
+    std::vector<std::string> names;
+    const auto add = [&](int body, const std::string& name) {
+      const bool is_unknown = std::find(unknown.begin(), unknown.end(), body) != unknown.end();
+      if (!is_unknown && !is_known_drive(body)) names.push_back(name);
+    };
+    for (const int j : run_.system().robot_joints) {
+      const int body = run_.model().joints()[static_cast<std::size_t>(j)];
+      add(body, run_.model().bodies()[static_cast<std::size_t>(body)].description.joint.name);
+    }
+    for (const WheelSetup& wheel : run_.problem().robot.wheels) {
+      if (const auto body = run_.find_joint("wheels/rate", wheel.name)) add(*body, "wheel " + wheel.name);
+    }
+    return names;
   }
 
   std::vector<Grasp> grasps_at(const Kinematics& kinematics) const {
@@ -252,13 +288,8 @@ class ContactEstimate {
     ImpulseTask task;
     task.M = mass_matrix(model, state);
     task.J = grasp_jacobian(model, kinematics, grasps);
-    for (const std::string& name : simulated_->held_joints) {
-      const auto body = run_.find_joint("joints/effort", name);
-      if (!body) continue;
-      const int v = model.bodies()[static_cast<std::size_t>(*body)].v;
-      if (std::find(known_drives_.begin(), known_drives_.end(), v) == known_drives_.end())
-        task.unknown_drives.push_back(v);
-    }
+    for (const int body : unknown_drives())
+      task.unknown_drives.push_back(model.bodies()[static_cast<std::size_t>(body)].v);
     task.known = effort_, task.known_deviation = effort_deviation_;
     const double duration = contact_.end - contact_.begin;
     if (duration > 0) {
@@ -329,8 +360,7 @@ class ContactEstimate {
       report_.grasps.push_back(describe_grasp(simulated_->grasps[g], A, first, found));
       first += A.rows();
     }
-    for (Eigen::Index i = first; i < s.value.size(); ++i)
-      report_.drives.push_back(describe_drive(found, i, static_cast<std::size_t>(i - first)));
+    for (const int body : unknown_drives()) report_.drives.push_back(describe_drive(found, first++, body));
     for (Eigen::Index k = 0; k < s.null_space.cols(); ++k) {
       Eigen::VectorXd n = found.scale.cwiseProduct(s.null_space.col(k));
       n /= n.cwiseAbs().maxCoeff();
@@ -372,18 +402,11 @@ class ContactEstimate {
     return report;
   }
 
-  ImpulseReport::Component describe_drive(const ImpulseEstimate& found, Eigen::Index i, std::size_t number) const {
+  ImpulseReport::Component describe_drive(const ImpulseEstimate& found, Eigen::Index i, int body) const {
     const WeightedSolution& s = found.solution;
-    std::vector<std::string> unknown;
-    for (const std::string& name : simulated_->held_joints) {
-      const auto body = run_.find_joint("joints/effort", name);
-      if (!body) continue;
-      const int v = run_.model().bodies()[static_cast<std::size_t>(*body)].v;
-      if (std::find(known_drives_.begin(), known_drives_.end(), v) == known_drives_.end()) unknown.push_back(name);
-    }
+    const auto& joint = run_.model().bodies()[static_cast<std::size_t>(body)].description.joint;
     ImpulseReport::Component component;
-    component.name = number < unknown.size() ? unknown[number] : "";
-    component.unit = "N m s";
+    component.name = joint.name, component.unit = axis_units(joint.type).impulse;
     const Eigen::VectorXd c = Eigen::VectorXd::Unit(s.value.size(), i);
     const Combination combined = combine(s, found.scale, c);
     component.determined = combined.determined;
@@ -436,7 +459,7 @@ class ContactEstimate {
   std::vector<MeasuredChange> changes_;
   std::vector<const MeasuredQuantity*> changed_;
   Eigen::VectorXd effort_, effort_deviation_;
-  std::vector<int> known_drives_;
+  std::vector<int> known_drives_;  // bodies
   std::vector<std::pair<const MeasuredQuantity*, Integral>> forces_;
 };
 

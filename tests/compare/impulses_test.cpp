@@ -329,8 +329,15 @@ TEST(Impulses, ForcesOfACompliantContact) {
     sensors.push_back({std::string("grasps/") + tip + "/moment", 0.5});
   }
   EXPECT_EQ(without.verdict, Verdict::yes) << without.reason;
+  // Unmeasured efforts count as zero, and the report states it.
+  EXPECT_EQ(without.zero_efforts.size(), 6u);
+  EXPECT_THAT(without.zero_efforts, testing::Contains("arm-1-joint-2"));
+  EXPECT_THAT(without.reason, AllOf(HasSubstr("the effort of arm-1-joint-1"), HasSubstr("counts as zero")));
+  sensors.push_back({"joints/effort", 0.01});
   const ImpulseReport::Contact contact =
       measured_impulses(model, made_log(run, sensors, 1, 1, true), at_contact()).report.contacts[0];
+  EXPECT_THAT(contact.zero_efforts, testing::IsEmpty());
+  EXPECT_THAT(contact.reason, testing::Not(HasSubstr("counts as zero")));
   EXPECT_NEAR(contact.end, kContact + model.contacts()[0].end - model.contacts()[0].time, 1e-12);
   EXPECT_EQ(contact.rows, without.rows + 12);
   EXPECT_EQ(contact.verdict, Verdict::yes) << contact.reason;
@@ -405,6 +412,21 @@ TEST(Impulses, MomentumAboutTheOriginNeedsThePositionOfTheTarget) {
   const MomentumCurve with =
       measured_impulses(model, made_log(run, sensors, 1, 1, false, kStop), options).momentum.at(0);
   EXPECT_NEAR(with.value[10][7], 0.45 * 4.2 * -0.25, 1e-2);  // [N m s], about y: z p_x
+}
+
+TEST(Impulses, HeldDrivesHaveTheUnitOfTheirJoint) {
+  constexpr double kGrasp = 0.5;  // [s]; the run grasps at its beginning, without samples before
+  const Recorded& run =
+      recorded("../air-bearing-friction.yaml", {{"impact.joints", "driven"}, {"post_impact.duration", "1"}});
+  const RunModel model(run.folder.path(), {}, {});
+  ImpulseOptions options;
+  options.contacts = {{kGrasp, kGrasp, 0}}, options.momentum = false;
+  const ImpulseReport report =
+      measured_impulses(model, made_log(run, {{"joints/velocity", 1e-4}}, 1, 1, false, kGrasp), options).report;
+  std::map<std::string, std::string> units;
+  for (const ImpulseReport::Component& drive : report.contacts.at(0).drives) units[drive.name] = drive.unit;
+  EXPECT_EQ(units["table-x"], "N s");
+  EXPECT_EQ(units["elbow"], "N m s");
 }
 
 // With position and orientation of a frame beside the body's origin, an error of the orientation turns the body about

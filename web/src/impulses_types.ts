@@ -99,6 +99,8 @@ export interface MeasuredContact {
   rates: MeasuredRateChange[];
   /** places that are not measured and are therefore those of the run */
   assumed: string[];
+  /** of a contact with a duration: joints and wheels whose effort is not measured and counts as exactly zero; it is not part of the uncertainty */
+  zero_efforts: string[];
 }
 export const kMeasuredContact: FieldNote[] = [
   ["time","s","time of the contact, of the run's clock; its beginning, if it has a duration"],
@@ -121,6 +123,7 @@ export const kMeasuredContact: FieldNote[] = [
   ["null_space","N s and N m s","each a combination of impulses that changes no measurement: of the constrained components of the grasps in order, then of the drives; its largest entry is 1"],
   ["rates","","the measured changes of rates"],
   ["assumed","","places that are not measured and are therefore those of the run"],
+  ["zero_efforts","","of a contact with a duration: joints and wheels whose effort is not measured and counts as exactly zero; it is not part of the uncertainty"],
 ];
 
 // the estimated impulse at a grasp.
