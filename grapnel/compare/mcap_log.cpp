@@ -91,7 +91,11 @@ class McapLog {
   void read_schema(ByteReader& reader) {
     const auto id = static_cast<std::uint16_t>(reader.number(2));
     Schema schema;
-    schema.name = reader.part(), schema.encoding = reader.part(), schema.data = reader.part();
+    schema.name = reader.part(), schema.encoding = reader.part();
+    const std::string_view data = reader.part();
+    if (data.size() > kLargestSchema)
+      fail_at(place_, fmt::format("schema {} has {} bytes, must have at most {}", id, data.size(), kLargestSchema));
+    schema.data = data;
     schemas_.emplace(id, std::move(schema));
   }
 

@@ -1,10 +1,14 @@
 #include "grapnel/compare/measured_log.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <fstream>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -21,6 +25,9 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestLog = std::size_t{1} << 30;  // [bytes]
 constexpr std::uint64_t kMostDatasets = 1 << 20;
+constexpr double kGibibyte = 1 << 30;
+constexpr double kReadingMemory = 4 * kGibibyte;
+constexpr double kReadingMemoryPerByte = 8;  // of the file
 
 LogFormat format_of(const fs::path& path, const std::string& bytes) {
   const std::string begin = bytes.substr(0, 16);
@@ -72,16 +79,36 @@ MessageLog read_parts(const fs::path& path, LogFormat format, const std::string&
   }
 }
 
-// In a child process, since libraries can crash or loop on a damaged file.
+// Generous limit of memory for reading a file of this size, beyond what the process has.
+void allow_memory(double bytes) {
+  std::ifstream sizes("/proc/self/statm");
+  double pages = 0;
+  if (!(sizes >> pages)) return;
+  const double most =
+      pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) + kReadingMemory + kReadingMemoryPerByte * bytes;
+  rlimit memory{};
+  ::getrlimit(RLIMIT_AS, &memory);
+  memory.rlim_cur = std::min(static_cast<rlim_t>(most), memory.rlim_cur);
+  ::setrlimit(RLIMIT_AS, &memory);
+}
+
+// In a child process, since libraries can crash or loop on a damaged file, or exhaust the memory.
 void read_foreign(const fs::path& path, const std::string& bytes, const std::vector<std::string>& requested,
                   MeasuredLog& log) {
   std::optional<hdf5::Session> session(std::in_place);  // no other thread uses HDF5 at the fork
   read_in_child(
       reading_seconds(static_cast<double>(bytes.size())),
       [&](ToParent& parent) {
-        const MessageLog read = read_parts(path, log.format, bytes, requested);
-        parent.texts(read.warnings);
-        send(read.datasets, parent);
+        const auto size = static_cast<double>(bytes.size());
+        allow_memory(size);
+        try {
+          const MessageLog read = read_parts(path, log.format, bytes, requested);
+          parent.texts(read.warnings);
+          send(read.datasets, parent);
+        } catch (const std::bad_alloc&) {
+          throw std::runtime_error(fmt::format("reading needs more memory than the limit of {:.3g} GiB",
+                                               (kReadingMemory + kReadingMemoryPerByte * size) / kGibibyte));
+        }
       },
       [&](FromChild& child) {
         session.reset();

@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::size_t kMostListedFields = 2000;  // of a channel
 constexpr std::size_t kMostChannels = 65536;
+constexpr std::size_t kMostListedBytes = std::size_t{1} << 26;  // of the names of all fields
+constexpr std::size_t kMostNumbers = std::size_t{1} << 28;      // of a column
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 std::string_view without_slash(std::string_view name) { return name.starts_with('/') ? name.substr(1) : name; }
@@ -57,16 +59,30 @@ struct MessageColumns::Column {
   void add(std::span<const double> numbers) {
     if (!numbers.empty() && width == 0) {
       width = numbers.size();
+      check_size();
       values.assign(rows * width, kNoNumber);
     }
-    if (!numbers.empty() && numbers.size() != width && obstacle.empty())
+    if (!numbers.empty() && numbers.size() != width && obstacle.empty()) {
       obstacle = fmt::format("it has {} in message {} (from 0), {} before; select elements by [0]",
                              counted(numbers.size(), "number"), rows, width);
-    if (numbers.size() == width)
-      values.insert(values.end(), numbers.begin(), numbers.end());
-    else
-      values.resize(values.size() + width, kNoNumber);
+      values = {};
+    }
+    if (obstacle.empty()) {
+      check_size();
+      if (numbers.empty())
+        values.resize(values.size() + width, kNoNumber);
+      else
+        values.insert(values.end(), numbers.begin(), numbers.end());
+    }
     ++rows;
+  }
+
+  void check_size() const {
+    if (width > kMostNumbers / (rows + 1))
+      throw std::runtime_error(
+          fmt::format("field {} would have {} in each of {} messages or more, at most {} in all can be "
+                      "read; select elements by [0]",
+                      in_quotes(path), counted(width, "number"), rows, kMostNumbers));
   }
 };
 
@@ -93,6 +109,9 @@ MessageColumns::~MessageColumns() = default;
 
 std::size_t MessageColumns::add_channel(const MessageChannel& channel) {
   if (channels_.size() >= kMostChannels) throw std::runtime_error("the log has too many channels");
+  if (channel.schema.size() > kLargestSchema)
+    throw std::runtime_error(fmt::format("the schema of topic {} has {} bytes, must have at most {}",
+                                         in_quotes(channel.topic), channel.schema.size(), kLargestSchema));
   Channel& added = channels_.emplace_back();
   added.stated = channel, added.encoding = encoding_of(channel);
   add_requests(added);
@@ -110,6 +129,7 @@ std::size_t MessageColumns::add_channel(const MessageChannel& channel) {
     added.encoding.reset();  // nothing of it is read
   }
   list_fields(added, nullptr);
+  added.stated.schema = {};  // the definition and the list have its contents
   return channels_.size() - 1;
 }
 
@@ -213,6 +233,8 @@ void MessageColumns::list_fields(Channel& channel, const MessageValue* example) 
   channel.is_listed = channel.is_listed || !paths.empty() || example;
   for (const MessagePath& one : paths) {
     const std::string name = fmt::format("{}.{}", without_slash(channel.stated.topic), one.path);
+    if (listed_bytes_ + name.size() > kMostListedBytes) return;
+    listed_bytes_ += name.size();
     if (listed_.emplace(name, one.width).second) order_.push_back(name);
   }
 }

@@ -17,6 +17,8 @@
 
 namespace grapnel {
 
+inline constexpr std::size_t kLargestSchema = std::size_t{1} << 24;  ///< [bytes]
+
 /// What a log states about the messages of a channel or connection.
 struct MessageChannel {
   std::string topic;
@@ -67,6 +69,7 @@ class MessageColumns {
   std::vector<std::unique_ptr<Group>> groups_;
   std::map<std::string, std::optional<std::size_t>> listed_;  // names and widths of all fields
   std::vector<std::string> order_;                            // of their names
+  std::size_t listed_bytes_ = 0;                              // of their names
 };
 
 /// An error whose message states a place of the file.

@@ -14,6 +14,7 @@
 #include "grapnel/compare/compare_log.hpp"
 #include "grapnel/compare/mcap_export.hpp"
 #include "grapnel/compare/measured_log.hpp"
+#include "grapnel/compare/message_columns.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "support/sanitizers.hpp"
@@ -340,6 +341,22 @@ TEST(MessageLogs, TypesThatContainThemselvesAndHugeArraysEnd) {
   EXPECT_THAT(complaint(file("float64[] a\n", std::string(100, '\xff')), {"/imu/data.a"}), HasSubstr("exceed it"));
   EXPECT_THAT(complaint(file("string a\nfloat64 x\n", std::string(100, '\xff')), {"/imu/data.x"}),
               HasSubstr("exceeds it"));
+}
+
+// Sizes that a small file can state, and that exceed the memory.
+TEST(MessageLogs, LargeColumnsAndSchemasCauseErrors) {
+  std::string wide = R"({"x":1,"a":[0)";
+  for (int i = 1; i < 150'000; ++i) wide += ",0";
+  std::string records = mcap_channel(1, 0, "/imu/data", "json");
+  for (int k = 0; k < 2000; ++k) records += mcap_message(1, 0, 0, R"({"x":1})");
+  const std::vector<std::string> requested{"/imu/data.x", "/imu/data.a"};
+  EXPECT_EQ(complaint(mcap_file(records), requested), "");
+  EXPECT_THAT(complaint(mcap_file(records + mcap_message(1, 0, 0, wide + "]}")), requested),
+              AllOf(HasSubstr("150000 numbers in each of 2000 messages"), HasSubstr("268435456")));
+  const std::string schema(kLargestSchema + 1, '#');
+  EXPECT_THAT(complaint(mcap_file(mcap_schema(7, "p/A", "ros1msg", schema))),
+              AllOf(HasSubstr("byte " + std::to_string(mcap_begin().size())), HasSubstr("at most 16777216")));
+  EXPECT_THAT(complaint(bag_begin() + bag_connection(0, "/imu/data", "p/A", schema)), HasSubstr("at most 16777216"));
 }
 
 // Every prefix, and every byte changed: samples are those of the whole file, or an error states the damage.
