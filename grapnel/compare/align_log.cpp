@@ -228,7 +228,7 @@ class OffsetSearch {
     for (Candidate& one : candidates) one = refined(one, step_, step_ / 100, kFewSamples);
     std::sort(candidates.begin(), candidates.end(),
               [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; });
-    centre_on_information(candidates.front());
+    centre_on_information(candidates);
     const Candidate best = refined(candidates.front(), step_ / 100, kFinestStep, kMostSamples);
     found.offset = best.offset, found.drift = best.drift;
     const double least = candidates.front().loss;
@@ -236,7 +236,9 @@ class OffsetSearch {
     const double mean = std::max(least / std::max(static_cast<double>(used_), 1.0), 0.5);
     for (const Candidate& one : candidates) {
       const bool is_apart = std::abs(one.offset - candidates.front().offset) > 3 * step_;
-      if (is_apart && one.loss - least < kNearlyAsWell * mean && !found.other) found.other = one.offset;
+      // At the reference, with its drift.
+      if (is_apart && one.loss - least < kNearlyAsWell * mean && !found.other)
+        found.other = one.offset + one.drift * (given_.reference - centre_);
     }
     set_uncertainty(found);
     return found;
@@ -328,13 +330,15 @@ class OffsetSearch {
     return information;
   }
 
-  // Moves the centre to the time at which offset and drift are uncorrelated, so that they can be refined in turn.
-  void centre_on_information(Candidate& one) {
+  // Moves the centre to the time at which offset and drift of the first candidate are uncorrelated, so that they can be
+  // refined in turn.
+  void centre_on_information(std::vector<Candidate>& candidates) {
     if (!given_.largest) return;
     double spread = 0;
-    const ClockInformation n = information_at(one, spread);
+    const ClockInformation n = information_at(candidates.front(), spread);
     const double shift = n.offset > 0 ? std::clamp(n.mixed / n.offset, -half_, half_) : 0;
-    centre_ += shift, one.offset += one.drift * shift;
+    centre_ += shift;
+    for (Candidate& one : candidates) one.offset += one.drift * shift;
   }
 
   // The offset from the search's centre to the reference, and the standard uncertainties from the inverse of the
@@ -358,7 +362,6 @@ class OffsetSearch {
     found.why_not = why_not(found, best);
     found.is_determined = found.why_not.empty();
     found.offset += found.drift * shift;
-    if (found.other) *found.other += found.drift * shift;
   }
 
   std::string why_not(const ClockOffset& found, const Candidate& best) const {

@@ -189,6 +189,16 @@ TEST(Alignment, FindsLargeDrifts) {
   EXPECT_NEAR(found.offset, 2, 1e-4);
 }
 
+// Samples in the last part of a log move the time to which the search refers.
+TEST(Alignment, OneMinimumIsNotAnotherOffset) {
+  ComparedQuantity quantity = drifting(2, -0.02, 5);
+  std::fill(quantity.measured.begin(), quantity.measured.begin() + 3 * 900, std::nan(""));
+  const ClockOffset found = drift_of(quantity, 0.05);
+  EXPECT_TRUE(found.is_determined) << found.why_not;
+  EXPECT_NEAR(found.drift, -0.02, 1e-3);  // measured below 1e-4
+  EXPECT_FALSE(found.other) << *found.other << " instead of " << found.offset;
+}
+
 TEST(Alignment, DoesNotInventADrift) {
   const ClockOffset of_short = drift_of(drifting(0.25, 5e-5, 3, 25));
   EXPECT_FALSE(of_short.is_determined);
