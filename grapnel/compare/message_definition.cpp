@@ -29,7 +29,7 @@ struct PrimitiveName {
 };
 constexpr std::array<PrimitiveName, 20> kPrimitives{
     {{"bool", FieldKind::boolean},      {"boolean", FieldKind::boolean},   {"int8", FieldKind::int8},
-     {"uint8", FieldKind::uint8},       {"byte", FieldKind::uint8},        {"char", FieldKind::uint8},
+     {"uint8", FieldKind::uint8},       {"byte", FieldKind::byte},         {"char", FieldKind::uint8},
      {"octet", FieldKind::uint8},       {"int16", FieldKind::int16},       {"uint16", FieldKind::uint16},
      {"int32", FieldKind::int32},       {"uint32", FieldKind::uint32},     {"int64", FieldKind::int64},
      {"uint64", FieldKind::uint64},     {"float32", FieldKind::float32},   {"float64", FieldKind::float64},
@@ -42,6 +42,7 @@ std::size_t size_of(FieldKind kind) {
     case FieldKind::boolean:
     case FieldKind::int8:
     case FieldKind::uint8:
+    case FieldKind::byte:
       return 1;
     case FieldKind::int16:
     case FieldKind::uint16:
@@ -248,6 +249,8 @@ class MessageDecoder {
             number_of(field.kind == FieldKind::duration ? FieldKind::int32 : FieldKind::uint32, wire_.raw(4));
         return {{"sec", seconds}, {"nsec", part}};
       }
+      case FieldKind::byte:
+        return number_of(wire_.is_cdr() ? FieldKind::uint8 : FieldKind::int8, wire_.raw(1));
       default:
         return number_of(field.kind, wire_.raw(size_of(field.kind)));
     }

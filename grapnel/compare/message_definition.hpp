@@ -43,6 +43,7 @@ class MessageDefinition {
     boolean,
     int8,
     uint8,
+    byte,  ///< int8 in ROS 1, uint8 in CDR
     int16,
     uint16,
     int32,

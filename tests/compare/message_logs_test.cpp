@@ -359,6 +359,21 @@ TEST(MessageLogs, LargeColumnsAndSchemasCauseErrors) {
   EXPECT_THAT(complaint(bag_begin() + bag_connection(0, "/imu/data", "p/A", schema)), HasSubstr("at most 16777216"));
 }
 
+TEST(MessageLogs, BytesHaveASignInRos1Only) {
+  const auto value = [](const std::string& encoding, const std::string& schema_encoding, Kind kind) {
+    Message m(kind);
+    m.number(0xff, 1).number(0xff, 1).number(0xff, 1);
+    const MessageLog log =
+        read_mcap_log(mcap_file(mcap_schema(7, "p/A", schema_encoding, "byte b\nchar c\nint8 i\n") +
+                                mcap_channel(3, 7, "/t", encoding) + mcap_message(3, 0, 0, m.bytes())),
+                      {"/t.b", "/t.c", "/t.i"});
+    return std::vector<double>{values_of(log, "/t.b").at(0), values_of(log, "/t.c").at(0),
+                               values_of(log, "/t.i").at(0)};
+  };
+  EXPECT_THAT(value("ros1", "ros1msg", Kind::ros1), ElementsAre(-1, 255, -1));
+  EXPECT_THAT(value("cdr", "ros2msg", Kind::little_cdr), ElementsAre(255, 255, -1));
+}
+
 // Every prefix, and every byte changed: samples are those of the whole file, or an error states the damage.
 TEST(MessageLogs, TruncatedAndChangedFilesCauseErrorsOnly) {
   std::vector<std::string> files{mcap_imu("ros1", Kind::ros1, 12, "", false), mcap_imu("json", Kind::ros1, 8, "", true),
