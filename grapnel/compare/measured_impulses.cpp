@@ -140,7 +140,7 @@ class ContactEstimate {
     const ContactTime run_contact{simulated_->time, simulated_->end, 0};
     configuration_.emplace(run_, state);
     configuration_->attach(simulated_->grasps);
-    changes_.clear(), changed_.clear();
+    changes_.clear(), changed_.clear(), scattered_.clear();
     std::vector<std::string> too_few;
     for (const MeasuredQuantity& one : measured_.used) {
       if (!one.measures_rates() && !one.measures_places()) continue;
@@ -154,11 +154,13 @@ class ContactEstimate {
       if (one.measures_places()) configuration_->set(one, change->place, change->place_deviation, change->reference);
       const double bound = chi_square_quantile(kLeastProbability, change->freedom) / change->freedom *
                            (1 + kStatedAccuracy) * (1 + kStatedAccuracy);
-      if (change->chi_square > bound)
+      if (change->chi_square > bound) {
+        scattered_.push_back(name);
         warnings.push_back(
             fmt::format("{}: samples around t = {:.6g} s scatter about their polynomials with chi-square {}, "
                         "above {}: a shorter --window, or a larger uncertainty",
                         name, contact_.begin, small_number(change->chi_square), small_number(bound)));
+      }
       changes_.push_back(std::move(*change)), changed_.push_back(&one);
     }
     if (changes_.empty())
@@ -445,6 +447,9 @@ class ContactEstimate {
     report_.reason = fmt::format("the momentum balance has chi-square {} with {}, {} {}", small_number(value),
                                  counted(static_cast<std::size_t>(s.freedom), "redundant measurement"),
                                  value <= bound ? "within" : "above the bound", small_number(bound));
+    if (scattered_.empty()) return;
+    report_.verdict = Verdict::not_checked;  // the uncertainties of the changes do not hold
+    report_.reason += "; not checked, since samples scatter more than stated: " + some_of(scattered_);
   }
 
   const RunModel& run_;
@@ -458,6 +463,7 @@ class ContactEstimate {
   std::optional<MeasuredConfiguration> configuration_;
   std::vector<MeasuredChange> changes_;
   std::vector<const MeasuredQuantity*> changed_;
+  std::vector<std::string> scattered_;  // quantities whose samples the polynomials do not describe
   Eigen::VectorXd effort_, effort_deviation_;
   std::vector<int> known_drives_;  // bodies
   std::vector<std::pair<const MeasuredQuantity*, Integral>> forces_;
@@ -531,6 +537,14 @@ MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, c
     if (steps.empty()) continue;
     report.contacts.back().detected = true, report.contacts.back().time_uncertainty = steps[i].deviation;
     report.contacts.back().statistic = steps[i].statistic, report.contacts.back().threshold = steps[i].threshold;
+    constexpr double kFar = 5;  // standard uncertainties
+    const double apart = contact.begin - simulated.time;
+    const double deviation = std::hypot(steps[i].deviation, report.offset_uncertainty.value_or(0));
+    if (std::abs(apart) > kFar * deviation)
+      report.warnings.push_back(
+          fmt::format("the contact detected at t = {:.6g} s is {:.3g} s {} that of the run, {:.3g} standard "
+                      "uncertainties; a contact with a duration needs --at TIME:DURATION",
+                      contact.begin, std::abs(apart), apart > 0 ? "after" : "before", std::abs(apart) / deviation));
   }
   if (report.count(Verdict::no) > 0)
     report.verdict = Verdict::no;
@@ -555,7 +569,16 @@ MeasuredImpulses measured_impulses(const std::filesystem::path& run_folder, cons
   for (ComparedQuantity& one : mapped.quantities) {
     for (double& t : one.time) t += clock.drift * (t - clock.reference);
   }
-  return measured_impulses(RunModel(run_folder, options.scenario, options.overrides), mapped, options);
+  const RunModel model(run_folder, options.scenario, options.overrides);
+  try {
+    return measured_impulses(model, mapped, options);
+  } catch (const InputError& error) {
+    std::vector<Fault> faults(error.faults().begin(), error.faults().end());
+    for (Fault& fault : faults) {
+      if (fault.file.empty()) fault.file = log.string();
+    }
+    throw InputError(std::move(faults));
+  }
 }
 
 }  // namespace grapnel
