@@ -247,15 +247,19 @@ std::vector<std::string> missing_of(const RunModel& run, const MeasuredQuantitie
   if (!has(MeasuredQuantity::Kind::orientation, false, place)) missing.push_back(path + "/quaternion_wxyz");
   if (!has(MeasuredQuantity::Kind::position, false, place)) missing.push_back(path + "/position");
   if (body != "robot") return missing;
-  for (const auto& [kind, series] : {std::pair(MeasuredQuantity::Kind::joint_rate, "joints/velocity/"),
-                                     std::pair(MeasuredQuantity::Kind::joint_position, "joints/position/")}) {
+  struct Needed {
+    MeasuredQuantity::Kind kind;
+    const char* series;
+  };
+  for (const Needed& needed : {Needed{MeasuredQuantity::Kind::joint_rate, "joints/velocity/"},
+                               Needed{MeasuredQuantity::Kind::joint_position, "joints/position/"}}) {
     for (const int j : run.system().robot_joints) {
       const int joint = run.model().joints()[static_cast<std::size_t>(j)];
       const bool known = std::any_of(measured.used.begin(), measured.used.end(), [&](const MeasuredQuantity& one) {
-        return one.kind == kind && std::find(one.joints.begin(), one.joints.end(), joint) != one.joints.end();
+        return one.kind == needed.kind && std::find(one.joints.begin(), one.joints.end(), joint) != one.joints.end();
       });
       if (!known)
-        missing.push_back(series + run.model().bodies()[static_cast<std::size_t>(joint)].description.joint.name);
+        missing.push_back(needed.series + run.model().bodies()[static_cast<std::size_t>(joint)].description.joint.name);
     }
   }
   return missing;

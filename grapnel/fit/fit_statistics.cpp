@@ -65,7 +65,7 @@ class Statistics {
     auto derivatives = fitter_.derivatives(x_, true);
     fit_.best = fitter_.values_of(x_), fit_.converged = converged && derivatives.has_value();
     for (const double value : fit_.best) fit_.parameters.emplace_back().value = value;
-    find_held();
+    find_held(derivatives);
     runs_ = fitter_.run(x_);
     set_logs(*residuals);
     if (derivatives) {
@@ -83,15 +83,16 @@ class Statistics {
   }
 
  private:
-  // Variables at a bound do not vary.
-  void find_held() {
+  // Variables at a bound do not vary. One without effect on the logs is there by chance, so it is not held.
+  void find_held(const std::optional<Derivatives>& d) {
     const auto [lower, upper] = fitter_.bounds();
     for (Eigen::Index k = n_; k < x_.size(); ++k) held_clocks_.push_back(x_[k] <= lower[k] || x_[k] >= upper[k]);
     for (Eigen::Index k = 0; k < n_; ++k) {
       ParameterStatus& status = fit_.parameters[static_cast<std::size_t>(k)].status;
-      if (x_[k] <= 0) status = ParameterStatus::at_lower_bound;
-      if (x_[k] >= 1) status = ParameterStatus::at_upper_bound;
-      if (x_[k] > 0 && x_[k] < 1) free_.push_back(k);
+      const bool acts = !d || d->white.col(k).norm() > kLeastSingular;
+      if (x_[k] <= 0 && acts) status = ParameterStatus::at_lower_bound;
+      if (x_[k] >= 1 && acts) status = ParameterStatus::at_upper_bound;
+      if (!acts || (x_[k] > 0 && x_[k] < 1)) free_.push_back(k);
     }
   }
 
