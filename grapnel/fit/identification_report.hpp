@@ -14,16 +14,24 @@
 
 namespace grapnel {
 
+// Beside the report, whose members are optional: a nested structure is incomplete there.
+struct FittedChi {
+  double value = 0, numbers = 0, per_number = 0, bound = 0;
+  bool agrees = false;
+};
+struct FittedLeftOut {
+  std::optional<FittedChi> chi_square;
+  std::vector<double> values;
+  std::string reason;
+};
+
 struct FittedLogsReport {
   struct Settings {
     std::string name, sha256;
     std::size_t starts = 0, iterations = 0;
     std::uint64_t seed = 0;
   };
-  struct Chi {
-    double value = 0, numbers = 0, per_number = 0, bound = 0;
-    bool agrees = false;
-  };
+  using Chi = FittedChi;
   struct Parameter {
     std::string name, unit;
     std::vector<std::string> paths;
@@ -52,11 +60,7 @@ struct FittedLogsReport {
     std::optional<double> offset_uncertainty, drift, drift_uncertainty;
     double reference = 0;
   };
-  struct LeftOut {
-    std::optional<Chi> chi_square;
-    std::vector<double> values;
-    std::string reason;
-  };
+  using LeftOut = FittedLeftOut;
   struct Log {
     std::string name, file, sha256, scenario, scenario_sha256, folder;
     Verdict verdict = Verdict::not_checked;
