@@ -251,9 +251,9 @@ double time_until_zero(double margin, double rate, double acceleration) {
 // Whether a pair may leave its mode in a step, by velocities: a margin that falls from the value at the begin and rises
 // to that at the end, both at the greatest rate, is the least possible one. By accelerations: the same with the rates
 // at both ends, and the largest of three means of the acceleration: over the step, and weighted at each end.
-bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double duration, bool touching,
+bool ContactSet::may_change(const Clearance& begin, const Clearance& end, double duration, bool overlaps,
                             double prescribed_travel) {
-  const double change = touching ? std::abs(end.gap - begin.gap) : norm(end.between - begin.between);
+  const double change = overlaps ? std::abs(end.gap - begin.gap) : norm(end.between - begin.between);
   const double travel = std::max(std::max(begin.speed, end.speed) * duration, change);
   if (begin.gap > 0 && end.gap > 0 && begin.gap + end.gap > kFaster * travel + prescribed_travel) return false;
   if (prescribed_travel > 0 || !begin.is_smooth || !end.is_smooth || !(end.margin > 0) || !(begin.margin > -kGrazing))

@@ -252,7 +252,7 @@ class ContactSet {
   static void spread(Pair& pair, const ContactForce& force, const Kinematics& kinematics);
   double margin_of(Pair& pair, double t, const Kinematics& kinematics);
   Clearance clearance_of(Pair& pair, const Kinematics& kinematics, double duration);
-  static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool touching,
+  static bool may_change(const Clearance& begin, const Clearance& end, double duration, bool overlaps,
                          double prescribed_travel);
   void part(Pair& pair, double t, const Kinematics& kinematics);
   static bool is_crowded(const Pair& pair, double t);

@@ -504,7 +504,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   if (modes_.any_held()) {
     accelerations_in(t, y);
     least = std::min(least, modes_.holding_margin(friction_, open_efforts()));
-    load(t, y);
+    load_integrated(t, y);
   }
   if (!base_.switches()) return least;
   recover(t);
