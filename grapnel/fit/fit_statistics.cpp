@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "grapnel/compare/chi_square.hpp"
 #include "grapnel/fit/log_fitter.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/result/text_table.hpp"
@@ -15,6 +16,8 @@ namespace grapnel {
 namespace {
 
 constexpr double kNormal95 = 1.959964;         // two-sided 95 % quantile of the normal distribution
+constexpr double kPriorBound = 4;              // standard uncertainties of a prior between it and the fit
+constexpr double kDriftShare = 0.2;            // largest uncertainty of a determined drift, of its largest magnitude
 constexpr double kLeastSingular = 4;           // a standard uncertainty of a quarter of the range
 constexpr double kDerivativeError = 3;         // smallest singular value, in errors of the derivative
 constexpr double kNullShare = 0.05;            // part of a parameter in combinations that are not identifiable
@@ -138,7 +141,7 @@ class Statistics {
           (1 / kUniformVariance - one.singular_value * one.singular_value) * v * v.transpose();
     }
     for (Eigen::Index k = 0; k < n_; ++k) {
-      if (x_[k] > 0 && x_[k] < 1) continue;
+      if (std::find(free_.begin(), free_.end(), k) != free_.end()) continue;
       information.row(k).setZero(), information.col(k).setZero();
     }
     covariance_ = scaled_inverse(information);
@@ -234,6 +237,12 @@ class Statistics {
             fmt::format("{}: the offset of the clock, {} s, is at an end of its search: other values are computed with "
                         "this offset; widen time.search",
                         printable_line(name), short_number(log.clock.offset)));
+      const double largest = problem_.logs[fitter_.logs()[i]].largest_drift;
+      if (log.drift_uncertainty.value_or(0) > kDriftShare * largest)
+        fit_.warnings.push_back(fmt::format(
+            "{}: the drift of the clock is not determined: its standard uncertainty of {:.3g} ppm exceeds a "
+            "fifth of the largest drift, {:.3g} ppm; other uncertainties contain it",
+            printable_line(name), 1e6 * *log.drift_uncertainty, 1e6 * largest));
       if (is_held_clock(drift))
         fit_.warnings.push_back(
             fmt::format("{}: the drift of the clock, {}, is at its bound: other values are computed with this drift",
@@ -283,6 +292,14 @@ class Statistics {
     fit_.agrees = c.agrees() ? Verdict::yes : Verdict::no;
     fit_.reason = fmt::format("chi-square per degree of freedom {} is {} {}", small_number(c.per_number()),
                               c.agrees() ? "within" : "above the bound", small_number(c.bound));
+    for (std::size_t i = 0; i < fit_.parameters.size(); ++i) {
+      const FittedParameter& one = problem_.parameters[i];
+      const double apart = one.uncertainty ? std::abs(fit_.best[i] - one.start) / *one.uncertainty : 0;
+      if (apart <= kPriorBound * (1 + kStatedAccuracy)) continue;
+      fit_.agrees = Verdict::no;
+      fit_.reason += fmt::format("; {} is {} standard uncertainties of its prior from start", printable_line(one.name),
+                                 small_number(apart));
+    }
     for (std::size_t i = 0; i < fit_.logs.size(); ++i) {
       const std::string& name = problem_.logs[fitter_.logs()[i]].name;
       for (const ComparisonReport::Quantity& q : fit_.logs[i].comparison.report.quantities) {

@@ -20,10 +20,6 @@ constexpr double kShownWeight = 0.01;  // of a combination
 constexpr double kShownCorrelation = 0.9;
 constexpr std::size_t kShownMinima = 6;
 
-std::string word_of(Verdict verdict) {
-  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "NO" : "not checked";
-}
-
 std::string status_text(ParameterStatus status) {
   switch (status) {
     case ParameterStatus::identified:
@@ -105,7 +101,7 @@ std::string log_table(const FittedLogsReport& report) {
          optional(log.clock.offset_uncertainty), optional(log.clock.drift),
          has ? small_number(log.left_out->chi_square->per_number) + (log.left_out->chi_square->agrees ? "" : ", NO")
              : "-",
-         word_of(log.verdict)});
+         verdict_word(log.verdict)});
   }
   return table.text();
 }
@@ -386,7 +382,7 @@ std::string identification_text(const FittedLogsReport& report) {
   text += minima_text(report) + "\n";
   for (const std::string& warning : report.warnings) text += paragraph("warning: " + warning, "");
   text += paragraph(report.reason, "");
-  return text + fmt::format("\nagrees: {}\n", word_of(report.verdict));
+  return text + fmt::format("\nagrees: {}\n", verdict_word(report.verdict));
 }
 
 std::string identification_evaluations_csv(const Identification& identification, const LogFit& fit) {

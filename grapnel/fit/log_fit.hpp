@@ -43,6 +43,7 @@ struct FittedLog {
   std::optional<std::array<double, 2>> offset_range;  ///< of the search [s]; empty: half of the shorter record overlaps
   double drift = 0;                                   ///< as in LogClock [1]
   bool fits_drift = false;                            ///< `drift` is not used
+  double largest_drift = 5e-4;                        ///< largest magnitude of a fitted drift [1]
   std::optional<double> reference = {};               ///< as in LogClock [s]; empty: the middle of the log
 };
 

@@ -17,7 +17,6 @@ constexpr double kLeastStep = 1e-9;     // of differences, relative to the range
 constexpr std::size_t kShrinkings = 3;  // of a step
 constexpr std::size_t kRounds = 4;      // of selection
 constexpr double kFar = 1e300;
-constexpr double kMostDrift = 0.01;   // of a clock
 constexpr double kClearlyBetter = 1;  // chi-square
 
 }  // namespace
@@ -314,7 +313,7 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> LogFitter::bounds() const {
     const auto& range = problem_.logs[logs_[i]].offset_range;
     const auto [offset, drift] = clock_variables_[i];
     if (range && offset >= 0) lower[offset] = (*range)[0], upper[offset] = (*range)[1];
-    if (drift >= 0) lower[drift] = -kMostDrift, upper[drift] = kMostDrift;
+    if (drift >= 0) upper[drift] = problem_.logs[logs_[i]].largest_drift, lower[drift] = -upper[drift];
   }
   return {lower, upper};
 }

@@ -14,14 +14,6 @@ double selected_count(const std::vector<bool>& selected) {
   return static_cast<double>(std::count(selected.begin(), selected.end(), true));
 }
 
-double usual_interval(const std::vector<double>& time) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < time.size(); ++i) {
-    if (time[i] > time[i - 1]) intervals.push_back(time[i] - time[i - 1]);
-  }
-  return median_of(std::move(intervals));
-}
-
 // 1 / standard deviation of the sum of n residuals over sqrt(n), about a bias with standard uncertainty b; 0 if it is
 // free.
 double weight_of_mean(double s, double b, double n) { return std::isfinite(b) ? 1 / std::sqrt(s * s + n * b * b) : 0; }
@@ -66,7 +58,7 @@ Selection selected_samples(const FittedLog& log, const Quantities& quantities, c
     std::vector<bool> used(quantity.samples(), false);
     if (quantity.uncertainty) used = compared_samples(quantity, clock, log.times);
     if (log.fits_offset || log.fits_drift) {
-      const double near = usual_interval(quantity.time);
+      const double near = median_interval(quantity.time);
       std::vector<double> edges = quantity.curve.jumps();
       edges.push_back(quantity.curve.begin()), edges.push_back(quantity.curve.end());
       for (std::size_t i = 0; i < used.size(); ++i) {

@@ -474,7 +474,7 @@ class IdentificationReader {
     log.fits_offset = std::holds_alternative<SearchedOffset>(clock.offset);
     log.offset_range = clock.search;
     if (const double* stated = std::get_if<double>(&clock.drift)) log.drift = *stated;
-    log.fits_drift = std::holds_alternative<SearchedDrift>(clock.drift);
+    log.fits_drift = std::holds_alternative<SearchedDrift>(clock.drift), log.largest_drift = clock.largest_drift;
     log.reference = clock.reference;
   }
 

@@ -119,6 +119,44 @@ TEST(LogFit, StatesThatAParameterIsAtABound) {
   EXPECT_EQ(fit.agrees, Verdict::no);
 }
 
+// The search moves a parameter that nothing depends on to a bound by rounding errors; that is no estimate.
+TEST(LogFit, HoldsNoParameterWithoutEffectAtABound) {
+  LogFitProblem problem = problem_of(measured({}, {}, 6), [](std::span<const double> v) {
+    return Joint{v[0], v[1], v[2] * (1 + 1e-9 * v[3]), 3};
+  });
+  problem.parameters.push_back({"colour", "1", 0, 1, 1, false, {}});
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_EQ(fit.agrees, Verdict::yes) << fit.reason;
+  EXPECT_TRUE(fit.best[3] == 0 || fit.best[3] == 1) << fit.best[3];
+  EXPECT_EQ(fit.parameters[3].status, ParameterStatus::not_identifiable);
+  EXPECT_FALSE(fit.combinations.back().is_identifiable);
+  for (const std::size_t k : {0u, 1u, 2u}) EXPECT_EQ(fit.parameters[k].status, ParameterStatus::identified);
+}
+
+// The prior is one number among hundreds, so that chi-square alone would not show the contradiction.
+TEST(LogFit, DisagreesWithAPriorThatTheLogsContradict) {
+  LogFitProblem problem = problem_of(measured({}, {}, 6));
+  problem.parameters[2].start = 1.06, problem.parameters[2].uncertainty = 0.01;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_TRUE(fit.chi_square.agrees());
+  EXPECT_EQ(fit.agrees, Verdict::no);
+  EXPECT_THAT(fit.reason, testing::HasSubstr("standard uncertainties of its prior"));
+  problem.parameters[2].start = 1.02;
+  EXPECT_EQ(fit_logs(problem, {}).agrees, Verdict::yes);
+}
+
+TEST(LogFit, WarnsOfADriftThatIsNotDetermined) {
+  LogFitProblem problem = problem_of(measured({}, {}, 6));
+  problem.logs[0].fits_offset = problem.logs[0].fits_drift = true;
+  problem.logs[0].offset_range = {-0.5, 0.5};
+  problem.logs[0].largest_drift = 0.01;
+  const LogFit fit = fit_logs(problem, {});
+  EXPECT_GT(*fit.logs[0].drift_uncertainty, 1e-4);
+  EXPECT_THAT(fit.warnings, testing::Not(testing::Contains(testing::HasSubstr("is not determined"))));
+  problem.logs[0].largest_drift = 2 * std::max(std::abs(fit.logs[0].clock.drift), *fit.logs[0].drift_uncertainty);
+  EXPECT_THAT(fit_logs(problem, {}).warnings, testing::Contains(testing::HasSubstr("the drift of the clock is not")));
+}
+
 TEST(LogFit, RejectsStepsToRunsThatFail) {
   const auto fails = [](std::span<const double> v) -> Joint {
     if (v[0] > 3.2 || v[2] < 0.95) throw std::runtime_error("the target escapes");
