@@ -87,7 +87,7 @@ struct ImpulsesOptions {
   std::filesystem::path scenario;      // empty: as the run stored it
   std::vector<std::string> overrides;  // "path=value"
   std::vector<std::string> at;         // "time" or "time:duration" of contacts; empty: detected
-  double window = 0;                   // [s]; 0: chosen
+  std::optional<double> window;        // [s]; absent: chosen
   double false_alarms = 0.01;          // expected in the log
   std::filesystem::path output;        // empty: impulses-LOG in the run's folder
   bool quiet = false;

@@ -10,11 +10,9 @@
 #include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/compare/impulse_page.hpp"
 #include "grapnel/compare/measured_impulses.hpp"
-#include "grapnel/report/report_html.hpp"
-#include "grapnel/result/atomic_file.hpp"
-#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/override.hpp"
+#include "log_results.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -58,33 +56,18 @@ int impulses(const ImpulsesOptions& options) {
     settings.scenario = options.scenario;
     for (const std::string& text : options.overrides) settings.overrides.push_back(parse_override(text));
     settings.contacts = contact_times(options.at);
-    if (options.window > 0) settings.window = options.window;
+    settings.window = options.window;
     settings.false_alarms = options.false_alarms;
-    const fs::path folder = options.output.empty() ? run / ("impulses-" + options.log.stem().string()) : options.output;
-    const fs::path json = folder / "impulses.json", csv = folder / "impulses.csv", momentum = folder / "momentum.csv",
-                   page = folder / "impulses.html";
-    const MeasuredImpulses result = measured_impulses(run, options.log, options.mapping, settings);
-    Terminal terminal;
-    if (!may_write({json, csv, momentum, page}, terminal)) return kBadInput;
-    const std::string no_page = why_no_reports();
-    try {
-      fs::create_directories(folder);
-      write_file_atomically(csv, impulse_report_csv(result.report));
-      write_file_atomically(momentum, momentum_csv(result.momentum));
-      write_file_atomically(json, impulse_report_json(result.report));
-      if (no_page.empty()) write_report(impulse_page_data(result), page);
-    } catch (const std::exception& error) {
-      to_stderr("grapnel: error: {}\n", error_text(error));
-      return kSimulationFailed;
-    }
-    if (!options.quiet) {
-      to_stdout("grapnel {}, run {} (scenario {}), log {}\n\n", GRAPNEL_VERSION, run.string(), result.report.scenario,
-                options.log.string());
-      write_stdout(impulse_report_text(result.report));
-      to_stdout("results in {}: impulses.json, impulses.csv, momentum.csv{}\n{}", folder.string(),
-                no_page.empty() ? ", impulses.html" : "", no_page.empty() ? "" : fmt::format("no page: {}\n", no_page));
-    }
-    return result.report.verdict == Verdict::no ? kSimulationFailed : kDone;
+    const MeasuredImpulses impulses = measured_impulses(run, options.log, options.mapping, settings);
+    const ImpulseReport& report = impulses.report;
+    LogResults results{run, options.log, log_results_folder(options.output, run, options.log, "impulses"),
+                       report.scenario};
+    results.files = {{"impulses.json", impulse_report_json(report)},
+                     {"impulses.csv", impulse_report_csv(report)},
+                     {"momentum.csv", momentum_csv(impulses.momentum)}};
+    results.page = "impulses.html", results.page_data = [&] { return impulse_page_data(impulses); };
+    results.text = impulse_report_text(report), results.verdict = report.verdict;
+    return write_log_results(results, options.quiet);
   } catch (const InputError& error) {
     print_errors(error.faults());
     return kBadInput;

@@ -131,8 +131,10 @@ int program(int argc, char** argv) {
       ->add_option("--at", impulses_options.at,
                    "Time of a contact [s of the run], or TIME:DURATION; repeatable (default: detected)")
       ->allow_extra_args(false);
-  impulses_command->add_option("--window", impulses_options.window,
-                               "Length of the polynomials before and after a contact [s] (default: chosen)");
+  impulses_command
+      ->add_option("--window", impulses_options.window,
+                   "Length of the polynomials before and after a contact [s] (default: chosen)")
+      ->check(CLI::PositiveNumber);
   impulses_command
       ->add_option("--false-alarms", impulses_options.false_alarms,
                    "Bound on the expected number of contacts in the log that are noise alone")

@@ -418,6 +418,14 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
+double median_interval(std::span<const double> time) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    if (time[i] > time[i - 1]) intervals.push_back(time[i] - time[i - 1]);
+  }
+  return median_of(std::move(intervals));
+}
+
 void residual_of(const ComparedQuantity& quantity, std::size_t sample, double run_time, std::span<double> out) {
   std::array<double, kMostComponents> simulated;
   const std::size_t width = quantity.curve.width();

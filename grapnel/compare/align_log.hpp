@@ -95,5 +95,7 @@ inline Quaterniond conjugate(const Quaterniond& q) { return {q.w, -q.x, -q.y, -q
 
 /// The median of the finite values; NaN without any.
 double median_of(std::vector<double> values);
+/// The median interval between increasing times; NaN without any.
+double median_interval(std::span<const double> time);
 
 }  // namespace grapnel

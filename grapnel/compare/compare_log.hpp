@@ -60,10 +60,6 @@ AlignedLog read_aligned_log(const std::filesystem::path& run_folder, const std::
 /// an outlier.
 std::vector<bool> compared_samples(const ComparedQuantity& quantity, const LogClock& clock, const ComparedTimes& times);
 
-/// The chi-square per number that 99.9 % of consistent logs do not exceed, if the stated uncertainty is accurate to
-/// 10 %.
-double chi_square_bound(double numbers);
-
 /// A log that is read once and compared with many runs that have the same series. Thread safety: const members from any
 /// thread.
 class MappedLog {

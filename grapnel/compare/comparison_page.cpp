@@ -66,14 +66,8 @@ ReportData comparison_page_data(const LogComparison& comparison) {
   const ComparisonReport& report = comparison.report;
   nlohmann::ordered_json curves = nlohmann::ordered_json::array();
   for (const ComparedCurve& curve : comparison.curves) curves.push_back(curve_json(curve));
-  nlohmann::ordered_json data{{"schema", "grapnel-report/1"},
-                              {"version", report.version},
-                              {"kind", "log"},
-                              {"title", report.run.scenario + " and " + report.log.file},
-                              {"runs", nlohmann::ordered_json::array()},
-                              {"log", {{"comparison", json_of(report)}, {"curves", std::move(curves)}}}};
-  return {data["title"].get<std::string>(),
-          data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)};
+  return page_data("log", report.run.scenario + " and " + report.log.file,
+                   {{"comparison", json_of(report)}, {"curves", std::move(curves)}}, report.version);
 }
 
 }  // namespace grapnel

@@ -16,12 +16,6 @@ namespace {
 
 enum class ComparisonFormat { first };
 
-std::string optional_number(const std::optional<double>& value) { return value ? small_number(*value) : "-"; }
-
-std::string verdict_word(Verdict verdict) {
-  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "NO" : "not checked";
-}
-
 std::string clock_text(const ComparisonReport& report) {
   const ComparisonReport::Clock& clock = report.clock;
   std::string text = fmt::format("offset: run time = log time {} {:.7g} s", clock.offset < 0 ? "-" : "+",
@@ -38,6 +32,12 @@ std::string clock_text(const ComparisonReport& report) {
 }
 
 }  // namespace
+
+std::string optional_number(const std::optional<double>& value) { return value ? small_number(*value) : "-"; }
+
+std::string verdict_word(Verdict verdict) {
+  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "NO" : "not checked";
+}
 
 template <>
 struct Described<ComparisonFormat> {

@@ -70,4 +70,8 @@ std::string comparison_report_json(const ComparisonReport& report);
 /// The tables of the terminal: clocks, quantities, reasons, warnings.
 std::string comparison_report_text(const ComparisonReport& report);
 
+/// In tables of the terminal: "yes", "NO" or "not checked"; the number, or "-".
+std::string verdict_word(Verdict verdict);
+std::string optional_number(const std::optional<double>& value);
+
 }  // namespace grapnel

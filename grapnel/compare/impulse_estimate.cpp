@@ -118,24 +118,4 @@ ImpulseEstimate estimate_impulses(const ImpulseTask& task) {
   return estimate_impulses([&](std::span<const double>) { return task; }, 0);
 }
 
-// Q(x; n + 2) = Q(x; n) + (x/2)^(n/2) e^(-x/2) / Gamma(n/2 + 1), from n = 1 or 2.
-double chi_square_tail(double x, int n) {
-  if (!(x > 0)) return 1;
-  const double half = x / 2;
-  double tail = n % 2 == 1 ? std::erfc(std::sqrt(half)) : std::exp(-half);
-  for (int k = n % 2 == 1 ? 1 : 2; k < n; k += 2)
-    tail += std::exp(0.5 * k * std::log(half) - half - std::lgamma(0.5 * k + 1));
-  return std::min(tail, 1.0);
-}
-
-double chi_square_quantile(double p, int n) {
-  double below = 0, above = 1;
-  while (chi_square_tail(above, n) > p) above *= 2;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = (below + above) / 2;
-    (chi_square_tail(middle, n) > p ? below : above) = middle;
-  }
-  return (below + above) / 2;
-}
-
 }  // namespace grapnel

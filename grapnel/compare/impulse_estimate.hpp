@@ -76,9 +76,4 @@ ImpulseEstimate estimate_impulses(const std::function<ImpulseTask(std::span<cons
 /// The same with a known configuration.
 ImpulseEstimate estimate_impulses(const ImpulseTask& task);
 
-/// P(chi-square with n degrees of freedom > x).
-double chi_square_tail(double x, int n);
-/// The x with chi_square_tail(x, n) = p.
-double chi_square_quantile(double p, int n);
-
 }  // namespace grapnel

@@ -36,14 +36,8 @@ ReportData impulse_page_data(const MeasuredImpulses& impulses) {
   for (const MomentumCurve& curve : impulses.momentum) {
     if (!curve.time.empty()) curves.push_back(momentum_json(curve));
   }
-  nlohmann::ordered_json data{{"schema", "grapnel-report/1"},
-                              {"version", report.version},
-                              {"kind", "impulses"},
-                              {"title", "Impulses of " + report.log + " (" + report.scenario + ")"},
-                              {"runs", nlohmann::ordered_json::array()},
-                              {"impulses", {{"report", json_of(report)}, {"momentum", std::move(curves)}}}};
-  return {data["title"].get<std::string>(),
-          data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)};
+  return page_data("impulses", "Impulses of " + report.log + " (" + report.scenario + ")",
+                   {{"report", json_of(report)}, {"momentum", std::move(curves)}}, report.version);
 }
 
 }  // namespace grapnel

@@ -16,12 +16,6 @@ namespace {
 
 enum class ImpulsesFormat { first };
 
-std::string impulse_verdict_word(Verdict verdict) {
-  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "NO" : "not checked";
-}
-
-std::string number_or_dash(const std::optional<double>& value) { return value ? small_number(*value) : "-"; }
-
 }  // namespace
 
 template <>
@@ -206,15 +200,15 @@ std::string impulse_report_text(const ImpulseReport& report) {
     TextTable table;
     table.row({"impulse on the robot", "unit", "estimate", "uncertainty", "simulated"});
     const auto add = [&](const std::string& name, const ImpulseReport::Component& c) {
-      table.row({name + ", " + c.name, c.unit, c.determined ? number_or_dash(c.value) : "not determined",
-                 number_or_dash(c.uncertainty), number_or_dash(c.simulated)});
+      table.row({name + ", " + c.name, c.unit, c.determined ? optional_number(c.value) : "not determined",
+                 optional_number(c.uncertainty), optional_number(c.simulated)});
     };
     for (const ImpulseReport::Grasp& g : contact.grasps) {
       for (const ImpulseReport::Component& c : g.components) add(printable_line(g.end_effector), c);
     }
     for (const ImpulseReport::Component& c : contact.drives) add("drive", c);
     text += table.text() + "\n" + paragraph(contact.reason, "");
-    text += fmt::format("{} of {} components determined by {}\n", contact.rank, contact.unknowns,
+    text += fmt::format("{} of {} combinations of components determined by {}\n", contact.rank, contact.unknowns,
                         counted(contact.rows, "measured change"));
     if (!contact.assumed.empty()) text += paragraph("not measured, from the run: " + some_of(contact.assumed), "");
     if (!contact.zero_efforts.empty())
@@ -228,9 +222,9 @@ std::string impulse_report_text(const ImpulseReport& report) {
     for (std::size_t c = 0; c < m.first.size() && c < m.last.size(); ++c) {
       if (!m.first[c].determined && !m.last[c].determined) continue;
       any = true;
-      table.row({printable_line(m.body) + ", " + m.first[c].name, m.first[c].unit, number_or_dash(m.first[c].value),
-                 number_or_dash(m.first[c].uncertainty), number_or_dash(m.last[c].value),
-                 number_or_dash(m.last[c].uncertainty)});
+      table.row({printable_line(m.body) + ", " + m.first[c].name, m.first[c].unit, optional_number(m.first[c].value),
+                 optional_number(m.first[c].uncertainty), optional_number(m.last[c].value),
+                 optional_number(m.last[c].uncertainty)});
     }
   }
   if (any) text += table.text() + "\n";
@@ -241,7 +235,7 @@ std::string impulse_report_text(const ImpulseReport& report) {
   for (const std::string& one : report.unused) text += paragraph(one, "");
   for (const std::string& warning : report.warnings) text += paragraph("warning: " + warning, "");
   const std::size_t checked = report.count(Verdict::yes) + report.count(Verdict::no);
-  return text + fmt::format("\nconsistent: {} ({} of {} checked)\n", impulse_verdict_word(report.verdict), checked,
+  return text + fmt::format("\nconsistent: {} ({} of {} checked)\n", verdict_word(report.verdict), checked,
                             counted(report.contacts.size(), "contact"));
 }
 

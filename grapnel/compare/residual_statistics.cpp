@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "grapnel/compare/chi_square.hpp"
 #include "grapnel/compare/compare_log.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -11,8 +12,6 @@
 namespace grapnel {
 namespace {
 
-constexpr double kConfidence = 3.0902;  // one-sided 99.9 % quantile of the normal distribution
-constexpr double kAccuracy = 0.1;       // of stated uncertainties
 constexpr double kBiasBound = 4;        // standard uncertainties of a bias
 constexpr double kOutlier = 6;          // standard deviations from the local median (Hampel 1974)
 constexpr std::size_t kHalfWindow = 4;  // samples on either side of it
@@ -31,14 +30,6 @@ struct Residuals {
   double at(std::size_t i, std::size_t c) const { return value[i * width + c]; }
   std::size_t size() const { return sample.size(); }
 };
-
-double median_interval(const std::vector<double>& time) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < time.size(); ++i) {
-    if (time[i] > time[i - 1]) intervals.push_back(time[i] - time[i - 1]);
-  }
-  return median_of(std::move(intervals));
-}
 
 bool is_missing(const ComparedQuantity& quantity, std::size_t sample) {
   const std::size_t width = quantity.curve.width();
@@ -202,11 +193,12 @@ void judge(const ComparedQuantity& quantity, ComparisonReport::Quantity& report)
                               small_number(*report.chi_square_bound));
   if (!quantity.bias_uncertainty) return;
   const auto [size, component] = largest_bias(quantity, report);
-  const bool is_small = size <= kBiasBound * (1 + kAccuracy);
+  const bool is_small = size <= kBiasBound * (1 + kStatedAccuracy);
   if (!is_small) report.verdict = Verdict::no;
-  report.reason += fmt::format("; the largest bias, of {}, is {} standard uncertainties, {} {}",
-                               printable_line(report.components[component].name), small_number(size),
-                               is_small ? "within" : "above the bound", small_number(kBiasBound * (1 + kAccuracy)));
+  report.reason +=
+      fmt::format("; the largest bias, of {}, is {} standard uncertainties, {} {}",
+                  printable_line(report.components[component].name), small_number(size),
+                  is_small ? "within" : "above the bound", small_number(kBiasBound * (1 + kStatedAccuracy)));
 }
 
 void find_lag(const ComparedQuantity& quantity, const LogClock& clock, ComparisonReport::Quantity& report) {
@@ -311,12 +303,6 @@ void add_warnings(const ComparisonReport::Quantity& q, std::vector<std::string>&
 }
 
 }  // namespace
-
-// Wilson and Hilferty 1931
-double chi_square_bound(double numbers) {
-  const double share = 2 / (9 * numbers), root = 1 - share + kConfidence * std::sqrt(share);
-  return root * root * root * (1 + kAccuracy) * (1 + kAccuracy);
-}
 
 std::vector<bool> compared_samples(const ComparedQuantity& quantity, const LogClock& clock,
                                    const ComparedTimes& times) {

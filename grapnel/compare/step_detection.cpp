@@ -1,4 +1,5 @@
 #include "grapnel/compare/step_detection.hpp"
+#include "grapnel/compare/chi_square.hpp"
 
 #include <algorithm>
 #include <cmath>

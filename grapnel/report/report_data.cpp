@@ -43,6 +43,10 @@ std::string text_at(const Json& document, const char* pointer, const fs::path& f
 
 }  // namespace
 
+ReportData page_data(const char* kind, std::string title, nlohmann::ordered_json value, std::string_view version) {
+  return finished(kind, std::move(title), Json::array(), kind, std::move(value), version);
+}
+
 ResultKind kind_of_results(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
@@ -66,17 +70,17 @@ ReportData report_data(const fs::path& folder, std::string_view version, std::op
     case ResultKind::sweep: {
       Json data = sweep_data(folder);
       std::string title = text_at(data, "/settings/study/name", folder);
-      return finished("sweep", std::move(title), Json::array(), "sweep", std::move(data), version);
+      return page_data("sweep", std::move(title), std::move(data), version);
     }
     case ResultKind::optimization: {
       Json data = optimization_data(folder);
       std::string title = text_at(data, "/comparison/optimization/name", folder);
-      return finished("optimization", std::move(title), Json::array(), "optimization", std::move(data), version);
+      return page_data("optimization", std::move(title), std::move(data), version);
     }
     case ResultKind::campaign: {
       Json data = campaign_data(folder);
       std::string title = text_at(data, "/statistics/campaign/name", folder);
-      return finished("campaign", std::move(title), Json::array(), "campaign", std::move(data), version);
+      return page_data("campaign", std::move(title), std::move(data), version);
     }
     case ResultKind::run:
       break;

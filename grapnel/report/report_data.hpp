@@ -4,6 +4,7 @@
 /// Data of a report, from result folders: the JSON of web/src/data.ts (change both together).
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -34,6 +35,9 @@ struct ReportData {
 /// naming path and error, TooLarge.
 ReportData report_data(const std::filesystem::path& folder, std::string_view version,
                        std::optional<ResultKind> kind = std::nullopt);
+
+/// The data of a page without runs: `value` under the key `kind`.
+ReportData page_data(const char* kind, std::string title, nlohmann::ordered_json value, std::string_view version);
 
 /// The data of two runs, A and B.
 ReportData comparison_data(const std::filesystem::path& a, const std::filesystem::path& b, std::string_view version);
