@@ -148,6 +148,7 @@ class BagLog {
 bool is_rosbag(std::string_view begin) { return begin.starts_with("#ROSBAG V") || begin.starts_with("#ROSRECORD V"); }
 
 MessageLog read_bag_log(std::string_view bytes, const std::vector<std::string>& requested) {
+  if (!is_rosbag(bytes)) throw std::runtime_error("byte 0: a rosbag begins with #ROSBAG V2.0");
   return BagLog(bytes, requested).read();
 }
 

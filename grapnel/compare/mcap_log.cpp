@@ -160,6 +160,7 @@ class McapLog {
 bool is_mcap(std::string_view begin) { return begin.starts_with(kMcapMagic); }
 
 MessageLog read_mcap_log(std::string_view bytes, const std::vector<std::string>& requested) {
+  if (!is_mcap(bytes)) throw std::runtime_error("byte 0: an MCAP file begins with 0x89 MCAP0");
   return McapLog(bytes, requested).read();
 }
 

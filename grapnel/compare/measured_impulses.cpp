@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 
+#include "grapnel/compare/chi_square.hpp"
 #include "grapnel/compare/impulse_estimate.hpp"
 #include "grapnel/compare/step_detection.hpp"
 #include "grapnel/constraint/grasp.hpp"
@@ -21,8 +22,6 @@ namespace {
 
 using Kind = MeasuredQuantity::Kind;
 
-constexpr double kStatedAccuracy = 0.1;  // of stated uncertainties
-constexpr double kLeastProbability = 1e-3;
 constexpr std::size_t kMostMomenta = 2000;  // times
 
 [[noreturn]] void refuse_log(const std::string& message) {
@@ -152,8 +151,7 @@ class ContactEstimate {
         continue;
       }
       if (one.measures_places()) configuration_->set(one, change->place, change->place_deviation, change->reference);
-      const double bound = chi_square_quantile(kLeastProbability, change->freedom) / change->freedom *
-                           (1 + kStatedAccuracy) * (1 + kStatedAccuracy);
+      const double bound = chi_square_bound(change->freedom);
       if (change->chi_square > bound) {
         scattered_.push_back(name);
         warnings.push_back(
@@ -174,8 +172,7 @@ class ContactEstimate {
 
   // The integral of a quantity over a contact with a duration, by its samples; empty: they do not cover it.
   struct Integral {
-    Eigen::VectorXd value;
-    double deviation = 0;
+    Eigen::VectorXd value, deviation;
   };
   std::optional<Integral> integral_of(const MeasuredQuantity& one) const {
     const ComparedQuantity& q = *one.quantity;
@@ -189,7 +186,11 @@ class ContactEstimate {
       if (is_complete) time.push_back(t), index.push_back(i);
     }
     // Straight lines between samples; of several at one time each counts on its side.
-    Integral result{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(width)), 0};
+    Integral result;
+    result.value = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(width));
+    Eigen::VectorXd sampling = -integral_of_run(q);  // error of the same sum of the run's values, (25.3a)
+    double squares = 0;
+    std::vector<double> simulated(width);
     if (time.size() < 2 || time.front() > contact_.begin || time.back() < contact_.end) return std::nullopt;
     std::vector<double> weights(time.size(), 0.0);
     for (std::size_t k = 1; k < time.size(); ++k) {
@@ -199,13 +200,34 @@ class ContactEstimate {
       weights[k - 1] += (to - from) * (1 - share), weights[k] += (to - from) * share;
     }
     for (std::size_t k = 0; k < time.size(); ++k) {
-      for (std::size_t c = 0; c < width; ++c)
+      if (weights[k] == 0) continue;
+      q.curve.value(time[k] + 0.5 * q.average - delay(), simulated);
+      for (std::size_t c = 0; c < width; ++c) {
         result.value[static_cast<Eigen::Index>(c)] += weights[k] * q.measured[index[k] * width + c];
-      result.deviation += weights[k] * weights[k];
+        sampling[static_cast<Eigen::Index>(c)] += weights[k] * simulated[c];
+      }
+      squares += weights[k] * weights[k];
     }
-    result.deviation = std::hypot(*q.uncertainty * std::sqrt(result.deviation),
-                                  q.bias_uncertainty.value_or(0) * (contact_.end - contact_.begin));
+    const double noise = std::hypot(*q.uncertainty * std::sqrt(squares),
+                                    q.bias_uncertainty.value_or(0) * (contact_.end - contact_.begin));
+    result.deviation = sampling.unaryExpr([&](double e) { return std::isfinite(e) ? std::hypot(noise, e) : noise; });
     return result;
+  }
+
+  // Of the contact after that of the run [s].
+  double delay() const { return contact_.begin - simulated_->time; }
+
+  // The run's integral of a quantity over the contact, by fine steps.
+  Eigen::VectorXd integral_of_run(const ComparedQuantity& q) const {
+    constexpr int kSteps = 2000;
+    const double step = (contact_.end - contact_.begin) / kSteps;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.curve.width()));
+    std::vector<double> value(q.curve.width());
+    for (int i = 0; i < kSteps; ++i) {
+      q.curve.value(contact_.begin + (i + 0.5) * step - delay() + 0.5 * q.average, value);
+      sum += step * Eigen::Map<const Eigen::VectorXd>(value.data(), sum.size());
+    }
+    return sum;
   }
 
   // Impulses of drives over a contact with a duration, and directly measured ones of grasps.
@@ -224,7 +246,8 @@ class ContactEstimate {
       }
       for (std::size_t k = 0; k < one.joints.size(); ++k) {
         const int body = one.joints[k], v = run_.model().bodies()[static_cast<std::size_t>(body)].v;
-        effort_[v] = integral->value[static_cast<Eigen::Index>(k)], effort_deviation_[v] = integral->deviation;
+        effort_[v] = integral->value[static_cast<Eigen::Index>(k)];
+        effort_deviation_[v] = integral->deviation[static_cast<Eigen::Index>(k)];
         known_drives_.push_back(body);
       }
     }
@@ -346,7 +369,7 @@ class ContactEstimate {
       }
       for (std::size_t k = 0; k < one->parts.size(); ++k, ++row)
         task.direct[row] = integral.value[static_cast<Eigen::Index>(k)],
-        task.direct_deviation[row] = integral.deviation;
+        task.direct_deviation[row] = integral.deviation[static_cast<Eigen::Index>(k)];
     }
   }
 
@@ -439,9 +462,7 @@ class ContactEstimate {
       report_.reason = "the momentum balance is not checked, since no measurement is redundant";
       return;
     }
-    const double value = s.chi_square / s.freedom;
-    const double bound =
-        chi_square_quantile(kLeastProbability, s.freedom) / s.freedom * (1 + kStatedAccuracy) * (1 + kStatedAccuracy);
+    const double value = s.chi_square / s.freedom, bound = chi_square_bound(s.freedom);
     report_.chi_square = value, report_.chi_square_bound = bound;
     report_.verdict = value <= bound ? Verdict::yes : Verdict::no;
     report_.reason = fmt::format("the momentum balance has chi-square {} with {}, {} {}", small_number(value),

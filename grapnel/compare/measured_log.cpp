@@ -31,8 +31,8 @@ constexpr double kReadingMemoryPerByte = 8;  // of the file
 
 LogFormat format_of(const fs::path& path, const std::string& bytes) {
   const std::string begin = bytes.substr(0, 16);
-  if (is_mcap(begin)) return LogFormat::mcap;
-  if (is_rosbag(begin)) return LogFormat::rosbag;
+  if (is_mcap(begin) || path.extension() == ".mcap") return LogFormat::mcap;
+  if (is_rosbag(begin) || path.extension() == ".bag") return LogFormat::rosbag;
   if (begin.substr(0, 8) == "\x89HDF\r\n\x1a\n") return LogFormat::hdf5;
   return begin.starts_with("MATLAB ") || path.extension() == ".mat" ? LogFormat::mat : LogFormat::csv;
 }

@@ -315,6 +315,7 @@ TEST(MessageLogs, DamageIsReportedWithItsPlace) {
   EXPECT_THAT(
       complaint(mcap_file(mcap_schema(7, "Imu", "ros2msg", "Vector3 v") + mcap_channel(3, 7, "/imu/data", "cdr"))),
       HasSubstr("does not contain the type 'Vector3'"));
+  EXPECT_THAT(complaint("MCAP" + good), HasSubstr("byte 0: an MCAP file begins with"));
   EXPECT_THAT(complaint("#ROSBAG V1.2\n"), HasSubstr("another version than 2.0"));
   EXPECT_THAT(complaint(bag_begin() + bag_message(5, 0, "")),
               AllOf(HasSubstr("byte " + std::to_string(bag_begin().size())), HasSubstr("unknown connection 5")));
