@@ -5,6 +5,8 @@ import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import os from "node:os";
 import path from "node:path";
+import { after, test as nodeTest } from "node:test";
+import { setTimeout as delay } from "node:timers/promises";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
 // Packages are in the build folder, not beside this file.
@@ -30,9 +32,43 @@ const kArguments = [
   "--disable-gpu-compositing", // painting without emulated shaders scrolls five times as fast
 ];
 
+// A browser as its own process, which can be ended even if it no longer answers.
 export async function launch(more = []) {
   if (!existsSync(chromiumPath)) throw new Error(`no browser at ${chromiumPath}: scripts/setup test installs it`);
-  return chromium.launch({ executablePath: chromiumPath, args: [...kArguments, ...more] });
+  const server = await chromium.launchServer({ executablePath: chromiumPath, args: [...kArguments, ...more] });
+  const browser = await chromium.connect(server.wsEndpoint());
+  return { newContext: (options) => browser.newContext(options), close: () => server.kill() };
+}
+
+// The browser of all tests of a file.
+let shared;
+async function closeShared() {
+  const browser = await shared?.catch(() => undefined);
+  shared = undefined;
+  await browser?.close();
+}
+after(closeShared);
+
+// Seconds after which a test counts as hung; the longest test takes a fifth of this.
+const kHung = 180;
+
+// A test that opens pages. Chromium occasionally stops answering, for which its interface has no timeout. Such a test is
+// run once more in a new browser, and fails if it hangs again.
+export function test(name, body) {
+  nodeTest(name, async (context) => {
+    const ends = async () => {
+      const timer = new AbortController();
+      const late = delay(kHung * 1000, false, { signal: timer.signal }).catch(() => false);
+      return Promise.race([body(context).then(() => true), late]).finally(() => timer.abort());
+    };
+    if (await ends()) return;
+    context.diagnostic(`hung for ${kHung} s, and run again in a new browser`);
+    await closeShared();
+    if (!(await ends())) {
+      await closeShared();
+      throw new Error(`hung twice for ${kHung} s`);
+    }
+  });
 }
 
 // A folder that is removed at the end of the process.
@@ -57,8 +93,8 @@ export function scenario(name) {
 }
 
 // Opens a file as a user does. `faults`: console errors, exceptions and requests; tests expect none.
-export async function open(browser, file, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+export async function open(file, options = {}, browser = undefined) {
+  const context = await (browser ?? (await (shared ??= launch()))).newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
   const page = await context.newPage();
   const faults = [];
   page.on("console", (message) => {
@@ -73,6 +109,14 @@ export async function open(browser, file, options = {}) {
   await page.goto(url, { timeout: 120_000 });
   await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"), null, { timeout: 120_000 }); // busy machines are slow
   return { page, context, faults };
+}
+
+// The content of a downloaded file, as a buffer.
+export async function downloaded(download) {
+  const folder = scratch();
+  const file = path.join(folder, "download");
+  await download.saveAs(file);
+  return readFileSync(file);
 }
 
 // Accessibility violations found by axe, with everything unfolded.

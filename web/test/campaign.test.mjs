@@ -3,18 +3,11 @@
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
-import { after, before, describe, test } from "node:test";
-import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
+import { describe } from "node:test";
+import { axeFaults, downloaded, grapnel, open, scenario, scratch, scrollThrough, test } from "./browser.mjs";
 import { campaignData, campaignStatistics } from "./made_campaign.mjs";
 
 const folder = scratch();
-let browser;
-before(async () => {
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-});
 
 // A page with statistics only, written by the program.
 function report(name, statistics) {
@@ -36,7 +29,7 @@ function page(name, data) {
 }
 
 async function shown(file, options) {
-  const opened = await open(browser, file, options);
+  const opened = await open(file, options);
   await scrollThrough(opened.page);
   await opened.page.evaluate(() => window.dispatchEvent(new Event("beforeprint"))); // builds all deferred parts
   return opened;
@@ -112,7 +105,7 @@ describe("the page matches campaign.json", () => {
     for (const id of ["probability", "distribution", "influence", "inputs", "spread"]) {
       for (const kind of ["SVG", "PNG", "CSV"]) {
         const [got] = await Promise.all([p.waitForEvent("download"), p.locator(`#study-${id}`).getByRole("button", { name: kind, exact: true }).click()]);
-        assert.ok(statSync(await got.path()).size > 60, `${kind} of ${id}`);
+        assert.ok((await downloaded(got)).length > 60, `${kind} of ${id}`);
       }
     }
     assert.deepEqual(faults, []);
@@ -122,7 +115,7 @@ describe("the page matches campaign.json", () => {
 
 async function csv(p, card) {
   const [got] = await Promise.all([p.waitForEvent("download"), p.locator(card).getByRole("button", { name: "CSV", exact: true }).click()]);
-  return readFileSync(await got.path(), "utf8");
+  return (await downloaded(got)).toString("utf8");
 }
 
 describe("success maps", () => {
@@ -269,7 +262,7 @@ describe("elements do not overlap", () => {
   }
 
   test("a dark page is printed in light colours and becomes dark again", async () => {
-    const { page: p, context, faults } = await open(browser, page("paper", campaignData()), { colorScheme: "dark" });
+    const { page: p, context, faults } = await open(page("paper", campaignData()), { colorScheme: "dark" });
     await scrollThrough(p);
     const bar = p.locator("#study-distribution svg rect").first();
     const seen = async () => {

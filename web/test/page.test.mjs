@@ -3,13 +3,12 @@
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
-import { after, before, describe, test } from "node:test";
-import { axeContrastFaults, axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
+import { before, describe } from "node:test";
+import { axeContrastFaults, axeFaults, downloaded, grapnel, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
 
 const folder = scratch();
-let browser, handles, planned, comparison;
+let handles, planned, comparison;
 before(async () => {
-  browser = await launch();
   const run = (name, file) => {
     const out = path.join(folder, name);
     grapnel(["run", scenario(file), "-o", out, "--quiet"]);
@@ -20,9 +19,6 @@ before(async () => {
   const published = run("published", "thesis/closed-loop-published-angles.yaml");
   comparison = path.join(folder, "comparison.html");
   grapnel(["report", planned, published, "-o", comparison]);
-});
-after(async () => {
-  await browser?.close();
 });
 
 // The report with other data and its original script.
@@ -43,7 +39,7 @@ const seen = (page, selector) => page.locator(selector).evaluateAll((all) => all
 describe("letters", () => {
   for (const ratio of [1, 1.5, 2, 3]) {
     test(`of axes have 12 px on a screen with ${ratio} pixels per px`, async () => {
-      const { page, context } = await open(browser, handles, { deviceScaleFactor: ratio, viewport: { width: 800, height: 600 } });
+      const { page, context } = await open(handles, { deviceScaleFactor: ratio, viewport: { width: 800, height: 600 } });
       const sizes = await page.evaluate(async () => {
         const met = new Set();
         const fill = CanvasRenderingContext2D.prototype.fillText;
@@ -65,7 +61,7 @@ describe("letters", () => {
 
 describe("accessibility", () => {
   test("axe finds no violation: one run, light and dark", async () => {
-    const { page, context } = await open(browser, handles, { colorScheme: "light" });
+    const { page, context } = await open(handles, { colorScheme: "light" });
     assert.deepEqual(await axeFaults(page), []);
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     const light = await ground();
@@ -76,13 +72,13 @@ describe("accessibility", () => {
   });
 
   test("axe finds no violation: two runs", async () => {
-    const { page, context } = await open(browser, comparison, { colorScheme: "light" });
+    const { page, context } = await open(comparison, { colorScheme: "light" });
     assert.deepEqual(await axeFaults(page), []);
     await context.close();
   });
 
   test("few Tab stops, and the first skips the header", async () => {
-    const { page, context } = await open(browser, handles);
+    const { page, context } = await open(handles);
     await page.waitForTimeout(500);
     const stops = await page.evaluate(
       () => [...document.querySelectorAll("a[href], button, input, select, summary, [tabindex]")].filter((one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true })).length,
@@ -96,7 +92,7 @@ describe("accessibility", () => {
   });
 
   test("arrow keys move within a group of buttons", async () => {
-    const { page, context } = await open(browser, handles);
+    const { page, context } = await open(handles);
     await page.locator(".replay-chips button").first().focus();
     const named = () => page.evaluate(() => document.activeElement.textContent);
     assert.equal(await named(), "Trails");
@@ -111,7 +107,7 @@ describe("accessibility", () => {
   });
 
   test("keys rotate the replay", async () => {
-    const { page, context } = await open(browser, handles);
+    const { page, context } = await open(handles);
     const at = () => page.evaluate(() => window.__grapnel.replay.cameraDirection());
     const before = await at();
     await page.locator(".replay-canvas").focus();
@@ -125,7 +121,7 @@ describe("accessibility", () => {
   });
 
   test("colours of the system setting are kept", async () => {
-    const { page, context, faults } = await open(browser, handles, { forcedColors: "active" });
+    const { page, context, faults } = await open(handles, { forcedColors: "active" });
     await scrollThrough(page);
     const [ink, page_, pressed] = await page.evaluate(() => {
       const style = getComputedStyle(document.body);
@@ -142,7 +138,7 @@ describe("accessibility", () => {
 
 describe("layout", () => {
   test("six plots initially, the others in collapsed groups", async () => {
-    const { page, context } = await open(browser, handles, { viewport: { width: 1600, height: 1000 } });
+    const { page, context } = await open(handles, { viewport: { width: 1600, height: 1000 } });
     await page.waitForSelector(".plot");
     const titles = await seen(page, ".plot h3");
     assert.deepEqual(titles, ["Distance and relative speed", "Grasp force", "Base rate", "Minimum clearance", "Energy and work", "Worst margin to a rating"]);
@@ -154,7 +150,7 @@ describe("layout", () => {
   });
 
   test("on a narrow screen a small replay stays visible", async () => {
-    const { page, context } = await open(browser, handles, { viewport: { width: 800, height: 900 } });
+    const { page, context } = await open(handles, { viewport: { width: 800, height: 900 } });
     await page.waitForSelector(".plot");
     await page.evaluate(() => window.scrollTo(0, document.querySelectorAll(".plot")[2].getBoundingClientRect().top + window.scrollY - 500));
     await page.waitForTimeout(300);
@@ -164,7 +160,7 @@ describe("layout", () => {
   });
 
   test("the picture has a grid, a scale and the axes of W, and may have a sky", async () => {
-    const { page, context, faults } = await open(browser, handles);
+    const { page, context, faults } = await open(handles);
     await page.waitForTimeout(500);
     assert.match((await seen(page, ".replay-legend")).join(), /grid \d/);
     assert.match((await seen(page, ".replay-scale")).join(), /^[\d.]+ m$/);
@@ -177,7 +173,7 @@ describe("layout", () => {
   });
 
   test("published values of the thesis are shown only in their section", async () => {
-    const { page, context } = await open(browser, changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)));
+    const { page, context } = await open(changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)));
     assert.equal(await page.locator("#published").count(), 0);
     assert.doesNotMatch(await page.locator("body").innerText(), /as published/i);
     await context.close();
@@ -188,7 +184,7 @@ describe("flexible links", () => {
   test("are drawn with or without magnification", async () => {
     const out = path.join(folder, "bent");
     grapnel(["run", scenario("thesis/closed-loop-flexible.yaml"), "-o", out, "--quiet", "--set", "approach.duration=4", "--set", "post_impact.duration=0.2"], [0, 1]);
-    const { page, context, faults } = await open(browser, path.join(out, "report.html"));
+    const { page, context, faults } = await open(path.join(out, "report.html"));
     const turns = () =>
       page.evaluate(() => {
         window.__grapnel.clock.time = 2;
@@ -216,7 +212,7 @@ describe("flexible links", () => {
     writeFileSync(named, robot.replaceAll("arm-1-link-2", '"arm-1-link-1:1"'));
     const out = path.join(folder, "named");
     grapnel(["run", scenario("thesis/closed-loop.yaml"), "-o", out, "--quiet", "--set", `robot=${named}`, "--set", "clearance.enabled=false"], [0, 1]);
-    const { page, context } = await open(browser, path.join(out, "report.html"));
+    const { page, context } = await open(path.join(out, "report.html"));
     assert.equal(await page.getByLabel("Bending drawn so many times").count(), 0);
     await context.close();
   });
@@ -226,7 +222,7 @@ describe("an impact", () => {
   const labels = (page) => page.locator(".replay-label:not([hidden])").evaluateAll((all) => all.map((one) => one.textContent));
 
   test("has its arrows from contact on, and two states at one instant", async () => {
-    const { page, context } = await open(browser, handles);
+    const { page, context } = await open(handles);
     const go = async (time, back) => {
       const drawn = await page.evaluate(([t, k]) => (window.__grapnel.clock.show(t, k), window.__grapnel.replay.renderCount()), [time, back]);
       await page.waitForFunction((n) => window.__grapnel.replay.renderCount() > n, drawn);
@@ -252,7 +248,7 @@ describe("the scenario", () => {
 
   test("is shown on the page as text", async () => {
     const file = changed(handles, "texts.html", (data) => (data.runs[0].source = texts("name: x\n# <script>\n", ["approach.duration=10"])));
-    const { page, context } = await open(browser, file);
+    const { page, context } = await open(file);
     assert.match(await page.locator(".page-head").innerText(), /Two hands & <b>one<\/b> satellite/);
     await page.locator("#scenario summary").click();
     assert.match(await page.locator("#scenario pre").innerText(), /# <script>/);
@@ -265,10 +261,10 @@ describe("the scenario", () => {
       data.runs[0].source = texts("a: 1\nb: 2\nc: 3\n");
       data.runs[1].source = texts("a: 1\nb: 5\nc: 3\n");
     });
-    const one = await open(browser, file);
+    const one = await open(file);
     assert.deepEqual(await one.page.locator(".diff-a code, .diff-b code").allTextContents(), ["b: 2", "b: 5"]);
     await one.context.close();
-    const two = await open(browser, changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)));
+    const two = await open(changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)));
     assert.match(await two.page.locator("#verdict").innerText(), /does not contain its scenario's text/);
     assert.deepEqual(two.faults, []);
     await two.context.close();
@@ -277,7 +273,7 @@ describe("the scenario", () => {
 
 describe("files", () => {
   test("a video of the replay", async () => {
-    const { page, context, faults } = await open(browser, handles);
+    const { page, context, faults } = await open(handles);
     await page.evaluate(() => {
       window.__grapnel.clock.speed = 10;
       window.__grapnel.clock.slowAround = [];
@@ -285,8 +281,8 @@ describe("files", () => {
     });
     const saved = page.waitForEvent("download");
     await page.getByText("Record video").click();
-    const file = await (await saved).path();
-    assert.deepEqual([...readFileSync(file).subarray(0, 4)], [0x1a, 0x45, 0xdf, 0xa3]); // EBML: WebM
+    const video = await downloaded(await saved);
+    assert.deepEqual([...video.subarray(0, 4)], [0x1a, 0x45, 0xdf, 0xa3]); // EBML: WebM
     assert.match(await page.locator(".replay-said").textContent(), /Video saved/);
     assert.deepEqual(faults, []);
     await context.close();
@@ -297,7 +293,7 @@ describe("files", () => {
     assert.doesNotMatch(/script-src ([^;]*)/.exec(text)[1], /unsafe/);
     const file = path.join(folder, "planted.html");
     writeFileSync(file, text.replace("</head>", "<script>window.planted = 1</script></head>").replace("<main", "<img src=x onerror='window.planted = 2'><main"));
-    const { page, context } = await open(browser, file);
+    const { page, context } = await open(file);
     await page.waitForTimeout(200);
     assert.equal(await page.evaluate(() => window.planted), undefined);
     assert.equal(await page.locator(".fault").count(), 0);
@@ -312,7 +308,7 @@ describe("capture window", () => {
     const { window } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).approach.plan;
     const reached = window.points.filter((point) => point.reachable).length;
     assert.ok(reached > 0 && reached < window.points.length);
-    const { page, faults } = await open(browser, path.join(out, "report.html"));
+    const { page, faults } = await open(path.join(out, "report.html"));
     // Share of the reach, direction, speed and, where there is a plan, objective.
     assert.equal(await page.locator(".window-chart .reached").count(), 4 * reached);
     assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));
@@ -340,7 +336,7 @@ quantities:
     );
     const out = path.join(folder, "compare-log");
     grapnel(["compare", planned, path.join(planned, "timeseries.csv"), "--map", map, "-o", out, "--quiet"], [1]);
-    const { page, context, faults } = await open(browser, path.join(out, "comparison.html"));
+    const { page, context, faults } = await open(path.join(out, "comparison.html"));
     const results = await page.locator("#verdict table tbody tr").evaluateAll((rows) => rows.map((row) => row.cells[1].textContent.trim()));
     assert.deepEqual(results.map((one) => one.replace(/^[^a-z]+/, "")), ["agrees", "disagrees", "not checked"]);
     assert.match(await page.locator("#quantity-1").innerText(), /chi-square .* is above the bound/);

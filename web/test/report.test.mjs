@@ -3,17 +3,10 @@
 import assert from "node:assert/strict";
 import { cpSync, mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
-import { after, before, describe, test } from "node:test";
-import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
+import { describe } from "node:test";
+import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
 
 const folder = scratch();
-let browser;
-before(async () => {
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-});
 
 const made = new Map();
 // Result folders, each created once: name -> folder.
@@ -106,7 +99,7 @@ describe("every kind of report opens without errors and requests, and runs end a
     test(name, async () => {
       const file = make();
       assert.ok(statSync(file).size < 3.5e6, `${statSync(file).size} bytes`);
-      const { page, context, faults } = await open(browser, file);
+      const { page, context, faults } = await open(file);
       await scrollThrough(page);
       assert.deepEqual(faults, []);
       assert.equal(await page.locator(".fault").count(), 0);
@@ -122,7 +115,7 @@ describe("every kind of report opens without errors and requests, and runs end a
 describe("the page matches the results", () => {
   test("the verdict has the impulses of summary.json", async () => {
     const out = openLoop();
-    const { page, context } = await open(browser, reportOf(out));
+    const { page, context } = await open(reportOf(out));
     const text = await page.locator("body").innerText();
     for (const grasp of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).impact.grasps)
       assert.ok(text.includes(String(Number(grasp.impulse_magnitude.toPrecision(4)))), grasp.impulse_magnitude);
@@ -134,7 +127,7 @@ describe("the verdicts are those of the summary", () => {
   const verdictText = async (page) => (await page.locator("#verdict").innerText()).replace(/\s+/g, " ");
   test("of a run, with their remarks", async () => {
     for (const name of ["open loop", "a rebound", "reaction wheels", "a run that failed"]) {
-      const { page, context } = await open(browser, reportOf(kinds[name]()));
+      const { page, context } = await open(reportOf(kinds[name]()));
       const text = await verdictText(page);
       const { verdicts } = JSON.parse(readFileSync(path.join(kinds[name](), "summary.json"), "utf8"));
       assert.equal(verdicts.length, 4);
@@ -146,7 +139,7 @@ describe("the verdicts are those of the summary", () => {
   });
 
   test("of two runs", async () => {
-    const { page, context } = await open(browser, comparison());
+    const { page, context } = await open(comparison());
     const text = await verdictText(page);
     for (const out of [openLoop(), kinds["closed loop"]()])
       for (const { sentence } of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).verdicts)
@@ -158,7 +151,7 @@ describe("the verdicts are those of the summary", () => {
 describe("control and actuators", () => {
   test("wheels against their capacity, by numbers and over time", async () => {
     const out = kinds["reaction wheels"]();
-    const { page, context } = await open(browser, reportOf(out));
+    const { page, context } = await open(reportOf(out));
     const text = await page.locator("#driven").innerText();
     const { wheels } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8"));
     assert.equal(wheels.length, 4);
@@ -174,7 +167,7 @@ describe("control and actuators", () => {
   });
 
   test("a run with only ideal joints has no such section", async () => {
-    const { page, context } = await open(browser, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()));
     assert.equal(await page.locator("#driven").count(), 0);
     await context.close();
   });
@@ -197,7 +190,7 @@ describe("contacts between shapes", () => {
   };
 
   test("the section lists the pairs that touched, with units and a warning", async () => {
-    const { page, context, faults } = await open(browser, touching());
+    const { page, context, faults } = await open(touching());
     const section = page.locator("#contacts");
     const text = (await section.innerText()).replace(/\s+/g, " ");
     for (const part of ["finger – debris", "12.3", "0.875", "Peak force [N]", "Largest depth [m]", "too deep for the contact model", "1 pair did not touch"])
@@ -209,7 +202,7 @@ describe("contacts between shapes", () => {
   });
 
   test("a run without such pairs has no such section", async () => {
-    const { page, context } = await open(browser, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()));
     assert.equal(await page.locator("#contacts").count(), 0);
     await context.close();
   });
@@ -217,7 +210,7 @@ describe("contacts between shapes", () => {
 
 describe("replay and plots share an instant", () => {
   test("playing moves the bodies and the clock", async () => {
-    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const { page, context, faults } = await open(reportOf(openLoop()));
     const before = await page.evaluate(() => [window.__grapnel.clock.time, window.__grapnel.replay.bodyPose("target-1")]);
     await page.evaluate(() => {
       window.__grapnel.clock.speed = 10;
@@ -233,7 +226,7 @@ describe("replay and plots share an instant", () => {
   });
 
   test("the keyboard plays, steps and jumps to the impact", async () => {
-    const { page, context } = await open(browser, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()));
     const time = () => page.evaluate(() => window.__grapnel.clock.time);
     await page.keyboard.press("End");
     assert.equal(await time(), 70);
@@ -252,7 +245,7 @@ describe("replay and plots share an instant", () => {
   });
 
   test("scrubbing the slider moves bodies and the plots' cursor", async () => {
-    const { page, context } = await open(browser, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()));
     await scrollThrough(page);
     const slider = page.locator("input[type=range]").first();
     await slider.evaluate((input) => {
@@ -270,7 +263,7 @@ describe("replay and plots share an instant", () => {
   });
 
   test("a click on a plot sets the instant", async () => {
-    const { page, context } = await open(browser, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()));
     await scrollThrough(page);
     const over = page.locator(".u-over").first();
     await over.scrollIntoViewIfNeeded();
@@ -284,7 +277,7 @@ describe("replay and plots share an instant", () => {
 
 describe("plots show the series", () => {
   test("each group of figures that the scenario has", async () => {
-    const { page, context } = await open(browser, reportOf(kinds["closed loop"]()));
+    const { page, context } = await open(reportOf(kinds["closed loop"]()));
     const ids = await page.evaluate(() => window.__grapnel.plots.map((plot) => plot.id));
     for (const expected of [
       "joints-position-arm-1", "joints-velocity-arm-2", "joints-effort-arm-1", "end-effector-velocity-tip-1", "relative-speed",
@@ -306,7 +299,7 @@ describe("pages fit their medium", () => {
   ]) {
     test(name, async () => {
       for (const file of [reportOf(openLoop()), reportOf(sweep())]) {
-        const { page, context, faults } = await open(browser, file, options);
+        const { page, context, faults } = await open(file, options);
         await scrollThrough(page);
         const [wide, window_] = await page.evaluate(() => [document.documentElement.scrollWidth, document.documentElement.clientWidth]);
         assert.ok(wide <= window_ + 1, `${wide} of ${window_} pixels`);
@@ -317,7 +310,7 @@ describe("pages fit their medium", () => {
   }
 
   test("paper", async () => {
-    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const { page, context, faults } = await open(reportOf(openLoop()));
     const pdf = await page.pdf({ format: "A4" });
     assert.ok(pdf.length > 50_000 && pdf.length < 20e6, `${pdf.length} bytes`);
     assert.deepEqual(faults, []);
@@ -328,7 +321,7 @@ describe("pages fit their medium", () => {
 describe("without WebGL", () => {
   test("everything except the drawing is shown", async () => {
     const plain = await launch(["--disable-3d-apis"]);
-    const { page, context } = await open(plain, reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()), {}, plain);
     assert.ok((await page.locator("body").innerText()).match(/WebGL/));
     assert.ok((await page.evaluate(() => window.__grapnel.plots.length)) > 0);
     await context.close();
@@ -353,7 +346,7 @@ describe("size", () => {
     );
     writeFileSync(path.join(out, "table.csv"), [head.join(","), ...rows, ""].join("\n"));
     grapnel(["report", out]);
-    const { page, context, faults } = await open(browser, reportOf(out));
+    const { page, context, faults } = await open(reportOf(out));
     await scrollThrough(page);
     assert.equal(await page.evaluate(() => window.__grapnel.study.points), 1e5);
     assert.deepEqual(faults, []);
@@ -382,7 +375,7 @@ describe("damage is reported, never a blank page", () => {
   };
   for (const [name, change] of Object.entries(changes)) {
     test(name, async () => {
-      const { page, context } = await open(browser, damaged(name, change));
+      const { page, context } = await open(damaged(name, change));
       assert.match(await page.locator(".fault").innerText(), /cannot be shown/);
       await context.close();
     });
@@ -394,7 +387,7 @@ describe("damage is reported, never a blank page", () => {
       data.runs[0].series.series[3].data = data.runs[0].series.series[3].data.slice(0, 400);
       return JSON.stringify(data).replaceAll("<", "\\u003c");
     });
-    const { page, context } = await open(browser, file);
+    const { page, context } = await open(file);
     const text = await page.locator("body").innerText();
     assert.match(text, /time series is damaged and not shown/);
     assert.match(text, /ledger/i);
@@ -407,7 +400,7 @@ describe("damage is reported, never a blank page", () => {
       data.runs[0].summary = { schema: "grapnel-summary/1" };
       return JSON.stringify(data).replaceAll("<", "\\u003c");
     });
-    const { page, context } = await open(browser, file);
+    const { page, context } = await open(file);
     assert.ok((await page.locator("body").innerText()).length > 200);
     assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
     await context.close();
@@ -417,7 +410,7 @@ describe("damage is reported, never a blank page", () => {
     const text = readFileSync(comparison(), "utf8");
     const file = path.join(folder, "earlier.html");
     writeFileSync(file, text.replaceAll(/"verdicts": ?\[/g, '"something":['));
-    const { page, context, faults } = await open(browser, file);
+    const { page, context, faults } = await open(file);
     assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
     assert.deepEqual(faults, []);
     await context.close();
@@ -434,7 +427,7 @@ describe("damage is reported, never a blank page", () => {
     };
     walk(plain, []);
     // One page, rebuilt for every missing key.
-    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const { page, context, faults } = await open(reportOf(openLoop()));
     const viewer = await page.evaluate(() => [...document.scripts].at(-1).textContent);
     await page.evaluate(`window.viewerAgain = function () {\n${viewer}\n}; undefined`); // compiled once for all pages
     const blank = await page.evaluate(async (all) => {
@@ -473,7 +466,7 @@ describe("damage is reported, never a blank page", () => {
       .replaceAll("target-1", "t<b>1<b>");
     writeFileSync(file, text);
     const out = result("hostile", ["run", file]);
-    const { page, context, faults } = await open(browser, reportOf(out));
+    const { page, context, faults } = await open(reportOf(out));
     await scrollThrough(page);
     assert.equal(await page.evaluate(() => window.hacked), undefined);
     assert.ok((await page.locator("body").innerText()).includes("<img src=x"));
