@@ -79,63 +79,6 @@ function(grapnel_test_library name)
   grapnel_test_code(${name} "${ARG_LIGHT}" "${ARG_COMPUTES}" "${ARG_OWN_HEADERS}")
 endfunction()
 
-# Sets <out> to the compiled modules that the targets link, directly or through other targets of Grapnel: those compiled
-# with full optimization first.
-function(grapnel_modules_of out)
-  set(queue ${ARGN})
-  set(seen)
-  set(FULLY)
-  set(LIGHTLY)
-  while(queue)
-    list(POP_FRONT queue target)
-    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" target "${target}")
-    if(NOT target MATCHES "^grapnel" OR NOT TARGET ${target})
-      continue()
-    endif()
-    get_target_property(aliased ${target} ALIASED_TARGET)
-    if(aliased)
-      set(target ${aliased})
-    endif()
-    if(target IN_LIST seen)
-      continue()
-    endif()
-    list(APPEND seen ${target})
-    get_target_property(optimized ${target} GRAPNEL_OPTIMIZED)
-    if(optimized)
-      list(APPEND ${optimized} ${target})
-    endif()
-    get_target_property(linked ${target} INTERFACE_LINK_LIBRARIES)
-    if(linked)
-      list(APPEND queue ${linked})
-    endif()
-  endwhile()
-  set(${out} ${FULLY} ${LIGHTLY} PARENT_SCOPE)
-endfunction()
-
-# grapnel_link_modules_first(): for all tests, after their definitions, and under sanitizers for the program.
-#
-# Functions that are not inlined, as most of the standard library's, are in every object that calls them, and the linker
-# takes the first. Modules therefore come before the test's own objects, since without optimization these would slow
-# the library down: the text of scenarios is read two to three times as fast.
-function(grapnel_link_modules_first)
-  if(APPLE OR NOT CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
-    return()
-  endif()
-  get_property(tests GLOBAL PROPERTY GRAPNEL_TESTS)
-  if(GRAPNEL_SANITIZE AND TARGET grapnel)
-    list(APPEND tests grapnel)  # whose own code is unoptimized there as well
-  endif()
-  foreach(test ${tests})
-    get_target_property(libraries ${test} LINK_LIBRARIES)
-    grapnel_modules_of(modules ${libraries})
-    if(modules)
-      list(TRANSFORM modules REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files)
-      list(JOIN files " " files)
-      target_link_options(${test} PRIVATE "SHELL:-Wl,--whole-archive ${files} -Wl,--no-whole-archive")
-    endif()
-  endforeach()
-endfunction()
-
 # grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM]
 #              [SHARDS <n>] [OWN_HEADERS] [LIGHT] [COMPUTES] [UNSANITIZED])
 #
