@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign_folder.hpp"
+#include "grapnel/compare/log_folder.hpp"
 #include "grapnel/describe/type.hpp"
 
 namespace grapnel::app {
@@ -70,27 +71,19 @@ struct ReportOptions {
 };
 int report(const ReportOptions& options);
 
-struct CompareOptions {
-  std::filesystem::path run;  // result folder
-  std::filesystem::path log;
-  std::filesystem::path mapping;  // empty: columns with the names of series of the run
-  std::filesystem::path output;   // empty: compare-LOG in the run's folder
-  bool quiet = false;
+struct CompareOptions : LogFolderOptions {
+  RunAndLog input;  // mapping: empty: columns with the names of series of the run
 };
 /// Compares a run with a log of measurements. The simulation failed: a quantity disagrees.
 int compare(const CompareOptions& options);
 
-struct ImpulsesOptions {
-  std::filesystem::path run;  // result folder
-  std::filesystem::path log;
-  std::filesystem::path mapping;
+struct ImpulsesOptions : LogFolderOptions {
+  RunAndLog input;
   std::filesystem::path scenario;      // empty: as the run stored it
   std::vector<std::string> overrides;  // "path=value"
   std::vector<std::string> at;         // "time" or "time:duration" of contacts; empty: detected
   std::optional<double> window;        // [s]; absent: chosen
   double false_alarms = 0.01;          // expected in the log
-  std::filesystem::path output;        // empty: impulses-LOG in the run's folder
-  bool quiet = false;
 };
 /// Impulses at grasps from a log of measurements. The simulation failed: the momentum balance is violated.
 int impulses(const ImpulsesOptions& options);

@@ -108,12 +108,14 @@ int program(int argc, char** argv) {
   CLI::App* compare_command = app.add_subcommand(
       "compare",
       "Compare a run with a log of measurements; writes comparison.json, comparison.csv and comparison.html");
-  compare_command->add_option("run", compare_options.run, "Result folder of run")->required();
-  compare_command->add_option("log", compare_options.log, "File with measurements (CSV, HDF5 or MAT)")->required();
-  compare_command->add_option("--map", compare_options.mapping,
+  compare_command->add_option("run", compare_options.input.run, "Result folder of run")->required();
+  compare_command
+      ->add_option("log", compare_options.input.log, "File with measurements (CSV, HDF5, MAT, MCAP or rosbag)")
+      ->required();
+  compare_command->add_option("--map", compare_options.input.mapping,
                               "Mapping file (YAML): which columns of the log measure which series of the run "
                               "(default: columns with the names of series)");
-  compare_command->add_option("-o,--output", compare_options.output,
+  compare_command->add_option("-o,--output", compare_options.folder,
                               "Result folder (default: compare-LOG in the run's folder)");
   compare_command->add_flag("--quiet", compare_options.quiet, "Print errors and warnings only");
   compare_command->callback([&] { code = compare(compare_options); });
@@ -122,9 +124,11 @@ int program(int argc, char** argv) {
   CLI::App* impulses_command = app.add_subcommand(
       "impulses",
       "Estimate the impulses at grasps and the momentum from a log; writes impulses.json, two CSV files and a page");
-  impulses_command->add_option("run", impulses_options.run, "Result folder of run")->required();
-  impulses_command->add_option("log", impulses_options.log, "File with measurements (CSV, HDF5 or MAT)")->required();
-  impulses_command->add_option("--map", impulses_options.mapping,
+  impulses_command->add_option("run", impulses_options.input.run, "Result folder of run")->required();
+  impulses_command
+      ->add_option("log", impulses_options.input.log, "File with measurements (CSV, HDF5, MAT, MCAP or rosbag)")
+      ->required();
+  impulses_command->add_option("--map", impulses_options.input.mapping,
                                "Mapping file (YAML): which columns of the log measure which series of the run, and "
                                "their uncertainties (default: columns with the names of series)");
   impulses_command
@@ -146,7 +150,7 @@ int program(int argc, char** argv) {
       ->add_option("--set", impulses_options.overrides,
                    "Change of the model: path=value, such as targets.debris.mass=12")
       ->allow_extra_args(false);
-  impulses_command->add_option("-o,--output", impulses_options.output,
+  impulses_command->add_option("-o,--output", impulses_options.folder,
                                "Result folder (default: impulses-LOG in the run's folder)");
   impulses_command->add_flag("--quiet", impulses_options.quiet, "Print errors and warnings only");
   impulses_command->callback([&] { code = impulses(impulses_options); });

@@ -16,13 +16,16 @@ from ._grapnel import Check, Fault, InputError, __version__, instruction_set
 from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
 from .controller import Controller, ControllerAccess, ControllerInput, ControllerOutput, ControllerSetup
 from .identify import Identification, identify
+from .logs import Comparison, FittedParameters, GraspImpulse, MeasuredContact, MeasuredImpulses, Residuals, compare, identify_from_logs, impulses
 from .result import Ledger, Result, SimulationError
 from .robot import Impact, Loops, Robot, Rollout, rollout
 from .scenario import Problem, Scenario, Values, check, load, simulate_many
 from .tables import read_columns, read_table
 
 __all__ = [
-    "Check", "CommandError", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup", "Fault", "Identification", "Impact", "InputError", "Ledger", "Loops", "Problem", "Result", "Robot", "Rollout",
-    "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "env", "figure", "identify", "instruction_set", "load",
-    "optimize", "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
+    "Check", "CommandError", "Comparison", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup",
+    "Fault", "FittedParameters", "GraspImpulse", "Identification", "Impact", "InputError", "Ledger", "Loops", "MeasuredContact",
+    "MeasuredImpulses", "Problem", "Residuals", "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__",
+    "campaign", "check", "compare", "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimize",
+    "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
 ]

@@ -1,4 +1,4 @@
-// Campaigns, sweeps, optimizations, reports and figures of result folders.
+// Campaigns, sweeps, optimizations, reports, figures of result folders, and logs of measurements.
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -10,6 +10,8 @@
 #include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/campaign/study_files.hpp"
+#include "grapnel/compare/log_folder.hpp"
+#include "grapnel/fit/identification_folder.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/text/input_files.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -21,15 +23,19 @@ namespace fs = std::filesystem;
 
 // Collects the messages of work.
 struct Messages : Listener {
-  void message(const Message& message) override { texts.push_back(printable_lines(message.text)); }
+  void message(const Message& message) override {
+    texts.push_back(printable_lines(message.text));
+    has_error = has_error || message.kind == Message::Kind::error;
+  }
   std::vector<std::string> texts;
+  bool has_error = false;
 };
 
 // How work ended, as the exit code of the program's command, and its messages.
 using Outcome = std::pair<int, std::vector<std::string>>;
 
 // On Ctrl-C the work ends and keeps its complete results, and the exception propagates. Exceptions of `work` propagate.
-Outcome outcome_of(const std::function<Ending(Listener& listener, const std::stop_token& stop)>& work) {
+Outcome outcome_of(const std::function<Ending(Messages& messages, const std::stop_token& stop)>& work) {
   Outcome outcome;
   constexpr std::chrono::milliseconds kBetweenChecks(20);
   static std::timed_mutex one_at_a_time;  // the inputs of a command are those of the process
@@ -89,6 +95,41 @@ Outcome optimize(const fs::path& file, const fs::path& folder, int threads, bool
   });
 }
 
+// A disagreement with the model is a result, not an error.
+Ending without_verdict(Ending ending, const Messages& messages) {
+  return ending == Ending::failed && !messages.has_error ? Ending::done : ending;
+}
+
+Outcome compare(const RunAndLog& input, const LogFolderOptions& options) {
+  return outcome_of([&](Messages& messages, const std::stop_token&) {
+    return without_verdict(run_comparison_folder(input, options, messages), messages);
+  });
+}
+
+Outcome impulses(const RunAndLog& input, const ImpulseOptions& settings, const LogFolderOptions& options) {
+  return outcome_of([&](Messages& messages, const std::stop_token&) {
+    return without_verdict(run_impulses_folder(input, settings, options, messages), messages);
+  });
+}
+
+Outcome identify_from_logs(const fs::path& file, const fs::path& folder, int threads, bool report) {
+  return outcome_of([&](Messages& messages, const std::stop_token& stop) {
+    try {
+      std::vector<Fault> warnings;
+      const Identification identification = load_identification(file, stop, &warnings);
+      messages.faults(warnings);
+      if (!results_folder(folder, file, Outputs::images, messages) ||
+          !may_write(identification_files(identification, folder), messages) ||
+          !may_replace(folder / "fitted.yaml", messages))
+        return Ending::bad_input;
+      return without_verdict(
+          run_identification_folder(identification, folder, folder_options(threads, report, stop), messages), messages);
+    } catch (const FitStopped&) {
+      return Ending::interrupted;
+    }
+  });
+}
+
 template <class Number>
 py::array array_of(const std::vector<Number>& numbers) {
   return py::array_t<Number>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
@@ -133,6 +174,34 @@ void bind_commands(py::module_& module) {
              py::arg("csv"), py::arg("extend"), py::arg("map"));
   module.def("sweep", &sweep, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
   module.def("optimize", &optimize, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
+  const auto options_of = [](const fs::path& folder, bool report) {
+    LogFolderOptions options;
+    options.folder = folder, options.quiet = true, options.no_report = !report;
+    return options;
+  };
+  module.def(
+      "compare",
+      [options_of](const fs::path& run, const fs::path& log, const fs::path& mapping, const fs::path& folder,
+                   bool report) {
+        return compare({run, log, mapping}, options_of(folder, report));
+      },
+      py::arg("run"), py::arg("log"), py::arg("mapping"), py::arg("folder"), py::arg("report"));
+  module.def(
+      "impulses",
+      [options_of](const fs::path& run, const fs::path& log, const fs::path& mapping, const fs::path& folder,
+                   bool report, const std::vector<std::pair<double, double>>& contacts, std::optional<double> window,
+                   double false_alarms, const fs::path& scenario,
+                   const std::vector<std::pair<std::string, std::string>>& changes) {
+        ImpulseOptions settings;
+        for (const auto& [begin, duration] : contacts) settings.contacts.push_back({begin, begin + duration, 0});
+        settings.window = window, settings.false_alarms = false_alarms, settings.scenario = scenario;
+        for (const auto& [path, value] : changes) settings.overrides.push_back({path, value});
+        return impulses({run, log, mapping}, settings, options_of(folder, report));
+      },
+      py::arg("run"), py::arg("log"), py::arg("mapping"), py::arg("folder"), py::arg("report"), py::arg("contacts"),
+      py::arg("window"), py::arg("false_alarms"), py::arg("scenario"), py::arg("changes"));
+  module.def("identify_from_logs", &identify_from_logs, py::arg("file"), py::arg("folder"), py::arg("threads"),
+             py::arg("report"));
   module.def(
       "report",
       [](const fs::path& folder, const fs::path& second, const fs::path& file) {
