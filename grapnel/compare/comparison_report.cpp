@@ -179,9 +179,10 @@ std::string comparison_report_text(const ComparisonReport& report) {
   table.row({"residuals", "unit", "samples", "rms", "peak", "at t [s]", "lag [ms]", "chi-square", "agrees"});
   for (const ComparisonReport::Quantity& q : report.quantities) {
     const auto lag = q.lag ? std::optional(std::round(1e7 * *q.lag) / 1e4 + 0.0) : std::nullopt;  // [ms]
-    table.row({printable_line(q.name), q.unit, std::to_string(q.compared), small_number(q.rms), small_number(q.peak),
-               short_number(q.peak_time), optional_number(lag), optional_number(q.chi_square),
-               verdict_word(q.verdict)});
+    const bool has_any = q.compared > 0;
+    table.row({printable_line(q.name), q.unit, std::to_string(q.compared), has_any ? small_number(q.rms) : "-",
+               has_any ? small_number(q.peak) : "-", has_any ? short_number(q.peak_time) : "-", optional_number(lag),
+               optional_number(q.chi_square), verdict_word(q.verdict)});
   }
   text += table.text() + "\n";
   for (const ComparisonReport::Quantity& q : report.quantities)

@@ -43,6 +43,11 @@ class McapLog {
         break;
       }
     }
+    if (is_complete_ && !bytes_.ends_with(kMcapMagic))
+      warnings_.push_back(
+          fmt::format("the log does not end with the bytes of an MCAP file: what follows its data, at "
+                      "byte {}, is damaged",
+                      reader.at()));
     return {columns_.take(), std::move(warnings_)};
   }
 

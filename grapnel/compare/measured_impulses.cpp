@@ -490,6 +490,30 @@ class ContactEstimate {
   std::vector<std::pair<const MeasuredQuantity*, Integral>> forces_;
 };
 
+// Of stated contacts, in order: inside the log, and one after the other.
+void check_contacts(const std::vector<ContactTime>& contacts, const MeasuredQuantities& measured, double offset,
+                    const ComparedTimes& stated) {
+  FaultList faults;
+  ComparedTimes times{HUGE_VAL, -HUGE_VAL};
+  for (const MeasuredQuantity& one : measured.used) {
+    for (const double t : one.quantity->time)
+      times.from = std::min(times.from, t + offset), times.to = std::max(times.to, t + offset);
+  }
+  times.from = std::max(times.from, stated.from), times.to = std::min(times.to, stated.to);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactTime& one = contacts[i];
+    if (!(one.begin > times.from && one.end < times.to))
+      faults.add(Mark{},
+                 fmt::format("the contact stated at t = {:.6g} s is not within the samples, which are from {:.6g} "
+                             "to {:.6g} s of the run's clock",
+                             one.begin, times.from, times.to));
+    if (i > 0 && !(one.begin > contacts[i - 1].end))
+      faults.add(Mark{}, fmt::format("the contacts stated at t = {:.6g} s and {:.6g} s coincide or overlap",
+                                     contacts[i - 1].begin, one.begin));
+  }
+  faults.throw_if_any();
+}
+
 const RunContact& nearest_contact(const std::vector<RunContact>& contacts, double time) {
   return *std::min_element(contacts.begin(), contacts.end(), [&](const RunContact& a, const RunContact& b) {
     return std::abs(a.time - time) < std::abs(b.time - time);
@@ -546,6 +570,7 @@ MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, c
                       options.false_alarms));
   } else {
     std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+    check_contacts(contacts, measured, report.offset, log.times);
   }
   ContactEstimate estimator(run, measured, report.offset);
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -270,6 +270,9 @@ ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, const LogC
   report.autocorrelation = autocorrelation_of(r, report.components);
   double error = 0;
   for (const double e : quantity.curve.interpolation_error()) error = std::max(error, std::isnan(e) ? 1e300 : e);
+  const bool is_interpolated =
+      std::any_of(r.time.begin(), r.time.end(), [&](double t) { return !quantity.curve.has_sample_at(t); });
+  if (!is_interpolated) error = 0;
   if (error < 1e300) report.interpolation_error = (quantity.is_orientation ? 2 : 1) * error;
   find_lag(quantity, clock, report);
   judge(quantity, report);

@@ -153,6 +153,10 @@ bool RunCurve::value_at_jump(double time, std::size_t place, std::size_t count, 
   return true;
 }
 
+bool RunCurve::has_sample_at(double time) const {
+  return !(window_ > 0) && std::binary_search(time_.begin(), time_.end(), time);
+}
+
 void RunCurve::slope(double time, std::span<double> out) const {
   evaluate(
       time, out, [&](std::size_t i, std::size_t c) { return slope_at(i, c, time); },

@@ -38,6 +38,8 @@ class RunCurve {
   /// through the others, divided by 8, since halving the interval divides the error of smooth curves by 8 at least.
   /// NaN with fewer than five samples.
   std::vector<double> interpolation_error() const;
+  /// Whether the value at this time is that of a sample, without interpolation.
+  bool has_sample_at(double time) const;
 
   /// Time in which the curve changes by its own spread [s]: the smallest ratio over all components. Infinite for a
   /// constant.

@@ -80,7 +80,9 @@ TEST_F(CompareFiles, TheRunsOwnExportsAgreeInAllFormats) {
     for (const ComparisonReport::Quantity& one : comparison.report.quantities) {
       EXPECT_EQ(one.compared, 1001u) << log << one.name;
       EXPECT_LT(one.rms, 1e-12) << log << one.name;
+      EXPECT_EQ(one.interpolation_error, 0.0) << log << one.name;  // all times are those of samples
     }
+    EXPECT_THAT(comparison.report.warnings, testing::IsEmpty()) << log;
     EXPECT_EQ(comparison.report.verdict, Verdict::not_checked);
   }
 }

@@ -352,6 +352,38 @@ TEST(Impulses, ForcesOfACompliantContact) {
   }
 }
 
+// A wrist sensor, in the end-effector's axes, gives what the force of the grasp in W gives.
+TEST(Impulses, WristSensorsOfACompliantContact) {
+  const Recorded& run =
+      recorded("open-loop-case-1.yaml",
+               {{"impact",
+                 "{law: compliant, grasp: {linear_stiffness: 2e6, linear_damping: 1e4, angular_stiffness: 2e5, "
+                 "angular_damping: 900}}"}});
+  const RunModel model(run.folder.path(), {}, {});
+  const auto estimate = [&](bool in_own_axes) {
+    std::vector<Sensor> sensors{{"base/angular_velocity", 2e-5}, {"joints/velocity", 2e-4}, {"joints/effort", 0.01}};
+    for (const std::string tip : {"tip-1", "tip-2"}) {
+      const std::string frame = in_own_axes ? "end_effectors/" + tip : "";
+      sensors.push_back({"grasps/" + tip + "/force", 0.01, frame});
+      sensors.push_back({"grasps/" + tip + "/moment", 0.01, frame});
+    }
+    return measured_impulses(model, made_log(run, sensors, 1, 1, true), at_contact()).report.contacts[0];
+  };
+  const ImpulseReport::Contact world = estimate(false), wrist = estimate(true);
+  EXPECT_EQ(wrist.rows, world.rows);
+  EXPECT_EQ(wrist.verdict, Verdict::yes) << wrist.reason;
+  for (std::size_t g = 0; g < 2; ++g) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const ImpulseReport::Component& c = wrist.grasps[g].components[k];
+      ASSERT_TRUE(c.value && c.simulated) << c.name;
+      EXPECT_LT(std::abs(*c.value - *c.simulated), 5 * *c.uncertainty) << c.name;
+      EXPECT_LT(*c.uncertainty, 20 * *world.grasps[g].components[k].uncertainty) << c.name;  // sampled along other axes
+    }
+    // Large enough to show wrong axes.
+    EXPECT_GT(std::abs(*wrist.grasps[g].components[1].value), 50 * *wrist.grasps[g].components[1].uncertainty);
+  }
+}
+
 TEST(Impulses, MomentumOfMeasuredMotion) {
   const Recorded& run = recorded("open-loop-case-1.yaml");
   const RunModel model(run.folder.path(), {}, {});
@@ -572,6 +604,10 @@ TEST(Impulses, ErrorsNameWhatIsMissing) {
   late.contacts = {{23.99, 23.99, 0}};
   EXPECT_THAT(error_of(made_log(run, {{"joints/velocity", 2e-4}}, 1), late),
               HasSubstr("no rate has enough samples on both sides of the contact at t = 23.99 s: at least 5"));
+  late.contacts = {{20, 20, 0}, {20, 20, 0}, {200, 200, 0}};
+  EXPECT_THAT(error_of(made_log(run, {{"joints/velocity", 2e-4}}, 1), late),
+              AllOf(HasSubstr("the contacts stated at t = 20 s and 20 s coincide or overlap"),
+                    HasSubstr("the contact stated at t = 200 s is not within the samples, which are from 16.003 to")));
   const ScratchFolder empty;
   try {
     RunModel(empty.path(), {}, {});

@@ -303,6 +303,7 @@ TEST(MessageLogs, DamageIsReportedWithItsPlace) {
   bad[chunk + 9 + 28 + 4] = 'x';  // the compression
   EXPECT_THAT(complaint(bad), HasSubstr("unknown compression 'xstd'"));
   EXPECT_THAT(complaint(good.substr(0, good.size() / 2)), HasSubstr("the log ends at byte"));
+  EXPECT_THAT(complaint(good + "tail"), HasSubstr("the log does not end with the bytes of an MCAP file"));
   // A message that ends too early, an unknown channel, an unsupported encoding.
   const std::string declared = mcap_schema(7, "Imu", "ros2msg", kImu2) + mcap_channel(3, 7, "/imu/data", "cdr");
   const std::size_t place = mcap_begin().size() + declared.size();
