@@ -7,6 +7,8 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <iostream>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -17,6 +19,7 @@ namespace grapnel::joint_experiment {
 
 inline constexpr double kImpact = 2;  // [s]
 inline constexpr double kEnd = 12;    // [s]
+inline constexpr double kReference = kEnd / 2;
 
 // A joint with inertia and viscous friction about a spring gets an impulse. Before it, it moves by its spring alone.
 struct Joint {
@@ -49,7 +52,8 @@ inline RunCurve curve_of(const Joint& joint, std::size_t which) {
 struct Sensors {
   double encoder = 2e-3, gyro = 5e-3;     // noise [rad, rad/s]
   double bias = 0, bias_uncertainty = 0;  // of the gyro [rad/s]
-  double offset = 0, drift = 0;           // of the clock of the log: log time = run time - offset ...
+  double offset = 0, drift = 0;           // of the clock: run = log + offset + drift (log - kReference)
+  double lost = 0;                        // share of samples without a value, and of a gap [1]
   double friction_torque = 0;             // that the model lacks, as a slow decay of the angle
 };
 
@@ -59,6 +63,7 @@ using Quantities = std::vector<ComparedQuantity>;
 inline Quantities measured(const Joint& joint, const Sensors& sensors, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
   Quantities all;
   for (const std::size_t which : {0u, 1u}) {
     ComparedQuantity one{.name = which == 0 ? "encoder" : "gyro",
@@ -77,8 +82,11 @@ inline Quantities measured(const Joint& joint, const Sensors& sensors, unsigned 
     const double interval = which == 0 ? 0.1 : 0.04;
     for (double t = 0.013; t < kEnd; t += interval) {
       const double true_value = joint.state(t)[which] - sensors.friction_torque * std::sin(0.8 * t);
-      one.time.push_back(t - sensors.offset - sensors.drift * (t - kEnd / 2));
-      one.measured.push_back(true_value + *one.uncertainty * normal(random) + (which == 1 ? sensors.bias : 0));
+      one.time.push_back((t - sensors.offset + sensors.drift * kReference) / (1 + sensors.drift));
+      const double value = true_value + *one.uncertainty * normal(random) + (which == 1 ? sensors.bias : 0);
+      const bool is_lost =
+          sensors.lost > 0 && (uniform(random) < sensors.lost || std::abs(t / kEnd - 0.7) < sensors.lost / 2);
+      one.measured.push_back(is_lost ? std::numeric_limits<double>::quiet_NaN() : value);
     }
     all.push_back(std::move(one));
   }
@@ -113,11 +121,12 @@ inline LogFitProblem problem_of(const Quantities& quantities, const JointModel& 
   return problem;
 }
 
-// Fits of many draws of noise, bias and offset: errors in units of the stated uncertainties.
+// Fits of many draws of noise, bias, dropouts, offset and drift of the clock: errors in units of the stated
+// uncertainties.
 inline void check_draws(int draws) {
   const Joint truth;
   std::array<int, 3> inside{};
-  int offset_inside = 0, agreed = 0;
+  int offset_inside = 0, drift_inside = 0, agreed = 0;
   double normalized = 0, worst_offset = 0, bias_normalized = 0;
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -125,9 +134,11 @@ inline void check_draws(int draws) {
   for (int draw = 0; draw < draws; ++draw) {
     Sensors sensors;
     sensors.bias_uncertainty = 0.02, sensors.bias = 0.02 * normal(random), sensors.offset = uniform(random);
+    sensors.drift = 0.02 * uniform(random), sensors.lost = 0.1;
     LogFitProblem problem = problem_of(measured(truth, sensors, 100 + static_cast<unsigned>(draw)));
     problem.logs[0].fits_offset = true;
     problem.logs[0].offset_range = {-0.5, 0.5};
+    problem.logs[0].fits_drift = true, problem.logs[0].largest_drift = 0.02, problem.logs[0].reference = kReference;
     const LogFit fit = fit_logs(problem, {});
     ASSERT_TRUE(fit.converged) << draw;
     agreed += fit.agrees == Verdict::yes ? 1 : 0;
@@ -139,6 +150,8 @@ inline void check_draws(int draws) {
     const double offset = fit.logs[0].clock.offset - sensors.offset;
     offset_inside += std::abs(offset) < 1.96 * *fit.logs[0].offset_uncertainty ? 1 : 0;
     worst_offset = std::max(worst_offset, std::abs(offset) / *fit.logs[0].offset_uncertainty);
+    ASSERT_TRUE(fit.logs[0].drift_uncertainty) << draw;
+    drift_inside += std::abs(fit.logs[0].clock.drift - sensors.drift) < 1.96 * *fit.logs[0].drift_uncertainty ? 1 : 0;
     ASSERT_EQ(fit.logs[0].biases.size(), 1u);
     const BiasEstimate& bias = fit.logs[0].biases[0];
     bias_normalized += std::pow((bias.value - sensors.bias) / bias.uncertainty, 2);
@@ -150,6 +163,9 @@ inline void check_draws(int draws) {
   const double spread = 4.5 * std::sqrt(n * 0.95 * 0.05);
   for (const int count : inside) EXPECT_NEAR(count, 0.95 * n, spread);
   EXPECT_NEAR(offset_inside, 0.95 * n, spread);
+  EXPECT_NEAR(drift_inside, 0.95 * n, spread);
+  std::cout << inside[0] << " " << inside[1] << " " << inside[2] << " " << offset_inside << " " << drift_inside
+            << " of " << draws << " draws inside their 95 % intervals\n";
   EXPECT_LT(worst_offset, 5.5);
   EXPECT_GE(agreed, 0.99 * n - 2);
 }

@@ -45,7 +45,7 @@ logs:
   - {log: log.csv, map: map.yaml}
 search: {starts: 1}
 )");
-  const int draws = 150;
+  const int draws = 500;
   double normalized = 0;
   int inside = 0, agreed = 0;
   for (int draw = 0; draw < draws; ++draw) {
