@@ -1,15 +1,15 @@
 """Captures as environments for reinforcement learning and search: reset and step, for one case or many.
 
-The interface is that of gymnasium, which is optional. `grapnel.Rollout` computes the motion with fixed steps in SIMD lanes; the
-targets are free and no grasp closes. Verify a policy with `Problem.simulate`, which evaluates the capture with error control,
-contact and conservation checks.
+The interface is that of gymnasium, which is optional. `grapnel.Rollout` computes the motion with fixed steps in SIMD lanes. When
+all end-effectors are within their envelopes, the grasps close in a plastic impact, and momentum and energy are checked. Verify a
+policy with `Problem.simulate`, which has error control, contacts, and the motion after the capture.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Union
 
 import numpy as np
 
@@ -59,6 +59,19 @@ def _box(low: Array, high: Array) -> Any:
     return _gymnasium.spaces.Box(low, high, dtype=np.float64)
 
 
+#: A reward from the terms of a step (see VectorCaptureEnv): weights by their names, or a function of their arrays (n,).
+Reward = Union[Mapping[str, float], Callable[[Mapping[str, Array]], Any]]
+
+#: Names of the terms of rewards.
+REWARD_TERMS = ("approach", "capture", "diverged", "time", "effort", "base_rate", "impulse")
+
+#: Why a case has ended, by the numbers in `VectorCaptureEnv.end`; the first: it has not.
+ENDS = ("", "captured", "diverged", "invalid action", "duration")
+
+#: Largest relative change of momentum and relative increase of energy that the ledger accepts: in the approach, whose steps have
+#: errors, and in the impact.
+APPROACH_BOUND, IMPACT_BOUND = 1e-4, 1e-9
+
 #: Speed above which a case of an environment has diverged [rad/s or m/s].
 RUNAWAY = 1e5
 
@@ -81,19 +94,32 @@ class VectorCaptureEnv:
     and rotors of control moment gyros (`gyro:NAME`, `gyro-rotor:NAME`) and joints with springs, which accept efforts here like all
     other joints. Send 0 for no effort.
 
-    Reward of a step: the decrease of sum(distance + 1 s * relative speed) over the grasps [m], plus 1 at the capture. In a
-    capture every end-effector is within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp point. The
-    defaults are those of its envelope, or 0.05 m and 0.05 m/s without an envelope. Angles of envelopes are not evaluated.
+    Names and units: `observation_names`, `observation_units`, `action_names`, `action_units`.
 
-    End of a case: at the capture (terminated), at `duration` (truncated), or when it diverges (terminated, and `diverged` in the
-    dictionary of step()). A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
+    Capture: every end-effector is within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp point. The
+    defaults are those of its envelope, or 0.05 m and 0.05 m/s without an envelope. Angles of envelopes are not evaluated. All
+    grasps then close in a plastic impact (`Robot.impact`), rigidly, at the end-effectors; the state is that after it. Entries
+    of step()'s dictionary: 'impulse' (n, grasps, 6), [angular N m s; linear N s] in W on the robot, 'energy_loss' (n,) [J], and
+    'ledger' (n,): 'yes' or 'no', whether momentum and energy agree with the bounds of this module, and 'not checked' without a
+    capture. 'momentum_drift' (n,) is the relative change of momentum since the reset, nan for a fixed or held base, whose
+    momentum changes; the ledger then judges the impact alone.
+
+    Reward of a step: `reward`, weights of these terms, or a function of a dictionary with all of them (n,):
+    'approach', the decrease of sum(distance + 1 s * relative speed) over the grasps [m]; 'capture', 1 at the capture; 'diverged',
+    -1 if the case diverges or its action is invalid; 'time', -`period` [s]; 'effort', minus the mean square of the clipped
+    action times `period` [s]; 'base_rate', minus the base's angular speed times `period` [rad]; 'impulse', minus the sum of the
+    linear impulses at the capture [N s]. The default is {'approach': 1, 'capture': 1}.
+
+    End of a case: at the capture (terminated), at `duration` (truncated), or terminated when it diverges or its action has values
+    that are not finite; 'reason' (n,) in the dictionary states it ('captured', 'duration', 'diverged', 'invalid action', or ''
+    before the end). A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
     last valid state. A case that has ended keeps its state, with rewards of 0, until it is reset.
     """
 
     def __init__(self, problem: Problem, n: int, period: float = 0.1, step: float = 0.02, duration: float | None = None,
                  effort_scale: Any = None, position: float | None = None, velocity: float | None = None,
                  angular_velocity: float | None = None, method: str = "rk4", perturb: Perturb | None = None,
-                 threads: int = 0) -> None:
+                 threads: int = 0, reward: Reward | None = None) -> None:
         if not (0 < step <= period < math.inf):
             raise ValueError(f"step is {step}, period {period}; expected 0 < step <= period, both finite")
         if duration is not None and not 0 < duration < math.inf:
@@ -112,8 +138,11 @@ class VectorCaptureEnv:
             raise ValueError("the problem has no grasps; an environment needs at least one grasp as its goal")
         self._tolerances = [self._tolerance(grasp, position, velocity, angular_velocity) for grasp in self.grasps]
         self.effort_scale = self._scale(effort_scale)
+        self.reward = self._checked(reward)
         self._start = self.rollout.state(*self.robot.initial_state())
         self._quaternions = _quaternions_of(self.robot)
+        self._has_support = self.robot._core.is_base_held or not any(
+            name.startswith(f"{self.robot.base}/") for name in self.robot.v_names)
         self._random = np.random.default_rng()
         size = 2 * self.robot.nu + 3 + 6 * len(self.grasps)
         self.single_observation_space = _box(np.full(size, -np.inf), np.full(size, np.inf))
@@ -123,6 +152,8 @@ class VectorCaptureEnv:
         self.state = np.tile(self._start, (n, 1))  #: [q; v] of every case
         self.time = np.zeros(n)  #: time of every case [s]
         self.done = np.ones(n, dtype=bool)  #: cases that have ended, and all before the first reset
+        self.end = np.zeros(n, dtype=int)  #: why a case has ended, an index into ENDS
+        self._momentum = np.zeros((n, 6))  # at the reset
         self._potential = np.zeros(n)
         self._is_reset = False
 
@@ -130,6 +161,46 @@ class VectorCaptureEnv:
     def num_envs(self) -> int:
         """The number of cases n, with gymnasium's name."""
         return self.n
+
+    @staticmethod
+    def _checked(reward: Reward | None) -> Reward:
+        if reward is None:
+            return {"approach": 1.0, "capture": 1.0}
+        if callable(reward):
+            return reward
+        if not isinstance(reward, Mapping):
+            raise TypeError(f"reward is {reward!r}; expected weights by name, or a function")
+        for name, weight in reward.items():
+            if name not in REWARD_TERMS:
+                raise ValueError(f"reward has the term {name!r}; expected some of {', '.join(REWARD_TERMS)}")
+            if not math.isfinite(weight):
+                raise ValueError(f"the weight of {name!r} is {weight!r}; expected a finite number")
+        return dict(reward)
+
+    @property
+    def action_names(self) -> list[str]:
+        """The joints, in the order of an action."""
+        return list(self.robot.joints)
+
+    @property
+    def action_units(self) -> list[str]:
+        """'1': actions are fractions of `effort_scale`."""
+        return ["1"] * self.robot.nu
+
+    @property
+    def observation_names(self) -> list[str]:
+        """The components of an observation: 'position/JOINT', 'velocity/JOINT', 'base/angular_velocity/x', 'distance/TIP/x', ..."""
+        names = [f"{kind}/{joint}" for kind in ("position", "velocity") for joint in self.robot.joints]
+        names += [f"base/angular_velocity/{axis}" for axis in "xyz"]
+        for grasp in self.grasps:
+            names += [f"{kind}/{grasp['end_effector']}/{axis}" for kind in ("distance", "velocity") for axis in "xyz"]
+        return names
+
+    @property
+    def observation_units(self) -> list[str]:
+        """Their units."""
+        joints = self.robot._core.joint_units
+        return [*joints, *(f"{unit}/s" for unit in joints), *["rad/s"] * 3, *(["m"] * 3 + ["m/s"] * 3) * len(self.grasps)]
 
     @staticmethod
     def _tolerance(grasp: dict[str, Any], position: float | None, velocity: float | None,
@@ -199,6 +270,39 @@ class VectorCaptureEnv:
             sound &= np.abs(np.linalg.norm(q[:, first:first + 4], axis=1) - 1) <= 1e-9
         return np.asarray(sound)
 
+    # ---- Capture ----
+
+    def _scales(self, q: Array, energy: Array) -> Array:
+        """Scales of momentum, (n, 6): of the masses and moments of inertia of all free bodies at this kinetic energy."""
+        M = self.robot.mass_matrix(q)
+        names = self.robot.v_names
+        linear = [i for i, name in enumerate(names) if name.endswith("/vx")]
+        angular = [i for i, name in enumerate(names) if name.endswith("/wx")]
+        mass = sum(M[:, i, i] for i in linear)
+        moment = sum(M[:, i, i] + M[:, i + 1, i + 1] + M[:, i + 2, i + 2] for i in angular)
+        scales = [np.sqrt(2 * energy * moment)] * 3 + [np.sqrt(2 * energy * mass)] * 3
+        return np.maximum(np.stack(scales, axis=1), 1e-300)
+
+    def _close(self, which: Array, info: dict[str, Any]) -> None:
+        """The impact of the cases `which`: state, impulses, and the ledger."""
+        q, v = self.rollout.split(self.state[which])
+        pairs = [(grasp["end_effector"], grasp["target"]) for grasp in self.grasps]
+        impact = self.robot.impact(q, v, pairs)
+        before, after = np.asarray(impact.kinetic_energy_before), np.asarray(impact.kinetic_energy_after)
+        self.state[which] = self.rollout.state(q, impact.velocity)
+        info["impulse"][which] = impact.impulse
+        info["energy_loss"][which] = before - after
+        balanced = (np.asarray(impact.generalized_momentum_residual) <= IMPACT_BOUND) & (after <= before * (1 + IMPACT_BOUND))
+        if not self._has_support:
+            origin = np.zeros(3)
+            scale = self._scales(q, before)
+            old, new = self.robot.momentum(q, v, origin), self.robot.momentum(q, impact.velocity, origin)
+            drift = np.max(np.abs(old - self._momentum[which]) / scale, axis=1)
+            jump = np.max(np.abs(new - old) / scale, axis=1)
+            info["momentum_drift"][which] = drift
+            balanced &= (drift <= APPROACH_BOUND) & (jump <= IMPACT_BOUND)
+        info["ledger"][which] = np.where(balanced, "yes", "no")
+
     # ---- Environment ----
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None,
@@ -216,7 +320,9 @@ class VectorCaptureEnv:
             if state.shape != (len(which), self.rollout.nstate):
                 raise ValueError(f"perturb returned states of shape {state.shape}, expected "
                                  f"({len(which)}, {self.rollout.nstate})")
-        self.state[which], self.time[which], self.done[which] = state, 0.0, False
+        self.state[which], self.time[which], self.done[which], self.end[which] = state, 0.0, False, 0
+        if len(which):
+            self._momentum[which] = self.robot.momentum(*self.rollout.split(state), np.zeros(3))
         distance, velocity, _ = self.relative(self.state)
         self._potential = self._potential_of(distance, velocity)
         return self._observe(self.state, distance, velocity), {}
@@ -224,35 +330,57 @@ class VectorCaptureEnv:
     def step(self, action: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Advances by one period under actions (n, joints), clipped to -1 and 1. Returns observations (n, size), rewards,
         terminated, truncated (n,) and, in a dictionary, 'captured' and 'diverged' (n,), 'distance' (n, grasps) [m] and 'speed'
-        (n, grasps) [m/s]."""
+        (n, grasps) [m/s] before an impact, and the entries that the class documents. No action raises an exception but one of
+        a wrong shape."""
         if not self._is_reset:
             raise RuntimeError("step() before the first reset(): there is no initial state")
         action = np.asarray(action, dtype=float)
         if action.shape != (self.n, self.robot.nu):
             raise ValueError(f"action has shape {action.shape}, expected ({self.n}, {self.robot.nu})")
-        if not np.all(np.isfinite(action)):
-            raise ValueError("action has values that are nan or infinite")
-        live = np.flatnonzero(~self.done)
+        moved = ~self.done
+        invalid = moved & ~np.all(np.isfinite(action), axis=1)
+        action = np.clip(np.where(np.isfinite(action), action, 0), -1, 1)
+        live = np.flatnonzero(moved & ~invalid)
         diverged = np.zeros(self.n, dtype=bool)
         if len(live):
-            control = (np.clip(action[live], -1, 1) * self.effort_scale)[:, None, :]
-            after = self.rollout(self.state[live], control, last_only=True, threads=self.threads)
+            after = self.rollout(self.state[live], (action[live] * self.effort_scale)[:, None, :], last_only=True, threads=self.threads)
             sound = self._sound(after)
             self.state[live[sound]] = after[sound]
             diverged[live[~sound]] = True
             self.time[live] += self.period
         distance, velocity, turn = self.relative(self.state)
+        captured = self._captured(distance, velocity, turn) & moved & ~diverged & ~invalid
+        info: dict[str, Any] = {
+            "captured": captured, "diverged": diverged, "distance": np.linalg.norm(distance, axis=2),
+            "speed": np.linalg.norm(velocity, axis=2), "impulse": np.full((self.n, len(self.grasps), 6), np.nan),
+            "energy_loss": np.full(self.n, np.nan), "momentum_drift": np.full(self.n, np.nan),
+            "ledger": np.full(self.n, "not checked", dtype="<U11")}
+        if np.any(captured):
+            self._close(np.flatnonzero(captured), info)
         potential = self._potential_of(distance, velocity)
-        ready = self._captured(distance, velocity, turn) & ~diverged
-        moved = np.zeros(self.n, dtype=bool)
-        moved[live] = True
-        reward = np.where(moved, self._potential - potential + ready, 0.0)
-        terminated = ready & moved | diverged
-        truncated = moved & ~terminated & (self.time >= self.duration - 1e-9)
-        self._potential, self.done = potential, self.done | terminated | truncated
-        info = {"captured": ready, "diverged": diverged, "distance": np.linalg.norm(distance, axis=2),
-                "speed": np.linalg.norm(velocity, axis=2)}
-        return self._observe(self.state, distance, velocity), reward, terminated, truncated, info
+        observation = self._observe(self.state, *self.relative(self.state)[:2]) if np.any(captured) else \
+            self._observe(self.state, distance, velocity)
+        failed = diverged | invalid
+        truncated = moved & ~captured & ~failed & (self.time >= self.duration - 1e-9)
+        for cases, end in ((captured, 1), (diverged, 2), (invalid, 3), (truncated, 4)):
+            self.end[cases] = end
+        info["reason"] = np.array(ENDS)[self.end]
+        rate = np.linalg.norm(observation[:, 2 * self.robot.nu:2 * self.robot.nu + 3], axis=1)
+        reward = self._reward({
+            "approach": self._potential - potential, "capture": captured.astype(float), "diverged": -failed.astype(float),
+            "time": np.full(self.n, -self.period), "effort": -self.period * np.mean(action**2, axis=1), "base_rate": -self.period * rate,
+            "impulse": -np.nan_to_num(np.linalg.norm(info["impulse"][:, :, 3:], axis=2)).sum(axis=1)}, moved)
+        self._potential, self.done = potential, self.done | captured | failed | truncated
+        return observation, reward, captured | failed, truncated, info
+
+    def _reward(self, terms: dict[str, Array], moved: Array) -> Array:
+        if callable(self.reward):
+            reward = np.asarray(self.reward(terms), dtype=float)
+            if reward.shape != (self.n,):
+                raise ValueError(f"reward returned the shape {reward.shape}, expected ({self.n},)")
+        else:
+            reward = sum((weight * terms[name] for name, weight in self.reward.items()), np.zeros(self.n))
+        return np.where(moved, reward, 0.0)
 
     def close(self) -> None:
         """Does nothing; the environment holds no resources."""
@@ -268,6 +396,8 @@ class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type:
         self.vector = VectorCaptureEnv(problem, 1, **settings)
         self.observation_space = self.vector.single_observation_space
         self.action_space = self.vector.single_action_space
+        self.observation_names, self.observation_units = self.vector.observation_names, self.vector.observation_units
+        self.action_names, self.action_units = self.vector.action_names, self.vector.action_units
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """The first observation, (size,), and an empty dictionary."""
@@ -277,13 +407,13 @@ class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type:
         return observation[0], info
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Observation (size,), reward, terminated, truncated, and 'captured', 'diverged', 'distance' and 'speed' of the grasps."""
+        """Observation (size,), reward, terminated, truncated, and the entries of VectorCaptureEnv.step() for this case."""
         action = np.asarray(action, dtype=float)
         if action.shape != self.action_space.shape:
             raise ValueError(f"action has shape {action.shape}, expected {self.action_space.shape}")
         observation, reward, terminated, truncated, info = self.vector.step(action[None])
         return (observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]),
-                {key: value[0] for key, value in info.items()})
+                {key: str(value[0]) if value.dtype.kind == "U" else value[0] for key, value in info.items()})
 
     def close(self) -> None:
         """Does nothing; the environment holds no resources."""

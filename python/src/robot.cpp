@@ -39,6 +39,12 @@ std::vector<std::string> joint_names(const Robot& robot) {
   for (const int body : robot.model().joints()) names.push_back(robot.model().bodies()[body].description.joint.name);
   return names;
 }
+std::vector<std::string> joint_units(const Robot& robot) {
+  std::vector<std::string> units;
+  for (const int body : robot.model().joints())
+    units.push_back(axis_units(robot.model().bodies()[body].description.joint.type).position);
+  return units;
+}
 std::vector<std::string> body_names(const Robot& robot) {
   std::vector<std::string> names;
   for (const Body& body : robot.model().bodies()) names.push_back(body.description.name);
@@ -541,6 +547,7 @@ void bind_structure(py::class_<Robot, std::shared_ptr<Robot>>& robot) {
       .def(py::init<const Scenario&, bool>(), py::arg("problem"), py::arg("targets"))
       .def_property_readonly("name", &Robot::name)
       .def_property_readonly("joints", &joint_names)
+      .def_property_readonly("joint_units", &joint_units)
       .def_property_readonly("bodies", &body_names)
       .def_property_readonly("frames", &frame_names)
       .def_property_readonly("base", [](const Robot& r) { return r.model().bodies()[r.root()].description.name; })

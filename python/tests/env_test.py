@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import HERE, THESIS, environment
+from conftest import HERE, SOURCE, THESIS, environment
 
 import grapnel
 from grapnel.env import CaptureEnv, VectorCaptureEnv
@@ -23,7 +23,8 @@ def test_spaces_and_one_step(problem):
     assert info == {} and env.observation_space.contains(observation) and env.action_space.contains(env.action_space.sample())
     observation, reward, terminated, truncated, info = env.step(np.zeros(6))
     assert isinstance(reward, float) and terminated is False and truncated is False
-    assert set(info) == {"captured", "diverged", "distance", "speed"} and info["distance"].shape == (2,)
+    assert set(info) == {"captured", "diverged", "distance", "speed", "impulse", "energy_loss", "momentum_drift", "ledger", "reason"}
+    assert info["distance"].shape == (2,) and info["ledger"] == "not checked" and info["reason"] == ""
     env.close()
 
 
@@ -197,5 +198,97 @@ def test_wrong_actions(problem):
     env.reset()
     with pytest.raises(ValueError, match=r"expected \(6,\)"):
         env.step(np.zeros(3))
-    with pytest.raises(ValueError, match="nan"):
-        env.step(np.full(6, np.nan))
+
+
+def test_actions_that_are_not_finite_end_their_case(problem):
+    env = VectorCaptureEnv(problem, 4, effort_scale=5.0, reward={"diverged": 2})
+    env.reset()
+    action = np.ones((4, 6))
+    action[1, 2], action[2, 0] = np.nan, np.inf
+    observation, reward, terminated, truncated, info = env.step(action)
+    assert list(terminated) == [False, True, True, False] and list(info["reason"]) == ["", "invalid action", "invalid action", ""]
+    assert list(reward) == [0, -2, -2, 0] and not np.any(truncated) and np.all(np.isfinite(observation))
+    assert np.array_equal(env.state[1], env._start) and not np.array_equal(env.state[0], env._start)
+
+
+def test_a_capture_is_an_impact_with_a_ledger(problem):
+    env = VectorCaptureEnv(problem, 3, effort_scale=5.0, position=100, velocity=100)
+    env.reset()
+    observation, _, _, _, info = env.step(np.random.default_rng(1).uniform(-1, 1, (3, 6)))
+    assert list(info["ledger"]) == ["yes"] * 3 and list(info["reason"]) == ["captured"] * 3
+    assert np.all(info["momentum_drift"] < 1e-8) and np.all(info["energy_loss"] > 0)
+    q, v = env.rollout.split(env.state)
+    pairs = [(grasp["end_effector"], grasp["target"]) for grasp in env.grasps]
+    again = env.robot.impact(q, v, pairs)  # the end-effectors have the targets' velocities now
+    assert np.max(np.abs(again.impulse)) < 1e-12 < 1e-3 < np.max(np.abs(info["impulse"]))
+    assert np.allclose(observation, env.observe(env.state), rtol=0, atol=0)
+    momentum = env.robot.momentum(q, v, np.zeros(3))
+    assert np.allclose(momentum, env._momentum, rtol=0, atol=1e-6)  # steps of order 4
+    # The robot's momentum is the sum of the impulses: it had none before.
+    robot = env.robot.momentum(q, np.where(np.arange(env.robot.nv) < 12, v, 0), np.zeros(3))[:, 3:]
+    assert np.allclose(info["impulse"][:, :, 3:].sum(axis=1), robot, rtol=0, atol=1e-6)
+
+
+def test_a_drift_of_momentum_makes_the_ledger_no(problem):
+    env = VectorCaptureEnv(problem, 2, effort_scale=5.0, position=100, velocity=100)
+    env.reset()
+    env._momentum[1, 4] += 0.1
+    info = env.step(np.zeros((2, 6)))[-1]
+    assert list(info["ledger"]) == ["yes", "no"]
+
+
+def test_names_and_units(problem):
+    env = VectorCaptureEnv(problem, 1, effort_scale=5.0)
+    observation, _ = env.reset()
+    assert len(env.observation_names) == len(env.observation_units) == observation.shape[1]
+    assert env.observation_names[0] == "position/arm-1-joint-1" and env.observation_units[0] == "rad"
+    k = env.observation_names.index("distance/tip-2/y")
+    q, _ = env.rollout.split(env.state)
+    R = env.robot.frame_pose(env.robot.base, q)[0, :3, :3]
+    assert observation[0, k] == pytest.approx((R.T @ env.relative(env.state)[0][0, 1])[1]) and env.observation_units[k] == "m"
+    assert env.action_names == env.robot.joints and set(env.action_units) == {"1"}
+
+
+def test_rewards_are_weights_or_a_function(problem):
+    actions = np.random.default_rng(1).uniform(-1, 1, (5, 6))
+    seen = {}
+
+    def own(terms):
+        seen.update(terms)
+        return terms["effort"] * 3
+
+    weighted, function = (VectorCaptureEnv(problem, 5, effort_scale=5.0, reward=one) for one in ({"effort": 3.0}, own))
+    weighted.reset(), function.reset()
+    reward = weighted.step(actions)[1]
+    assert np.array_equal(reward, function.step(actions)[1]) and np.allclose(reward, -0.3 * np.mean(actions**2, axis=1))
+    assert set(seen) == set(grapnel.env.REWARD_TERMS)
+    with pytest.raises(ValueError, match="'speed'; expected some of approach"):
+        VectorCaptureEnv(problem, 1, effort_scale=5.0, reward={"speed": 1})
+    with pytest.raises(TypeError, match="reward is 3"):
+        VectorCaptureEnv(problem, 1, effort_scale=5.0, reward=3)
+
+
+SCENARIOS = sorted((SOURCE / "scenarios").rglob("*.yaml"))
+
+
+@pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: str(file.relative_to(SOURCE / "scenarios")))
+def test_no_action_raises(file):
+    """Random, saturated and invalid actions, with resets of the cases that have ended."""
+    problem = grapnel.load(file)
+    try:
+        env = VectorCaptureEnv(problem, 16, effort_scale=20.0, duration=3.0, period=0.1, step=0.05)
+    except ValueError as error:
+        assert any(text in str(error) for text in ("no grasps", "do not support")), error
+        return
+    random = np.random.default_rng(4)
+    env.reset(seed=1)
+    for k in range(40):
+        action = random.normal(0, 10.0 ** random.integers(-2, 3), (16, env.robot.nu))
+        if k % 3 == 0:
+            action[random.integers(16), random.integers(env.robot.nu)] = random.choice([np.nan, np.inf, -np.inf, 1e308])
+        observation, reward, terminated, truncated, info = env.step(action)
+        assert np.all(np.isfinite(observation)) and np.all(np.isfinite(reward))
+        ended = terminated | truncated
+        assert np.array_equal(ended, info["reason"] != "") or np.array_equal(env.done, info["reason"] != "")
+        assert np.array_equal(info["ledger"] != "not checked", info["captured"])
+        env.reset(cases=env.done)
