@@ -101,8 +101,8 @@ class VectorCaptureEnv:
     grasps then close in a plastic impact (`Robot.impact`), rigidly, at the end-effectors; the state is that after it. Entries
     of step()'s dictionary: 'impulse' (n, grasps, 6), [angular N m s; linear N s] in W on the robot, 'energy_loss' (n,) [J], and
     'ledger' (n,): 'yes' or 'no', whether momentum and energy agree with the bounds of this module, and 'not checked' without a
-    capture. 'momentum_drift' (n,) is the relative change of momentum since the reset, nan for a fixed or held base, whose
-    momentum changes; the ledger then judges the impact alone.
+    capture. 'momentum_drift' (n,) is the relative change of momentum since the reset, nan with gravity or a fixed or held
+    base, since it changes then; the ledger judges the impact alone.
 
     Reward of a step: `reward`, weights of these terms, or a function of a dictionary with all of them (n,):
     'approach', the decrease of sum(distance + 1 s * relative speed) over the grasps [m]; 'capture', 1 at the capture; 'diverged',
@@ -141,7 +141,8 @@ class VectorCaptureEnv:
         self.reward = self._checked(reward)
         self._start = self.rollout.state(*self.robot.initial_state())
         self._quaternions = _quaternions_of(self.robot)
-        self._has_support = self.robot._core.is_base_held or not any(
+        # Nothing outside acts on robot and targets.
+        self._conserves = not self.robot._core.is_base_held and not np.any(self.rollout._gravity) and any(
             name.startswith(f"{self.robot.base}/") for name in self.robot.v_names)
         self._random = np.random.default_rng()
         size = 2 * self.robot.nu + 3 + 6 * len(self.grasps)
@@ -293,7 +294,7 @@ class VectorCaptureEnv:
         info["impulse"][which] = impact.impulse
         info["energy_loss"][which] = before - after
         balanced = (np.asarray(impact.generalized_momentum_residual) <= IMPACT_BOUND) & (after <= before * (1 + IMPACT_BOUND))
-        if not self._has_support:
+        if self._conserves:
             origin = np.zeros(3)
             scale = self._scales(q, before)
             old, new = self.robot.momentum(q, v, origin), self.robot.momentum(q, impact.velocity, origin)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from . import _grapnel
+from . import _grapnel, display
 from ._arguments import Array, Path, file_path
 
 
@@ -212,6 +212,21 @@ class Result(Mapping[str, Array]):
             advice = "".join(f"; {check.advice}" for check in failed if check.advice)
             raise SimulationError("conservation checks failed: " + "; ".join(map(repr, failed)) + advice, self)
         return self
+
+    # ---- Pictures ----
+
+    def plot(self, what: str | Iterable[str] = "joints", axes: Any = None) -> Any:
+        """Draws series over time with matplotlib and returns their axes, one per series. `what`: a figure ('joints', 'base',
+        'momentum', 'wheels', 'loads'), a series ('joints/effort'), a group of series ('targets/debris'), or several of these. Dotted
+        lines separate the phases. `axes`: those to draw in, at least as many as series; None: a new figure."""
+        return display.plot(self, what, axes)
+
+    def replay(self, height: int = 640) -> display.Replay:
+        """The report with its 3D replay, as an object that a notebook shows; `height` in pixels."""
+        return display.Replay(self, height)
+
+    def _repr_html_(self) -> str:
+        return display.as_html(self)
 
     # ---- Files ----
 
