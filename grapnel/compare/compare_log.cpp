@@ -715,12 +715,22 @@ ComparedTimes MappedLog::times() const { return prepared_->comparer.times(); }
 const MappedTime& MappedLog::clock() const { return prepared_->comparer.clock(); }
 ComparisonReport::Log MappedLog::description() const { return prepared_->comparer.described_log(); }
 
-LogComparison compare_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
-  const AlignedLog mapped = read_aligned_log(run_folder, log, mapping);
+void apply_drift(AlignedLog& log) {
+  const ComparisonReport::Clock& clock = log.head.clock;
+  for (ComparedQuantity& one : log.quantities) {
+    for (double& t : one.time) t += clock.drift * (t - clock.reference);
+  }
+}
+
+LogComparison compare_log(const AlignedLog& log) {
   LogComparison result;
-  result.report = mapped.head;
-  evaluate_residuals(mapped.quantities, mapped.times, result);
+  result.report = log.head;
+  evaluate_residuals(log.quantities, log.times, result);
   return result;
+}
+
+LogComparison compare_log(const fs::path& run_folder, const fs::path& log, const fs::path& mapping) {
+  return compare_log(read_aligned_log(run_folder, log, mapping));
 }
 
 }  // namespace grapnel

@@ -79,6 +79,12 @@ class MappedLog {
   std::shared_ptr<const Prepared> prepared_;
 };
 
+/// Removes the drift of the log's clock from the times of all quantities: run time = time + offset.
+void apply_drift(AlignedLog& log);
+
+/// The statistics of a log that has been read.
+LogComparison compare_log(const AlignedLog& log);
+
 /// Compares `run_folder`/timeseries.h5 with a log. Without a mapping (empty path) the columns of the log that have the
 /// names of series of the run are compared, at the same times. @throws InputError with all errors of the three files
 LogComparison compare_log(const std::filesystem::path& run_folder, const std::filesystem::path& log,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/compare/momentum_fields.hpp"
 #include "grapnel/describe/json.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/result/json_document.hpp"
@@ -159,6 +160,8 @@ const Type& type_of<ComparisonReport>() {
       field<&T::log>("log", "the log"),
       field<&T::clock>("clock", "the clock of the log"),
       field<&T::quantities>("quantities", "in the order of the mapping"),
+      field<&T::momentum>("momentum", "momentum and energy of the measured motion of the robot and of each target"),
+      field<&T::momentum_reason>("momentum_reason", "why `momentum` is empty; else empty"),
       field<&T::warnings>("warnings", "doubts about the comparison"),
   };
   static constexpr Type type =
@@ -173,20 +176,39 @@ std::size_t ComparisonReport::count(Verdict of) const {
 
 std::string comparison_report_json(const ComparisonReport& report) { return json_text(json_of(report)); }
 
+namespace {
+
+// Of the components, the bias with the largest magnitude.
+double largest_bias(const ComparisonReport::Quantity& q) {
+  double bias = 0;
+  for (const ComparisonReport::Component& one : q.components) {
+    if (std::abs(one.bias) > std::abs(bias)) bias = one.bias;
+  }
+  return bias;
+}
+
+}  // namespace
+
 std::string comparison_report_text(const ComparisonReport& report) {
   std::string text = clock_text(report) + "\n";
   TextTable table;
-  table.row({"residuals", "unit", "samples", "rms", "peak", "at t [s]", "lag [ms]", "chi-square", "agrees"});
+  table.row({"residuals", "unit", "samples", "rms", "bias", "peak", "at t [s]", "lag [ms]", "chi-square", "agrees"});
   for (const ComparisonReport::Quantity& q : report.quantities) {
     const auto lag = q.lag ? std::optional(std::round(1e7 * *q.lag) / 1e4 + 0.0) : std::nullopt;  // [ms]
     const bool has_any = q.compared > 0;
     table.row({printable_line(q.name), q.unit, std::to_string(q.compared), has_any ? small_number(q.rms) : "-",
-               has_any ? small_number(q.peak) : "-", has_any ? short_number(q.peak_time) : "-", optional_number(lag),
-               optional_number(q.chi_square), verdict_word(q.verdict)});
+               has_any ? small_number(largest_bias(q)) : "-", has_any ? small_number(q.peak) : "-",
+               has_any ? short_number(q.peak_time) : "-", optional_number(lag), optional_number(q.chi_square),
+               verdict_word(q.verdict)});
   }
   text += table.text() + "\n";
   for (const ComparisonReport::Quantity& q : report.quantities)
     text += paragraph(fmt::format("{}: {}", printable_line(q.name), q.reason), "");
+  const auto is_determined = [](const MeasuredComponent& one) { return one.determined; };
+  const bool has_momentum = std::any_of(report.momentum.begin(), report.momentum.end(), [&](const MomentumReport& one) {
+    return std::any_of(one.first.begin(), one.first.end(), is_determined);
+  });
+  if (has_momentum) text += "\n" + momentum_report_text(report.momentum);
   for (const std::string& warning : report.warnings) text += paragraph("warning: " + warning, "");
   const std::size_t checked = report.count(Verdict::yes) + report.count(Verdict::no);
   return text + fmt::format("\nagrees: {} ({} of {} checked)\n", verdict_word(report.verdict), checked,

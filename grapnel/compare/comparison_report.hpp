@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/compare/momentum_report.hpp"
 #include "grapnel/describe/type.hpp"
 #include "grapnel/result/ledger.hpp"
 
@@ -58,6 +59,8 @@ struct ComparisonReport {
   Log log;
   Clock clock;
   std::vector<Quantity> quantities;
+  std::vector<MomentumReport> momentum;
+  std::string momentum_reason = "not computed";  // why `momentum` is empty
   std::vector<std::string> warnings;
 
   std::size_t count(Verdict of) const;

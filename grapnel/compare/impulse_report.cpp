@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/compare/momentum_fields.hpp"
 #include "grapnel/describe/json.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/result/json_document.hpp"
@@ -22,21 +23,6 @@ template <>
 struct Described<ImpulsesFormat> {
   static constexpr Choice choices[] = {choice(ImpulsesFormat::first, "grapnel-impulses/1")};
   static constexpr Type type = enumeration<ImpulsesFormat>("ImpulsesFormat", choices);
-};
-
-template <>
-struct Described<ImpulseReport::Component> {
-  using T = ImpulseReport::Component;
-  static constexpr Field fields[] = {
-      field<&T::name>("name", "component; of impulses along the axes of W, on the robot"),
-      field<&T::unit>("unit", "its unit"),
-      field<&T::determined>("determined", "whether the measured quantities determine it"),
-      field<&T::value>("value", "as `unit`", "estimate; absent: not determined"),
-      field<&T::uncertainty>("uncertainty", "as `unit`", "its standard uncertainty"),
-      field<&T::simulated>("simulated", "as `unit`", "value of the run; absent: the run has none"),
-  };
-  static constexpr Type type =
-      structure<T>("MeasuredComponent", "a component of an impulse or momentum of measured motion.", fields);
 };
 
 template <>
@@ -112,20 +98,6 @@ struct Described<ImpulseReport::Contact> {
                               "as exactly zero; it is not part of the uncertainty"),
   };
   static constexpr Type type = structure<T>("MeasuredContact", "the impulses of one contact.", fields);
-};
-
-template <>
-struct Described<ImpulseReport::Momentum> {
-  using T = ImpulseReport::Momentum;
-  static constexpr Field fields[] = {
-      field<&T::body>("body", "robot, or the name of a target"),
-      field<&T::missing>("missing", "series that the log does not measure completely; they would determine more"),
-      field<&T::samples>("samples", "1", "times in momentum.csv"),
-      field<&T::first>("first", "at the first time; empty without samples"),
-      field<&T::last>("last", "at the last time"),
-  };
-  static constexpr Type type = structure<T>(
-      "MeasuredMomentum", "momentum and kinetic energy of measured motion; momentum.csv has all times.", fields);
 };
 
 template <>
@@ -215,23 +187,7 @@ std::string impulse_report_text(const ImpulseReport& report) {
       text += paragraph("effort not measured, counted as zero: " + some_of(contact.zero_efforts), "");
     text += "\n";
   }
-  TextTable table;
-  table.row({"momentum and energy", "unit", "first", "uncertainty", "last", "uncertainty"});
-  bool any = false;
-  for (const ImpulseReport::Momentum& m : report.momentum) {
-    for (std::size_t c = 0; c < m.first.size() && c < m.last.size(); ++c) {
-      if (!m.first[c].determined && !m.last[c].determined) continue;
-      any = true;
-      table.row({printable_line(m.body) + ", " + m.first[c].name, m.first[c].unit, optional_number(m.first[c].value),
-                 optional_number(m.first[c].uncertainty), optional_number(m.last[c].value),
-                 optional_number(m.last[c].uncertainty)});
-    }
-  }
-  if (any) text += table.text() + "\n";
-  for (const ImpulseReport::Momentum& m : report.momentum) {
-    if (!m.missing.empty())
-      text += paragraph(fmt::format("{}: more would follow from {}", printable_line(m.body), some_of(m.missing)), "");
-  }
+  text += momentum_report_text(report.momentum);
   for (const std::string& one : report.unused) text += paragraph(one, "");
   for (const std::string& warning : report.warnings) text += paragraph("warning: " + warning, "");
   const std::size_t checked = report.count(Verdict::yes) + report.count(Verdict::no);

@@ -8,18 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/compare/momentum_report.hpp"
 #include "grapnel/describe/type.hpp"
 #include "grapnel/result/ledger.hpp"
 
 namespace grapnel {
 
 struct ImpulseReport {
-  /// A component of an impulse, or of a momentum.
-  struct Component {
-    std::string name, unit;
-    bool determined = false;
-    std::optional<double> value, uncertainty, simulated;
-  };
+  using Component = MeasuredComponent;
   struct Grasp {
     std::string end_effector, target;
     std::vector<Component> components;
@@ -47,12 +43,7 @@ struct ImpulseReport {
     std::vector<Rate> rates;
     std::vector<std::string> assumed, zero_efforts;
   };
-  struct Momentum {
-    std::string body;
-    std::vector<std::string> missing;
-    std::size_t samples = 0;
-    std::vector<Component> first, last;
-  };
+  using Momentum = MomentumReport;
 
   std::string version;
   Verdict verdict = Verdict::not_checked;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <utility>
@@ -76,6 +77,29 @@ Ending write_results(const RunAndLog& input, const LogResults& results, const fs
   return results.verdict == Verdict::no ? Ending::failed : Ending::done;
 }
 
+// Momentum and energy of the measured motion with the masses of the run's scenario; or why they are not computed.
+std::vector<MomentumCurve> add_momentum(const fs::path& run_folder, AlignedLog log, ComparisonReport& report) {
+  try {
+    const RunModel run(run_folder, {}, {});
+    apply_drift(log);
+    const MeasuredQuantities measured = measured_quantities(log.quantities, run);
+    const bool has_rates = std::any_of(measured.used.begin(), measured.used.end(),
+                                       [](const MeasuredQuantity& one) { return one.measures_rates(); });
+    if (!has_rates) {
+      report.momentum_reason = "no rate with an uncertainty is measured";
+      return {};
+    }
+    std::vector<ContactTime> contacts;
+    for (const RunContact& one : run.contacts()) contacts.push_back({one.time, one.end, 0});
+    std::vector<MomentumCurve> curves = measured_momentum(run, measured, report.clock.offset, contacts, kMostMomenta);
+    report.momentum = momentum_report(curves), report.momentum_reason.clear();
+    return curves;
+  } catch (const InputError& error) {
+    report.momentum_reason = error.faults().empty() ? error_text(error) : error.faults()[0].message;
+    return {};
+  }
+}
+
 }  // namespace
 
 fs::path log_results_folder(const RunAndLog& input, const fs::path& folder, const char* command) {
@@ -85,12 +109,15 @@ fs::path log_results_folder(const RunAndLog& input, const fs::path& folder, cons
 Ending run_comparison_folder(const RunAndLog& input, const LogFolderOptions& options, Listener& listener) {
   const fs::path run = folder_of(input.run), folder = log_results_folder(input, options.folder, "compare");
   note_results(run);
-  const LogComparison comparison = compare_log(run, input.log, input.mapping);
+  const AlignedLog log = read_aligned_log(run, input.log, input.mapping);
+  LogComparison comparison = compare_log(log);
+  const std::vector<MomentumCurve> momentum = add_momentum(run, log, comparison.report);
   if (!is_of_comparison(folder / "comparison.json", listener)) return Ending::bad_input;
   LogResults results;
   results.scenario = comparison.report.run.scenario;
   results.files = {{"comparison.json", comparison_report_json(comparison.report)},
                    {"comparison.csv", comparison.residuals_csv}};
+  if (!momentum.empty()) results.files.emplace_back("momentum.csv", momentum_csv(momentum));
   results.page = "comparison.html", results.page_data = [&] { return comparison_page_data(comparison); };
   results.text = comparison_report_text(comparison.report), results.verdict = comparison.report.verdict;
   return write_results(input, results, folder, options.quiet, options.no_report, listener);

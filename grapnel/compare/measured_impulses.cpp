@@ -22,8 +22,6 @@ namespace {
 
 using Kind = MeasuredQuantity::Kind;
 
-constexpr std::size_t kMostMomenta = 2000;  // times
-
 [[noreturn]] void refuse_log(const std::string& message) {
   FaultList faults;
   faults.add(Mark{}, message);
@@ -520,18 +518,6 @@ const RunContact& nearest_contact(const std::vector<RunContact>& contacts, doubl
   });
 }
 
-std::vector<ImpulseReport::Component> momentum_components(const MomentumCurve& curve, std::size_t sample) {
-  std::vector<ImpulseReport::Component> components;
-  for (std::size_t c = 0; c < kMomentumComponents; ++c) {
-    ImpulseReport::Component one;
-    one.name = kMomentumNames[c], one.unit = kMomentumUnits[c];
-    one.determined = std::isfinite(curve.value[sample][c]);
-    if (one.determined) one.value = curve.value[sample][c], one.uncertainty = curve.deviation[sample][c];
-    components.push_back(std::move(one));
-  }
-  return components;
-}
-
 }  // namespace
 
 MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, const ImpulseOptions& options) {
@@ -599,22 +585,14 @@ MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, c
 
   if (!options.momentum) return result;
   result.momentum = measured_momentum(run, measured, report.offset, contacts, kMostMomenta);
-  for (const MomentumCurve& curve : result.momentum) {
-    ImpulseReport::Momentum& one = report.momentum.emplace_back();
-    one.body = curve.body, one.missing = curve.missing, one.samples = curve.time.size();
-    if (curve.time.empty()) continue;
-    one.first = momentum_components(curve, 0), one.last = momentum_components(curve, curve.time.size() - 1);
-  }
+  report.momentum = momentum_report(result.momentum);
   return result;
 }
 
 MeasuredImpulses measured_impulses(const std::filesystem::path& run_folder, const std::filesystem::path& log,
                                    const std::filesystem::path& mapping, const ImpulseOptions& options) {
   AlignedLog mapped = read_aligned_log(run_folder, log, mapping);
-  const ComparisonReport::Clock& clock = mapped.head.clock;
-  for (ComparedQuantity& one : mapped.quantities) {
-    for (double& t : one.time) t += clock.drift * (t - clock.reference);
-  }
+  apply_drift(mapped);
   const RunModel model(run_folder, options.scenario, options.overrides);
   try {
     return measured_impulses(model, mapped, options);

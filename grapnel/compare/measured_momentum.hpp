@@ -27,6 +27,8 @@ struct MomentumCurve {
   std::vector<std::string> missing;  // what would determine further components
 };
 
+inline constexpr std::size_t kMostMomenta = 2000;  // times
+
 /// At the times of the measured rates, at most about `most` of them. `contacts`: no interpolation across them.
 std::vector<MomentumCurve> measured_momentum(const RunModel& run, const MeasuredQuantities& measured, double offset,
                                              std::span<const ContactTime> contacts, std::size_t most);

@@ -47,6 +47,16 @@ class _LogResult:
         with open(self.folder / file, newline="", encoding="utf-8") as stream:
             return list(csv.DictReader(stream))
 
+    def momentum(self, body: str = "robot") -> dict[str, Array]:
+        """Momentum and energy of the measured motion over time, with a column `uncertainty of ...` beside each: 'time [s]',
+        'linear x [N s]', ...; nan where the log does not determine them. `body`: 'robot' or a target's name."""
+        every = self._rows("momentum.csv") if (self.folder / "momentum.csv").exists() else []
+        rows = [row for row in every if row["body"] == body]
+        if not rows:
+            names = list(dict.fromkeys(row["body"] for row in every))
+            raise ValueError(f"body is {body!r}; the log has a momentum of {', '.join(names) or 'no body'}")
+        return {name: np.array([_number_or_nan(row[name]) for row in rows]) for name in rows[0] if name != "body"}
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.folder}, {self._verdict}: {self.verdict}>"
 
@@ -140,15 +150,6 @@ class MeasuredImpulses(_LogResult):
         return [MeasuredContact(float(one["time"]), float(one["end"]), str(one["consistent"]),
                                 float(one.get("chi_square", math.nan)), tuple(map(_grasp_impulse, one["grasps"])), one)
                 for one in self.summary["contacts"]]
-
-    def momentum(self, body: str = "robot") -> dict[str, Array]:
-        """Momentum and energy of the measured motion over time, with a column `uncertainty of ...` beside each: 'time [s]',
-        'linear x [N s]', ...; nan where the log does not determine them. `body`: 'robot' or a target's name."""
-        rows = [row for row in self._rows("momentum.csv") if row["body"] == body]
-        if not rows:
-            names = list(dict.fromkeys(row["body"] for row in self._rows("momentum.csv")))
-            raise ValueError(f"body is {body!r}; the log has a momentum of {', '.join(names) or 'no body'}")
-        return {name: np.array([_number_or_nan(row[name]) for row in rows]) for name in rows[0] if name != "body"}
 
 
 def _grasp_impulse(grasp: dict[str, Any]) -> GraspImpulse:

@@ -53,6 +53,18 @@ def test_a_comparison_has_the_bytes_of_the_program(experiment, program, tmp_path
     assert residuals.unit == "rad/s" and residuals.compared.sum() == entry["compared"]
     assert np.sqrt(np.mean(residuals.residual[residuals.compared] ** 2)) == pytest.approx(entry["rms"], rel=1e-9)
     assert not (comparison.folder / "comparison.html").exists()
+    # Momentum of the measured motion is that of the estimate of impulses, apart from times near the contact.
+    impulses = grapnel.impulses(run, log, mapping, out=tmp_path / "impulses", report=False)
+    for ours, theirs in zip(comparison.summary["momentum"], impulses.summary["momentum"], strict=True):
+        assert all(ours[key] == theirs[key] for key in ("body", "missing", "first", "last"))
+    assert comparison.summary["momentum_reason"] == "" and len(comparison.summary["momentum"]) == 3
+    name = "angular z [N m s]"
+    assert np.array_equal(comparison.momentum("target-1")[name][:300], impulses.momentum("target-1")[name][:300])
+    bare = {**mapping, "quantities": [{k: v for k, v in one.items() if k != "uncertainty"} for one in mapping["quantities"]]}
+    bare = grapnel.compare(run, log, bare, out=tmp_path / "bare", report=False)
+    assert bare.summary["momentum"] == [] and bare.summary["momentum_reason"] == "no rate with an uncertainty is measured"
+    with pytest.raises(ValueError, match="has a momentum of no body"):
+        bare.momentum()
 
 
 def test_a_disagreement_is_a_result(experiment, tmp_path):

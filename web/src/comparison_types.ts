@@ -20,6 +20,10 @@ export interface LogComparison {
   clock: LogClock;
   /** in the order of the mapping */
   quantities: ComparedQuantity[];
+  /** momentum and energy of the measured motion of the robot and of each target */
+  momentum: MeasuredMomentum[];
+  /** why `momentum` is empty; else empty */
+  momentum_reason: string;
   /** doubts about the comparison */
   warnings: string[];
 }
@@ -32,6 +36,8 @@ export const kLogComparison: FieldNote[] = [
   ["log","","the log"],
   ["clock","","the clock of the log"],
   ["quantities","","in the order of the mapping"],
+  ["momentum","","momentum and energy of the measured motion of the robot and of each target"],
+  ["momentum_reason","","why `momentum` is empty; else empty"],
   ["warnings","","doubts about the comparison"],
 ];
 
@@ -208,4 +214,49 @@ export const kComparedComponent: FieldNote[] = [
   ["peak","as the quantity","residual of the largest magnitude, with its sign"],
   ["peak_time","s","its time, of the run"],
   ["chi_square","1","chi-square divided by the number of compared samples; absent without an uncertainty"],
+];
+
+// momentum and kinetic energy of measured motion; momentum.csv has all times.
+export interface MeasuredMomentum {
+  /** robot, or the name of a target */
+  body: string;
+  /** series that the log does not measure completely; they would determine more */
+  missing: string[];
+  /** times in momentum.csv [1] */
+  samples: number;
+  /** at the first time; empty without samples */
+  first: MeasuredComponent[];
+  /** at the last time */
+  last: MeasuredComponent[];
+}
+export const kMeasuredMomentum: FieldNote[] = [
+  ["body","","robot, or the name of a target"],
+  ["missing","","series that the log does not measure completely; they would determine more"],
+  ["samples","1","times in momentum.csv"],
+  ["first","","at the first time; empty without samples"],
+  ["last","","at the last time"],
+];
+
+// a component of an impulse or momentum of measured motion.
+export interface MeasuredComponent {
+  /** component; of impulses along the axes of W, on the robot */
+  name: string;
+  /** its unit */
+  unit: string;
+  /** whether the measured quantities determine it */
+  determined: boolean;
+  /** estimate; absent: not determined [as `unit`] */
+  value?: number;
+  /** its standard uncertainty [as `unit`] */
+  uncertainty?: number;
+  /** value of the run; absent: the run has none [as `unit`] */
+  simulated?: number;
+}
+export const kMeasuredComponent: FieldNote[] = [
+  ["name","","component; of impulses along the axes of W, on the robot"],
+  ["unit","","its unit"],
+  ["determined","","whether the measured quantities determine it"],
+  ["value","as `unit`","estimate; absent: not determined"],
+  ["uncertainty","as `unit`","its standard uncertainty"],
+  ["simulated","as `unit`","value of the run; absent: the run has none"],
 ];
