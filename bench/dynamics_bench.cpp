@@ -6,6 +6,7 @@
 
 #include "bench/flexible_workload.hpp"
 #include "bench/operation_count.hpp"
+#include "grapnel/dynamics/dynamics_derivatives.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/dynamics/workspace.hpp"
 
@@ -34,6 +35,25 @@ void add_forward_dynamics(const Shared& workload) {
                const State& state, const Forces& forces) mutable {
       forward_dynamics(w.model, state, forces, workspace, vdot);
       benchmark::DoNotOptimize(vdot.data());
+      benchmark::ClobberMemory();
+    };
+  });
+}
+
+void add_derivatives(const Shared& workload) {
+  add("forward_dynamics_derivatives", workload, 0, [](const Workload& w) {
+    return [&w, workspace = make_derivatives_workspace(w.model), result = ForwardDynamicsDerivatives{}](
+               const State& state, const Forces& forces) mutable {
+      forward_dynamics_derivatives(w.model, state, forces, *workspace, result);
+      benchmark::DoNotOptimize(result.dq.data());
+      benchmark::ClobberMemory();
+    };
+  });
+  add("inverse_dynamics_derivatives", workload, 0, [](const Workload& w) {
+    return [&w, workspace = make_derivatives_workspace(w.model), result = InverseDynamicsDerivatives{}](
+               const State& state, const Forces& forces) mutable {
+      inverse_dynamics_derivatives(w.model, state, forces.generalized, {}, *workspace, result);
+      benchmark::DoNotOptimize(result.dq.data());
       benchmark::ClobberMemory();
     };
   });
@@ -82,6 +102,7 @@ void register_dynamics() {
   for (Workload& workload : targets()) {
     const auto shared = std::make_shared<const Workload>(std::move(workload));
     add_forward_dynamics(shared);
+    add_derivatives(shared);
     add_others(shared);
   }
   for (FlexibleWorkload& flexible : flexible_targets(Cut::gauss)) {

@@ -8,6 +8,7 @@
 #include "grapnel/api/campaign.hpp"
 #include "grapnel/api/capture.hpp"
 #include "grapnel/api/controller.hpp"
+#include "grapnel/api/dynamics_derivatives.hpp"
 #include "grapnel/api/error.hpp"
 #include "grapnel/api/linearization.hpp"
 #include "grapnel/api/mechanics.hpp"

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "dynamics/random_case.hpp"
+#include "grapnel/dynamics/dynamics_derivatives.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "support/allocation_trap.hpp"
 
@@ -110,6 +111,11 @@ TEST(Dynamics, DoesNotAllocateAfterSetup) {
     Kinematics kinematics(c.model);
     std::vector<double> vdot(n), tau(n), h(n), qdot(c.model.coordinates());
     Eigen::MatrixXd M(n, n), J(6, n);
+    const auto derivatives = make_derivatives_workspace(c.model);
+    ForwardDynamicsDerivatives forward;
+    InverseDynamicsDerivatives inverse;
+    forward_dynamics_derivatives(c.model, c.state, c.forces, *derivatives, forward);
+    inverse_dynamics_derivatives(c.model, c.state, vdot, c.forces, *derivatives, inverse);
     double sum = 0;
     Eigen::internal::set_is_malloc_allowed(false);
     AllocationTrap trap;
@@ -120,6 +126,8 @@ TEST(Dynamics, DoesNotAllocateAfterSetup) {
     coordinate_rates(c.model, c.state.q, c.state.v, qdot);
     forward_kinematics(c.model, c.state, kinematics);
     point_jacobian(c.model, kinematics, static_cast<int>(c.model.bodies().size()) - 1, {1, 2, 3}, J);
+    forward_dynamics_derivatives(c.model, c.state, c.forces, *derivatives, forward);
+    inverse_dynamics_derivatives(c.model, c.state, vdot, c.forces, *derivatives, inverse);
     sum += momentum_about(c.model, kinematics, {1, 2, 3}).linear[0] + kinetic_energy(c.model, kinematics, c.state);
     const long allocations = trap.stop();
     Eigen::internal::set_is_malloc_allowed(true);

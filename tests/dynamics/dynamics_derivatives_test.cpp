@@ -1,0 +1,312 @@
+// Analytical derivatives of the dynamics against dual numbers on random systems of all kinds of joints and roots; modal
+// joints, which the kernels support for doubles only, against finite differences.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "dynamics/random_case.hpp"
+#include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/dynamics/dynamics_derivatives.hpp"
+#include "grapnel/dynamics/link_motion.hpp"
+#include "grapnel/dynamics/modal_chains.hpp"
+#include "grapnel/dynamics/newton_euler_kernel.hpp"
+#include "grapnel/spatial/dual.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel {
+namespace dynamics_derivatives_test {
+
+using namespace testing;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr double kBound = 1e-10;
+
+// The kernels on dual numbers: the derivatives along one direction of coordinates, velocities or forces.
+class DualDynamics {
+ public:
+  DualDynamics(const Case& c, const PrescribedMotion& given)
+      : model_(c.model),
+        tree_(convert_tree<Dual>(c.model.tree())),
+        workspace_(tree_),
+        given_(given),
+        q_(c.state.q.begin(), c.state.q.end()),
+        v_(c.state.v.begin(), c.state.v.end()),
+        force_(c.forces.generalized.begin(), c.forces.generalized.end()),
+        motion_(tree_.links.size()),
+        wrench_(tree_.links.size()) {
+    link_motion<Dual>(tree_, q_, {}, motion_);
+    for (const ExternalWrench& e : c.forces.external) {
+      const int link = model_.bodies()[e.body].placement.link;
+      const Pose<Dual> X_LW = inverse(motion_[link].X_WL);
+      external_.push_back({link, {dual(e.F_W.angular), dual(e.F_W.linear)}, X_LW * dual(e.p_WP)});
+    }
+    gravity_ = dual(c.forces.gravity);
+  }
+
+  std::vector<Dual>& q() { return q_; }
+  std::vector<Dual>& v() { return v_; }
+  std::vector<Dual>& force() { return force_; }
+
+  Eigen::VectorXd forward() {
+    std::vector<Dual> vdot(v_.size()), required(v_.size()), acceleration(given_.vdot.begin(), given_.vdot.end());
+    DynamicsInput<Dual> in = input();
+    in.force = force_, in.prescribed = given_.prescribed, in.acceleration = acceleration;
+    articulated_body<Dual>(tree_, in, workspace_, vdot, required);
+    return derivatives(vdot);
+  }
+  Eigen::VectorXd inverse_of(const std::vector<double>& vdot) {
+    std::vector<Dual> tau(v_.size()), acceleration(vdot.begin(), vdot.end());
+    DynamicsInput<Dual> in = input();
+    in.acceleration = acceleration;
+    newton_euler<Dual>(tree_, in, workspace_, tau);
+    return derivatives(tau);
+  }
+
+ private:
+  struct Applied {
+    int link;
+    Wrench<Dual> F_W;
+    Vector3<Dual> p;  // of the point, in the link
+  };
+  static Vector3<Dual> dual(const Vector3d& a) { return {a[0], a[1], a[2]}; }
+  static Eigen::VectorXd derivatives(const std::vector<Dual>& x) {
+    Eigen::VectorXd result(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) result[static_cast<Eigen::Index>(i)] = x[i].derivative;
+    return result;
+  }
+  DynamicsInput<Dual> input() {
+    link_motion<Dual>(tree_, q_, {}, motion_);
+    wrench_.assign(wrench_.size(), Wrench<Dual>::zero());
+    for (const Applied& e : external_) wrench_[e.link] += shift(transposed_times(motion_[e.link].X_WL.R, e.F_W), -e.p);
+    DynamicsInput<Dual> in;
+    in.q = q_, in.v = v_, in.link_wrench = wrench_, in.gravity = gravity_;
+    return in;
+  }
+
+  const Model& model_;
+  Tree<Dual> tree_;
+  DynamicsWorkspace<Dual> workspace_;
+  PrescribedMotion given_;
+  std::vector<Dual> q_, v_, force_;
+  std::vector<LinkMotion<Dual>> motion_;
+  std::vector<Wrench<Dual>> wrench_;
+  std::vector<Applied> external_;
+  Vector3<Dual> gravity_;
+};
+
+// Columns of a derivative with respect to q, v or the forces: evaluate() along one direction at a time.
+enum class By { q, v, force };
+template <class Evaluate>
+Eigen::MatrixXd columns(const Case& c, DualDynamics& dynamics, By by, Evaluate evaluate) {
+  const int n = c.model.velocities();
+  Eigen::MatrixXd result(n, n);
+  std::vector<double> direction(n);
+  for (int j = 0; j < n; ++j) {
+    std::vector<Dual>& x = by == By::q ? dynamics.q() : by == By::v ? dynamics.v() : dynamics.force();
+    direction.assign(n, 0.0);
+    direction[j] = 1;
+    if (by == By::q) direction = rates_of(c.model, c.state.q, direction);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i].derivative = direction[i];
+    result.col(j) = evaluate();
+    for (Dual& value : x) value.derivative = 0;
+    direction.resize(n);
+  }
+  return result;
+}
+
+double error(const RowMatrix& value, const Eigen::MatrixXd& expected) {
+  return (value - expected).norm() / (1 + expected.norm());
+}
+
+// A random robot whose joints with one axis also have rotors with stated axes, in half of the cases.
+Case case_with_rotors(int index) {
+  Case c = random_case(index);
+  if (index % 4 < 2) return c;
+  Random random(300000 + index);
+  ModelBuilder builder(c.model);
+  for (const Body& body : c.model.bodies()) {
+    JointDescription joint = body.description.joint;
+    if (body.parent < 0 || !has_one_axis(joint.type) || random.chance(0.3)) continue;
+    joint.rotor_axis = random.direction();
+    joint.rotor_inertia = random.log_uniform(0.01, 1), joint.gear_ratio = random.uniform(-5, 5);
+    builder.attach(body.description.name, body.description.parent, body.description.X_PF, joint);
+  }
+  c.model = builder.build();
+  return c;
+}
+
+// Roots and joints with given accelerations in some cases; none in others.
+PrescribedMotion some_prescribed(const Case& c, int index) {
+  PrescribedMotion given;
+  if (index % 2 == 0) return given;
+  Random random(200000 + index);
+  given.prescribed.assign(c.model.velocities(), 0);
+  for (const Body& b : c.model.bodies()) {
+    const bool chosen = random.chance(b.parent < 0 ? 0.5 : 0.3);
+    for (int k = 0; k < velocity_count(b.description.joint.type); ++k) given.prescribed[b.v + k] = chosen;
+  }
+  given.vdot = random.values(c.model.velocities(), 3);
+  return given;
+}
+
+TEST(InverseDynamicsDerivatives, AgreeWithDualNumbers) {
+  Worst dq("d tau / d q"), dv("d tau / d v"), dvdot("d tau / d vdot"), tau("tau");
+  for (int i = 0; i < kRobots / 2; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Case c = case_with_rotors(i);
+    const int n = c.model.velocities();
+    Random random(100000 + i);
+    const std::vector<double> vdot = random.values(n, 5);
+    const InverseDynamicsDerivatives d = inverse_dynamics_derivatives(c.model, c.state, vdot, c.forces);
+    DualDynamics dual(c, {});
+    const auto evaluate = [&] { return dual.inverse_of(vdot); };
+    const std::vector<double> expected = inverse_dynamics(c.model, c.state, vdot, c.forces);
+    ASSERT_LT(tau.note((eigen(d.tau) - eigen(expected)).norm() / (1 + eigen(expected).norm()), i), kBound);
+    ASSERT_LT(dq.note(error(d.dq, columns(c, dual, By::q, evaluate)), i), kBound);
+    ASSERT_LT(dv.note(error(d.dv, columns(c, dual, By::v, evaluate)), i), kBound);
+    ASSERT_LT(dvdot.note(error(d.dvdot, mass_matrix(c.model, c.state)), i), kBound);
+  }
+}
+
+TEST(ForwardDynamicsDerivatives, AgreeWithDualNumbers) {
+  Worst dq("d vdot / d q"), dv("d vdot / d v"), dtau("d vdot / d tau"), value("vdot");
+  for (int i = 0; i < kRobots / 2; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Case c = case_with_rotors(i);
+    const PrescribedMotion given = some_prescribed(c, i);
+    const ForwardDynamicsDerivatives d = forward_dynamics_derivatives(c.model, c.state, c.forces, given);
+    DualDynamics dual(c, given);
+    const auto evaluate = [&] { return dual.forward(); };
+    if (given.prescribed.empty()) {
+      const std::vector<double> vdot = forward_dynamics(c.model, c.state, c.forces);
+      ASSERT_LT(value.note((eigen(d.vdot) - eigen(vdot)).norm() / (1 + eigen(vdot).norm()), i), kBound);
+    }
+    ASSERT_LT(dq.note(error(d.dq, columns(c, dual, By::q, evaluate)), i), kBound);
+    ASSERT_LT(dv.note(error(d.dv, columns(c, dual, By::v, evaluate)), i), kBound);
+    ASSERT_LT(dtau.note(error(d.dtau, columns(c, dual, By::force, evaluate)), i), kBound);
+  }
+}
+
+// A wrench acts by its Jacobian.
+TEST(ForwardDynamicsDerivatives, OfWrenchesAreThoseOfTheirGeneralizedForces) {
+  Worst difference("d vdot / d wrench");
+  for (int i = 0; i < kRobots / 4; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Case c = random_case(i);
+    if (c.model.velocities() == 0) continue;
+    const ForwardDynamicsDerivatives d = forward_dynamics_derivatives(c.model, c.state, c.forces);
+    const Kinematics kinematics = forward_kinematics(c.model, c.state);
+    const auto M = mass_matrix(c.model, c.state).llt();
+    ASSERT_EQ(d.dwrench.cols(), static_cast<Eigen::Index>(6 * c.forces.external.size()));
+    Eigen::MatrixXd J(6, c.model.velocities());
+    for (std::size_t e = 0; e < c.forces.external.size(); ++e) {
+      const ExternalWrench& w = c.forces.external[e];
+      point_jacobian(c.model, kinematics, w.body, w.p_WP, J);
+      const Eigen::MatrixXd expected = M.solve(J.transpose());
+      const RowMatrix block = d.dwrench.middleCols(static_cast<Eigen::Index>(6 * e), 6);
+      ASSERT_LT(difference.note(error(block, expected), i), kBound);
+    }
+  }
+}
+
+// A free base with a boom of four joints in two modes, and an arm of one joint on its tip.
+Model modal_model() {
+  ModelBuilder builder;
+  const double rates[4][2] = {{1, 0.2}, {0.8, -0.5}, {0.5, 0.9}, {0.3, -0.4}};
+  for (int i = 0; i < 6; ++i) {
+    BodyDescription b;
+    b.name = "b" + std::to_string(i), b.joint.name = "j" + std::to_string(i), b.mass = 2 + i;
+    b.inertia = Symmetric3d::diagonal(1, 1.5, 0.8), b.com = {0.2, 0.1, -0.1};
+    if (i > 0) b.parent = "b" + std::to_string(i - 1), b.X_PF.p = {0.7, 0.1, 0.2};
+    b.joint.type = i > 0 ? JointType::revolute : JointType::free;
+    if (i > 0) b.joint.axis = Vector3d::unit(i % 3);
+    if (i > 0 && i < 5) b.joint.modal = ModalJoint{"boom", {rates[i - 1][0], rates[i - 1][1]}};
+    builder.add(b);
+  }
+  return builder.build();
+}
+
+TEST(ForwardDynamicsDerivatives, OfModalJointsAgreeWithFiniteDifferences) {
+  const Model model = modal_model();
+  const int n = model.velocities();
+  Worst worst("modal joints, against finite differences");
+  for (int i = 0; i < 5; ++i) {
+    Random random(i);
+    Case c{model, random_state(model, random), {}};
+    c.forces = random_forces(model, c.state, random);
+    Eigen::MatrixXd v = eigen(c.state.v).transpose();
+    project_columns(model.tree(), v);
+    c.state.v.assign(v.data(), v.data() + n);
+    const ForwardDynamicsDerivatives d = forward_dynamics_derivatives(model, c.state, c.forces);
+    const Kinematics before = forward_kinematics(model, c.state);
+    const double size = 1 + d.dq.norm() + d.dv.norm();
+    for (int j = 0; j < n; ++j) {
+      std::vector<double> direction(n), zero(n);
+      direction[j] = 1;
+      const std::vector<double> qdot = rates_of(model, c.state.q, direction);
+      const Eigen::VectorXd by_q = derivative([&](double h) {
+        const State moved = advance(model, c.state, qdot, zero, h);
+        const Kinematics after = forward_kinematics(model, moved);
+        Forces forces = c.forces;
+        for (ExternalWrench& e : forces.external) e.p_WP = after.X_WB[e.body] * (inverse(before.X_WB[e.body]) * e.p_WP);
+        return Eigen::VectorXd(eigen(forward_dynamics(model, moved, forces)));
+      });
+      const Eigen::VectorXd by_v = derivative([&](double h) {
+        return Eigen::VectorXd(eigen(forward_dynamics(model, advance(model, c.state, {}, direction, h), c.forces)));
+      });
+      const Eigen::VectorXd by_force = derivative([&](double h) {
+        Forces forces = c.forces;
+        forces.generalized[j] += h;
+        return Eigen::VectorXd(eigen(forward_dynamics(model, c.state, forces)));
+      });
+      ASSERT_LT(worst.note((d.dq.col(j) - by_q).norm() / size, i), 1e-8);
+      ASSERT_LT(worst.note((d.dv.col(j) - by_v).norm() / size, i), 1e-8);
+      ASSERT_LT(worst.note((d.dtau.col(j) - by_force).norm() / size, i), 1e-8);
+    }
+  }
+}
+
+// Derivatives are the same at any distance of a base from the world's origin.
+TEST(ForwardDynamicsDerivatives, DoNotDependOnThePlaceOfTheBase) {
+  Worst difference("derivatives 1e6 m away");
+  for (int i = 0; i < 20; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Case c = random_case(4 * i);
+    c.forces.external.clear();
+    const ForwardDynamicsDerivatives here = forward_dynamics_derivatives(c.model, c.state, c.forces);
+    for (const Body& body : c.model.bodies()) {
+      if (body.parent < 0) c.state.q[body.q] += 1e6;
+    }
+    const ForwardDynamicsDerivatives there = forward_dynamics_derivatives(c.model, c.state, c.forces);
+    EXPECT_EQ(difference.note((here.dq - there.dq).norm() + (here.dv - there.dv).norm(), i), 0);
+  }
+}
+
+TEST(DynamicsDerivatives, RejectSizesOfAnotherModel) {
+  const Model model = plain_robot(3), other = plain_robot(5);
+  const State state = zero_state(model), other_state = zero_state(other);
+  const auto foreign = make_derivatives_workspace(other);
+  ForwardDynamicsDerivatives out;
+  EXPECT_THAT([&] { forward_dynamics_derivatives(model, other_state); },
+              ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("forward_dynamics_derivatives: the state has another model's size")));
+  EXPECT_THAT([&] { forward_dynamics_derivatives(model, state, {}, *foreign, out); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("the workspace was made for another model")));
+  EXPECT_THAT(
+      [&] {
+        forward_dynamics_derivatives(model, state, {other_state.v, {}});
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("generalized forces have another model's size")));
+  EXPECT_THAT(
+      [&] {
+        forward_dynamics_derivatives(model, state, {}, {{1}, {0}});
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("prescribed velocities have another model's size")));
+  EXPECT_THAT([&] { inverse_dynamics_derivatives(model, state, other_state.v); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("the accelerations have another model's size")));
+}
+
+}  // namespace dynamics_derivatives_test
+}  // namespace grapnel
