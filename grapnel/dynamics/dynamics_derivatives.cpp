@@ -19,6 +19,19 @@ using Pack = double __attribute__((vector_size(64)));
 using LoosePack = double __attribute__((vector_size(64), aligned(8), may_alias));
 constexpr int kPack = 8;
 constexpr int padded(int n) { return (n + kPack - 1) / kPack * kPack + kPack; }
+// Zeros that begin at a cache line, so that a pack at a multiple of eight numbers lies in one.
+class PackedNumbers {
+ public:
+  explicit PackedNumbers(int count) : lines_(static_cast<std::size_t>((count + kPack - 1) / kPack)) {}
+  double* data() { return lines_.data()->numbers; }
+  const double* data() const { return lines_.data()->numbers; }
+
+ private:
+  struct alignas(64) Line {
+    double numbers[kPack] = {};
+  };
+  std::vector<Line> lines_;
+};
 GRAPNEL_INLINE LoosePack& pack_at(double* x) { return *reinterpret_cast<LoosePack*>(x); }
 GRAPNEL_INLINE const LoosePack& pack_at(const double* x) { return *reinterpret_cast<const LoosePack*>(x); }
 
@@ -79,20 +92,23 @@ struct Range {
 class RowCholesky {
  public:
   // `on`: for each velocity the velocities between it and the root, in descending order.
-  explicit RowCholesky(std::vector<std::vector<int>> on) : inverse_(on.size()), beyond_begin_{0}, begin_{0} {
+  explicit RowCholesky(const std::vector<std::vector<int>>& on)
+      : inverse_(on.size()), beyond_begin_{0}, begin_{0}, L_(padded_entries(on)) {
     std::vector<std::vector<Beyond>> beyond(on.size());
     for (std::size_t i = 0; i < on.size(); ++i) {
       for (const int a : on[i]) {
         beyond[static_cast<std::size_t>(a)].push_back({static_cast<int>(i), static_cast<int>(on_.size())});
         on_.push_back(a);
       }
+      end_.push_back(static_cast<int>(on_.size()));
+      on_.resize(on_.size() + kPack);
       begin_.push_back(static_cast<int>(on_.size()));
     }
     for (const std::vector<Beyond>& list : beyond) {
       beyond_.insert(beyond_.end(), list.begin(), list.end());
       beyond_begin_.push_back(static_cast<int>(beyond_.size()));
     }
-    L_.resize(on_.size()), transposed_.resize(on_.size());
+    transposed_.resize(beyond_.size());
   }
   int size() const { return static_cast<int>(inverse_.size()); }
 
@@ -100,22 +116,22 @@ class RowCholesky {
   void factor(const double* M, int stride) {
     for (int i = 0; i < size(); ++i) {
       inverse_[i] = M[i * stride + i];
-      for (int e = begin_[i]; e < begin_[i + 1]; ++e) L_[e] = M[i * stride + on_[e]];
+      for (int e = begin_[i]; e < end_[i]; ++e) L_.data()[e] = M[i * stride + on_[e]];
     }
     for (int k = size(); k-- > 0;) {
       const double inverse = inverse_[k] = 1 / std::sqrt(inverse_[k]);
-      const int count = begin_[k + 1] - begin_[k];
+      const int count = end_[k] - begin_[k];
       double* const row = L_.data() + begin_[k];
       for (int a = 0; a < count; ++a) row[a] *= inverse;
-      // The list of an entry of a row is the rest of that row.
+      // The list of an entry of a row is the rest of that row, and zeros.
       for (int a = 0; a < count; ++a) {
         const int i = on_[begin_[k] + a];
         inverse_[i] -= row[a] * row[a];
         double* const to = L_.data() + begin_[i];
-        for (int b = 0; b < count - a - 1; ++b) to[b] -= row[a] * row[a + 1 + b];
+        for (int b = 0; b < count - a - 1; b += kPack) pack_at(to + b) -= row[a] * pack_at(row + a + 1 + b);
       }
     }
-    for (std::size_t e = 0; e < beyond_.size(); ++e) transposed_[e] = L_[beyond_[e].entry];
+    for (std::size_t e = 0; e < beyond_.size(); ++e) transposed_[e] = L_.data()[beyond_[e].entry];
   }
 
   // x <- M^-1 x
@@ -127,7 +143,7 @@ class RowCholesky {
     }
     for (int i = 0; i < size(); ++i) {
       double sum = x[i];
-      for (int e = begin_[i]; e < begin_[i + 1]; ++e) sum -= L_[e] * x[on_[e]];
+      for (int e = begin_[i]; e < end_[i]; ++e) sum -= L_.data()[e] * x[on_[e]];
       x[i] = inverse_[i] * sum;
     }
   }
@@ -145,6 +161,13 @@ class RowCholesky {
     int velocity, entry;  // a velocity that this one carries; the entry of L that ties them
   };
 
+  // Each row is followed by zeros.
+  static int padded_entries(const std::vector<std::vector<int>>& on) {
+    std::size_t count = 0;
+    for (const std::vector<int>& list : on) count += list.size() + kPack;
+    return static_cast<int>(count) + kPack;
+  }
+
   template <int kCount>
   void solve_packs(double* X, int stride) const {
     for (int i = size(); i-- > 0;) {
@@ -161,18 +184,19 @@ class RowCholesky {
       Pack sum[kCount];
       double* const row = X + i * stride;
       for (int k = 0; k < kCount; ++k) sum[k] = pack_at(row + k * kPack);
-      for (int e = begin_[i]; e < begin_[i + 1]; ++e) {
+      for (int e = begin_[i]; e < end_[i]; ++e) {
         const double* const from = X + on_[e] * stride;
-        for (int k = 0; k < kCount; ++k) sum[k] -= L_[e] * pack_at(from + k * kPack);
+        for (int k = 0; k < kCount; ++k) sum[k] -= L_.data()[e] * pack_at(from + k * kPack);
       }
       for (int k = 0; k < kCount; ++k) pack_at(row + k * kPack) = inverse_[i] * sum[k];
     }
   }
 
   std::vector<double> inverse_;  // of the diagonal of L
-  std::vector<int> beyond_begin_, begin_, on_;
+  std::vector<int> beyond_begin_, begin_, end_, on_;
   std::vector<Beyond> beyond_;
-  std::vector<double> L_, transposed_;  // in the orders of on_ and beyond_
+  PackedNumbers L_;                 // in the order of on_
+  std::vector<double> transposed_;  // in that of beyond_
 };
 
 // Velocities between each velocity and its root, the nearest first.
@@ -233,9 +257,10 @@ class DerivativesWorkspace {
     for (int i = 0; i < n_; ++i) {
       const double* const from = rows_.data() + i * row_ + block * n_;
       double* const row = to.data() + i * n_;
-      int j = 0;
-      for (; j + kPack <= n_; j += kPack) pack_at(row + j) = factor * pack_at(from + j);
-      for (; j < n_; ++j) row[j] = factor * from[j];
+      // The end of a row exceeds it into the next one, if there is room.
+      const int whole = (n_ - i) * n_ >= padded(n_) ? n_ : n_ / kPack * kPack;
+      for (int j = 0; j < whole; j += kPack) pack_at(row + j) = factor * pack_at(from + j);
+      for (int j = whole; j < n_; ++j) row[j] = factor * from[j];
     }
   }
   void read_mass_matrix(RowMatrix& to) const;
@@ -260,14 +285,13 @@ class DerivativesWorkspace {
   void apply_external(const Model& model, const State& state, const std::vector<ExternalWrench>& external);
   void sum_subtrees();
   void sum_loads();
-  // One velocity's factors: a row is Q . A + P . B, a column G . S.
+  // Factors of one velocity: of rows, and of columns with respect to q and v.
   struct Products {
     Vector3d Q;
-    Load P, G;
+    Load P, q, v;
   };
-  void project(const Products& x, const Range& range, const double* A, const double* B, double* to,
-               double* column) const;
-  void fill(std::size_t n, int i, const Products& x, Row A, Row B, int block);
+  void project(const Products& x, const Range& range);
+  void fill(std::size_t n, int i, const Products& x);
   void add_external_row(std::size_t n, int i, const Motion& S);
   Range own(std::size_t n) const {
     return {tree_->links[n].v, tree_->links[n].v + velocity_count(tree_->links[n].joint)};
@@ -278,11 +302,11 @@ class DerivativesWorkspace {
   std::vector<LinkTerms> links_;
   std::vector<int> root_of_;                // per link
   std::vector<std::vector<Range>> ranges_;  // per link: velocities of its ancestors and itself, ascending
-  std::vector<double> directions_;          // kRows x stride_
+  PackedNumbers directions_;                // kRows x stride_
   std::vector<Load> P_;                     // per velocity: I S of the subtree
-  std::vector<double> M_;                   // rows of the lower triangle
-  std::vector<double> rows_;                // n x row_: [d/dq, d/dv, -1]
-  std::vector<double> column_;
+  PackedNumbers M_;                         // rows of the lower triangle
+  PackedNumbers rows_;                      // n x row_: [d/dq, d/dv, -1]
+  PackedNumbers lines_;                     // of one velocity: two rows and two columns
   std::vector<double> force_, start_;
   std::vector<Pose<double>> roots_;  // X_WB of the root of each link's tree, at its root
   bool has_external_ = false;
@@ -297,11 +321,11 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       links_(tree_->links.size()),
       root_of_(links_.size()),
       ranges_(links_.size()),
-      directions_(static_cast<std::size_t>(kRows * stride_)),
+      directions_(kRows * stride_),
       P_(static_cast<std::size_t>(n_)),
-      M_(static_cast<std::size_t>(n_ * stride_)),
-      rows_(static_cast<std::size_t>(n_ * row_)),
-      column_(static_cast<std::size_t>(stride_)),
+      M_(n_ * stride_),
+      rows_(n_ * row_ + kPack),
+      lines_(4 * stride_),
       force_(static_cast<std::size_t>(n_)),
       start_(static_cast<std::size_t>(n_)),
       roots_(links_.size()),
@@ -525,7 +549,7 @@ void DerivativesWorkspace::read_mass_matrix(RowMatrix& to) const {
     const Range mine = own(n);
     for (int i = mine.begin; i < mine.end; ++i) {
       for (const Range& range : ranges_[n]) {
-        for (int j = range.begin; j < range.end; ++j) to(i, j) = to(j, i) = M_[i * stride_ + j];
+        for (int j = range.begin; j < range.end; ++j) to(i, j) = to(j, i) = M_.data()[i * stride_ + j];
       }
     }
   }
@@ -538,7 +562,7 @@ void DerivativesWorkspace::project_modes(std::span<double> force) {
   Eigen::MatrixXd M = sparse;
   project_mass_matrix(*tree_, M);
   for (int i = 0; i < n_; ++i) {
-    for (int j = 0; j < n_; ++j) M_[i * stride_ + j] = M(i, j);
+    for (int j = 0; j < n_; ++j) M_.data()[i * stride_ + j] = M(i, j);
   }
   Eigen::MatrixXd row = Eigen::Map<Eigen::RowVectorXd>(force.data(), n_);
   project_columns(*tree_, row);
@@ -549,9 +573,9 @@ void DerivativesWorkspace::isolate(std::span<const std::uint8_t> prescribed) {
   if (prescribed.empty()) return;
   for (int i = 0; i < n_; ++i) {
     for (int j = 0; j < i; ++j) {
-      if (prescribed[i] || prescribed[j]) M_[i * stride_ + j] = 0;
+      if (prescribed[i] || prescribed[j]) M_.data()[i * stride_ + j] = 0;
     }
-    if (prescribed[i]) M_[i * stride_ + i] = 1;
+    if (prescribed[i]) M_.data()[i * stride_ + i] = 1;
   }
 }
 
@@ -573,39 +597,52 @@ void DerivativesWorkspace::accelerate(std::span<const double> vdot) {
   sum_loads();
 }
 
-// to[j] = Q . A_j + P . B_j and column[j] = G . S_j of a range of velocities, for three rows A and six rows B and S.
-GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range& range, const double* A,
-                                                  const double* B, double* to, double* column) const {
-  const double* const S = directions_.data();
+// Rows and columns of one velocity with those of a range of velocities j: to q, Q . psi_dot_j + P . psi_ddot_j and
+// G_q . S_j; to v, Q . S_j + P . (psi_dot + S_dot)_j and G_v . S_j.
+GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range& range) {
   const int d = stride_;
+  const double* const directions = directions_.data();
+  double* const lines = lines_.data();
+  const Vector3d &Q = x.Q, &a = x.P.angular, &l = x.P.linear;
+  const Load &q = x.q, &v = x.v;
   for (int j = range.begin; j < range.end; j += kPack) {
-    const double *a = A + j, *b = B + j, *s = S + j;
-    pack_at(to + j) =
-        (x.Q[0] * pack_at(a) + x.Q[1] * pack_at(a + d) + x.Q[2] * pack_at(a + 2 * d)) +
-        (x.P.angular[0] * pack_at(b) + x.P.angular[1] * pack_at(b + d) + x.P.angular[2] * pack_at(b + 2 * d)) +
-        (x.P.linear[0] * pack_at(b + 3 * d) + x.P.linear[1] * pack_at(b + 4 * d) + x.P.linear[2] * pack_at(b + 5 * d));
-    pack_at(column + j) =
-        (x.G.angular[0] * pack_at(s) + x.G.angular[1] * pack_at(s + d) + x.G.angular[2] * pack_at(s + 2 * d)) +
-        (x.G.linear[0] * pack_at(s + 3 * d) + x.G.linear[1] * pack_at(s + 4 * d) + x.G.linear[2] * pack_at(s + 5 * d));
+    const double *S = directions + kS * d + j, *w = directions + kPsi * d + j, *A = directions + kPsi2 * d + j,
+                 *T = directions + kT * d + j;
+    const Pack s0 = pack_at(S), s1 = pack_at(S + d), s2 = pack_at(S + 2 * d), s3 = pack_at(S + 3 * d),
+               s4 = pack_at(S + 4 * d), s5 = pack_at(S + 5 * d);
+    double* const to = lines + j;
+    pack_at(to) = (Q[0] * pack_at(w) + Q[1] * pack_at(w + d) + Q[2] * pack_at(w + 2 * d) + a[0] * pack_at(A)) +
+                  (a[1] * pack_at(A + d) + a[2] * pack_at(A + 2 * d) + l[0] * pack_at(A + 3 * d) +
+                   l[1] * pack_at(A + 4 * d) + l[2] * pack_at(A + 5 * d));
+    pack_at(to + d) = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * pack_at(T)) +
+                      (a[1] * pack_at(T + d) + a[2] * pack_at(T + 2 * d) + l[0] * pack_at(T + 3 * d) +
+                       l[1] * pack_at(T + 4 * d) + l[2] * pack_at(T + 5 * d));
+    pack_at(to + 2 * d) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
+                          (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
+    pack_at(to + 3 * d) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
+                          (v.linear[0] * s3 + v.linear[1] * s4 + v.linear[2] * s5);
   }
 }
 
-// One block of row i from the directions of its ancestors and its own link, and the block's column i above it.
-GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Products& x, Row A, Row B, int block) {
-  double* const row = rows_.data() + i * row_ + block * n_;
-  double* const column = column_.data();
-  const double* const a = directions_.data() + A * stride_;
-  const double* const b = directions_.data() + B * stride_;
+// Row i and, above it, column i of both blocks.
+GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Products& x) {
+  double* const lines = lines_.data();
   const int first = tree_->links[n].v;
   int end = 0;
   for (const Range& range : ranges_[n]) {
-    clear(row + end, row + range.begin);
-    project(x, range, a, b, row, column);
-    double* to = rows_.data() + range.begin * row_ + block * n_ + i;
-    for (int j = range.begin; j < std::min(range.end, first); ++j, to += row_) *to = column[j];
+    clear(lines + end, lines + range.begin);
+    clear(lines + stride_ + end, lines + stride_ + range.begin);
+    project(x, range);
+    double* to = rows_.data() + range.begin * row_ + i;
+    for (int j = range.begin; j < std::min(range.end, first); ++j, to += row_)
+      to[0] = lines[2 * stride_ + j], to[n_] = lines[3 * stride_ + j];
     end = range.end;
   }
-  clear(row + end, row + n_);
+  clear(lines + end, lines + n_);
+  clear(lines + stride_ + end, lines + stride_ + n_);
+  double* const row = rows_.data() + i * row_;
+  for (int j = 0; j < n_; j += kPack) pack_at(row + j) = pack_at(lines + j);
+  for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = pack_at(lines + stride_ + j);
 }
 
 // Derivatives of inverse dynamics, (27.7) and (27.8), in ascending order: a row overwrites what follows in it.
@@ -628,11 +665,9 @@ void DerivativesWorkspace::differentiate() {
       if (link.has_rotor) {  // (27.11)
         x.P.angular += t.rotor, x.Q += t.gyration, v_load.angular += t.gyration;
       }
-      x.G = q_load;
-      fill(n, i, x, kPsi, kPsi2, 0);
-      x.G = v_load;
-      fill(n, i, x, kS, kT, 1);
-      if (link.has_rotor) rows_[i * row_ + i] = own_q, rows_[i * row_ + n_ + i] = own_v;
+      x.q = q_load, x.v = v_load;
+      fill(n, i, x);
+      if (link.has_rotor) rows_.data()[i * row_ + i] = own_q, rows_.data()[i * row_ + n_ + i] = own_v;
       if (has_external_) add_external_row(n, i, S);
     }
   }
@@ -645,7 +680,7 @@ void DerivativesWorkspace::add_external_row(std::size_t n, int i, const Motion& 
   const double* const w = directions_.data() + kS * stride_;
   for (const Range& range : ranges_[n]) {
     for (int j = range.begin; j < range.end; ++j)
-      rows_[i * row_ + j] += Q[0] * w[j] + Q[1] * w[stride_ + j] + Q[2] * w[2 * stride_ + j];
+      rows_.data()[i * row_ + j] += Q[0] * w[j] + Q[1] * w[stride_ + j] + Q[2] * w[2 * stride_ + j];
   }
 }
 
@@ -653,11 +688,11 @@ void DerivativesWorkspace::invert(std::span<const std::uint8_t> prescribed) {
   if (!tree_->chains.empty()) {
     Eigen::MatrixXd columns(2 * n_, n_);
     for (int i = 0; i < n_; ++i) {
-      for (int j = 0; j < 2 * n_; ++j) columns(j, i) = rows_[i * row_ + j];
+      for (int j = 0; j < 2 * n_; ++j) columns(j, i) = rows_.data()[i * row_ + j];
     }
     project_columns(*tree_, columns);
     for (int i = 0; i < n_; ++i) {
-      for (int j = 0; j < 2 * n_; ++j) rows_[i * row_ + j] = columns(j, i);
+      for (int j = 0; j < 2 * n_; ++j) rows_.data()[i * row_ + j] = columns(j, i);
     }
   }
   Eigen::MatrixXd unit;
