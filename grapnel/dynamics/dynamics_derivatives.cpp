@@ -58,6 +58,17 @@ GRAPNEL_INLINE Load times(const RigidBodyInertiad& I, const Motion& X) {
   return {I.rotational * X.angular + cross(I.first_moment, X.linear),
           I.mass * X.linear + cross(X.angular, I.first_moment)};
 }
+// Number by number: a block copy of numbers just stored would wait for the store buffer.
+GRAPNEL_INLINE void set(RigidBodyInertiad& I, const RigidBodyInertiad& from) {
+  const Symmetric3d& J = from.rotational;
+  I.mass = from.mass;
+  for (int k = 0; k < 3; ++k) I.first_moment[k] = from.first_moment[k];
+  I.rotational.xx = J.xx, I.rotational.yy = J.yy, I.rotational.zz = J.zz;
+  I.rotational.xy = J.xy, I.rotational.xz = J.xz, I.rotational.yz = J.yz;
+}
+GRAPNEL_INLINE void set(Load& F, const Load& from) {
+  for (int k = 0; k < 3; ++k) F.angular[k] = from.angular[k], F.linear[k] = from.linear[k];
+}
 GRAPNEL_INLINE void add(Matrix3& A, const Matrix3& B) {
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) A(r, c) += B(r, c);
@@ -75,11 +86,11 @@ struct LinkTerms {
   Motion V, A;               // twist; acceleration, gravity counted as an acceleration of the root
   RigidBodyInertiad own, I;  // of the link, of its subtree
   Load own_f, f;             // likewise the load that they require, I A + V x* I V - F
-  Matrix3 K;                 // of the subtree: 2 B = [K 0; -2 l x, 0] of (27.6)
+  Matrix3 K;                 // of the subtree: 2 B = [K 0; -2 l x, 0] of (28.6)
   Vector3d l;
-  Vector3d rotor, gyration;  // of (27.10): rho and w_p x rho of the rotor on the parent, for its rate [1]
+  Vector3d rotor, gyration;  // of (28.10): rho and w_p x rho of the rotor on the parent, for its rate [1]
   Motion change;             // of the acceleration, accelerate()
-  Load external;             // of the subtree: external wrenches, and the upper half of (27.9)
+  Load external;             // of the subtree: external wrenches, and the upper half of (28.9)
   Matrix3 E;
 };
 
@@ -91,7 +102,7 @@ struct Range {
 // right-hand sides in padded rows.
 class RowCholesky {
  public:
-  // `on`: for each velocity the velocities between it and the root, in descending order.
+  // `on`: for each velocity those between the root and it, from the root outwards.
   explicit RowCholesky(const std::vector<std::vector<int>>& on)
       : inverse_(on.size()), beyond_begin_{0}, begin_{0}, L_(padded_entries(on)) {
     std::vector<std::vector<Beyond>> beyond(on.size());
@@ -101,7 +112,7 @@ class RowCholesky {
         on_.push_back(a);
       }
       end_.push_back(static_cast<int>(on_.size()));
-      on_.resize(on_.size() + kPack);
+      on_.resize((on_.size() + 2 * kPack - 1) / kPack * kPack);
       begin_.push_back(static_cast<int>(on_.size()));
     }
     for (const std::vector<Beyond>& list : beyond) {
@@ -116,19 +127,19 @@ class RowCholesky {
   void factor(const double* M, int stride) {
     for (int i = 0; i < size(); ++i) {
       inverse_[i] = M[i * stride + i];
-      for (int e = begin_[i]; e < end_[i]; ++e) L_.data()[e] = M[i * stride + on_[e]];
+      for (int e = begin_[i]; e < begin_[i + 1]; ++e) L_.data()[e] = e < end_[i] ? M[i * stride + on_[e]] : 0;
     }
     for (int k = size(); k-- > 0;) {
       const double inverse = inverse_[k] = 1 / std::sqrt(inverse_[k]);
       const int count = end_[k] - begin_[k];
       double* const row = L_.data() + begin_[k];
-      for (int a = 0; a < count; ++a) row[a] *= inverse;
-      // The list of an entry of a row is the rest of that row, and zeros.
+      for (int b = 0; b < count; b += kPack) pack_at(row + b) *= inverse;
+      // The row of the a-th velocity from the root has the first a velocities of this row. What follows it is not used.
       for (int a = 0; a < count; ++a) {
         const int i = on_[begin_[k] + a];
         inverse_[i] -= row[a] * row[a];
         double* const to = L_.data() + begin_[i];
-        for (int b = 0; b < count - a - 1; b += kPack) pack_at(to + b) -= row[a] * pack_at(row + a + 1 + b);
+        for (int b = 0; b < a; b += kPack) pack_at(to + b) -= row[a] * pack_at(row + b);
       }
     }
     for (std::size_t e = 0; e < beyond_.size(); ++e) transposed_[e] = L_.data()[beyond_[e].entry];
@@ -161,11 +172,11 @@ class RowCholesky {
     int velocity, entry;  // a velocity that this one carries; the entry of L that ties them
   };
 
-  // Each row is followed by zeros.
+  // Each row begins at a cache line and fills packs.
   static int padded_entries(const std::vector<std::vector<int>>& on) {
     std::size_t count = 0;
-    for (const std::vector<int>& list : on) count += list.size() + kPack;
-    return static_cast<int>(count) + kPack;
+    for (const std::vector<int>& list : on) count += list.size() + 2 * kPack;
+    return static_cast<int>(count);
   }
 
   template <int kCount>
@@ -199,24 +210,24 @@ class RowCholesky {
   std::vector<double> transposed_;  // in that of beyond_
 };
 
-// Velocities between each velocity and its root, the nearest first.
+// Velocities between the root of each velocity and itself, from the root outwards.
 std::vector<std::vector<int>> ancestors_of(const Tree<double>& tree) {
   std::vector<std::vector<int>> on(static_cast<std::size_t>(tree.velocities));
   const bool dense = !tree.chains.empty();  // as projected mass matrices are
+  std::vector<int> last;                    // velocity of each link or of its nearest ancestor with one
   for (const TreeLink<double>& link : tree.links) {
+    int before = link.parent < 0 ? -1 : last[static_cast<std::size_t>(link.parent)];
     const int count = velocity_count(link.joint);
     for (int v = link.v; v < link.v + count; ++v) {
       std::vector<int>& list = on[static_cast<std::size_t>(v)];
-      if (dense) {
-        for (int a = v; a-- > 0;) list.push_back(a);
-        continue;
+      if (dense) before = v - 1;
+      if (before >= 0) {
+        list = on[static_cast<std::size_t>(before)];
+        list.push_back(before);
       }
-      for (int a = v; a-- > link.v;) list.push_back(a);
-      for (int n = link.parent; n >= 0; n = tree.links[n].parent) {
-        const int first = tree.links[n].v;
-        for (int a = first + velocity_count(tree.links[n].joint); a-- > first;) list.push_back(a);
-      }
+      before = v;
     }
+    last.push_back(before);
   }
   return on;
 }
@@ -246,11 +257,14 @@ class DerivativesWorkspace {
   /// Adds accelerations to those of move().
   void accelerate(std::span<const double> vdot);
   /// Derivatives of inverse dynamics in the rows.
+  void accelerate_directions();
   void differentiate();
   /// Replaces these derivatives by minus those of forward dynamics, and appends -M^-1.
   void invert(std::span<const std::uint8_t> prescribed);
   void wrench_columns(const Model& model, const std::vector<ExternalWrench>& external, const RowMatrix& dtau,
                       RowMatrix& dwrench) const;
+
+  void inertial_columns(const Model& model, RowMatrix& dphi) const;
 
   void read(int block, double factor, RowMatrix& to) const {
     to.resize(n_, n_);
@@ -268,7 +282,7 @@ class DerivativesWorkspace {
   std::span<double> start() { return {start_.data(), static_cast<std::size_t>(n_)}; }
 
  private:
-  // Rows of directions_: S, psi_dot, psi_ddot and psi_dot + S_dot of (27.3) and (27.4).
+  // Rows of directions_: S, psi_dot, psi_ddot and psi_dot + S_dot of (28.3) and (28.4).
   enum Row { kS = 0, kPsi = 6, kPsi2 = 12, kT = 18, kRows = 24 };
   void put(int row, int v, const Motion& X) {
     double* to = directions_.data() + row * stride_ + v;
@@ -290,7 +304,7 @@ class DerivativesWorkspace {
     Vector3d Q;
     Load P, q, v;
   };
-  void project(const Products& x, const Range& range);
+  void project(const Products& x, const Range& range, double* row);
   void fill(std::size_t n, int i, const Products& x);
   void add_external_row(std::size_t n, int i, const Motion& S);
   Range own(std::size_t n) const {
@@ -306,7 +320,7 @@ class DerivativesWorkspace {
   std::vector<Load> P_;                     // per velocity: I S of the subtree
   PackedNumbers M_;                         // rows of the lower triangle
   PackedNumbers rows_;                      // n x row_: [d/dq, d/dv, -1]
-  PackedNumbers lines_;                     // of one velocity: two rows and two columns
+  PackedNumbers lines_;                     // of one velocity: its row of v, its columns of q and v
   std::vector<double> force_, start_;
   std::vector<Pose<double>> roots_;  // X_WB of the root of each link's tree, at its root
   bool has_external_ = false;
@@ -325,7 +339,7 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       P_(static_cast<std::size_t>(n_)),
       M_(n_ * stride_),
       rows_(n_ * row_ + kPack),
-      lines_(4 * stride_),
+      lines_(3 * stride_),
       force_(static_cast<std::size_t>(n_)),
       start_(static_cast<std::size_t>(n_)),
       roots_(links_.size()),
@@ -347,14 +361,14 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
   }
 }
 
-// The wrench that a link requires, (27.2), and its share of (27.6).
+// The wrench that a link requires, (28.2), and its share of (28.6).
 GRAPNEL_INLINE void DerivativesWorkspace::require_load(std::size_t n) {
   LinkTerms& t = links_[n];
   const RigidBodyInertiad& I = t.own;
   const Vector3d &w = t.V.angular, &u = t.V.linear, &h = I.first_moment;
   const Load momentum = times(I, t.V);
   t.own_f = times(I, t.A) + cross_load(t.V, momentum);
-  t.I = I;
+  set(t.I, I);
   t.l = momentum.linear;
   // K = 2 ([w x] (J - tr(J)/2) - u h^T + (h . u) 1).
   const Symmetric3d& J = I.rotational;
@@ -405,11 +419,10 @@ GRAPNEL_INLINE void DerivativesWorkspace::move_link(std::size_t n, std::span<con
       if constexpr (OneAxis<Joint>) {
         const Vector3d axis = link.sign * t.R.column(Joint::kAxis);
         const Motion S = Joint::kTurns ? Motion{axis, cross(t.p, axis)} : Motion{Vector3d::zero(), axis};
-        const Motion psi = cross(parent.V, S);  // = S_dot of (27.4), since S x S = 0
+        const Motion psi = cross(parent.V, S);  // = S_dot of (28.4), since S x S = 0
         t.V = parent.V + v[link.v] * S;
         t.A = parent.A + v[link.v] * psi;
         put(kS, link.v, S), put(kPsi, link.v, psi), put(kT, link.v, 2.0 * psi);
-        put(kPsi2, link.v, cross(parent.A, S) + cross(parent.V, psi));
         if (!vdot.empty()) t.A += vdot[link.v] * S;
       } else {
         Motion joint_twist = Motion::zero(), joint_acceleration = Motion::zero();
@@ -425,7 +438,6 @@ GRAPNEL_INLINE void DerivativesWorkspace::move_link(std::size_t n, std::span<con
         for (int k = 0; k < Joint::kVelocities; ++k) {
           const Motion psi = cross(parent.V, S[k]);
           put(kS, link.v + k, S[k]), put(kPsi, link.v + k, psi), put(kT, link.v + k, psi + cross(t.V, S[k]));
-          put(kPsi2, link.v + k, cross(parent.A, S[k]) + cross(parent.V, psi));
         }
       }
       t.own = shift_origin(
@@ -435,7 +447,7 @@ GRAPNEL_INLINE void DerivativesWorkspace::move_link(std::size_t n, std::span<con
   });
 }
 
-// A rotor on the parent adds its spin to the parent's momentum: (27.10).
+// A rotor on the parent adds its spin to the parent's momentum: (28.10).
 void DerivativesWorkspace::carry_rotor(std::size_t n, double rate, double acceleration) {
   const TreeLink<double>& link = tree_->links[n];
   LinkTerms &t = links_[n], &parent = links_[static_cast<std::size_t>(link.parent)];
@@ -445,7 +457,7 @@ void DerivativesWorkspace::carry_rotor(std::size_t n, double rate, double accele
   subtract_cross(parent.K, rate * t.rotor);
 }
 
-// External wrenches, and the part of their derivatives by which they differ from wrenches fixed in their body: (27.9).
+// External wrenches, and the part of their derivatives by which they differ from wrenches fixed in their body: (28.9).
 void DerivativesWorkspace::apply_external(const Model& model, const State& state,
                                           const std::vector<ExternalWrench>& external) {
   for (LinkTerms& t : links_) t.external = Load::zero(), t.E = Matrix3{};
@@ -475,7 +487,7 @@ void DerivativesWorkspace::apply_external(const Model& model, const State& state
 }
 
 void DerivativesWorkspace::sum_loads() {
-  for (LinkTerms& t : links_) t.f = t.own_f;
+  for (LinkTerms& t : links_) set(t.f, t.own_f);
   for (std::size_t n = links_.size(); n-- > 0;) {
     const int parent = tree_->links[n].parent;
     if (parent >= 0) links_[static_cast<std::size_t>(parent)].f += links_[n].f;
@@ -514,7 +526,7 @@ void DerivativesWorkspace::move(const Model& model, const State& state, const Fo
   sum_loads();
 }
 
-// M_ij = S_j . P_i (27.8) and the generalized forces at the accelerations of move().
+// M_ij = S_j . P_i (28.8) and the generalized forces at the accelerations of move().
 void DerivativesWorkspace::form_mass_matrix(std::span<const double> vdot, std::span<double> force) {
   for (std::size_t n = 0; n < links_.size(); ++n) {
     const TreeLink<double>& link = tree_->links[n];
@@ -584,11 +596,7 @@ void DerivativesWorkspace::accelerate(std::span<const double> vdot) {
     const TreeLink<double>& link = tree_->links[n];
     LinkTerms& t = links_[n];
     const Range mine = own(n);
-    t.change = Motion::zero();
-    if (link.parent >= 0) {
-      t.change = links_[static_cast<std::size_t>(link.parent)].change;
-      for (int i = mine.begin; i < mine.end; ++i) put(kPsi2, i, at(kPsi2, i) + cross(t.change, at(kS, i)));
-    }
+    t.change = link.parent < 0 ? Motion::zero() : links_[static_cast<std::size_t>(link.parent)].change;
     for (int i = mine.begin; i < mine.end; ++i) t.change += vdot[i] * at(kS, i);
     t.A += t.change;
     t.own_f += times(t.own, t.change);
@@ -597,9 +605,20 @@ void DerivativesWorkspace::accelerate(std::span<const double> vdot) {
   sum_loads();
 }
 
-// Rows and columns of one velocity with those of a range of velocities j: to q, Q . psi_dot_j + P . psi_ddot_j and
-// G_q . S_j; to v, Q . S_j + P . (psi_dot + S_dot)_j and G_v . S_j.
-GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range& range) {
+// psi_ddot of (28.3), in a sweep before the packs that contain it are read.
+void DerivativesWorkspace::accelerate_directions() {
+  for (std::size_t n = 0; n < links_.size(); ++n) {
+    if (tree_->links[n].parent < 0) continue;  // move_root()
+    const LinkTerms& parent = links_[static_cast<std::size_t>(tree_->links[n].parent)];
+    const Range mine = own(n);
+    for (int i = mine.begin; i < mine.end; ++i)
+      put(kPsi2, i, cross(parent.A, at(kS, i)) + cross(parent.V, at(kPsi, i)));
+  }
+}
+
+// One velocity with a range of velocities j. Rows: Q . psi_dot_j + P . psi_ddot_j for q, Q . S_j + P . (psi_dot +
+// S_dot)_j for v. Columns: the products of S_j with the two loads of x.
+GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range& range, double* row) {
   const int d = stride_;
   const double* const directions = directions_.data();
   double* const lines = lines_.data();
@@ -611,41 +630,40 @@ GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range
     const Pack s0 = pack_at(S), s1 = pack_at(S + d), s2 = pack_at(S + 2 * d), s3 = pack_at(S + 3 * d),
                s4 = pack_at(S + 4 * d), s5 = pack_at(S + 5 * d);
     double* const to = lines + j;
-    pack_at(to) = (Q[0] * pack_at(w) + Q[1] * pack_at(w + d) + Q[2] * pack_at(w + 2 * d) + a[0] * pack_at(A)) +
-                  (a[1] * pack_at(A + d) + a[2] * pack_at(A + 2 * d) + l[0] * pack_at(A + 3 * d) +
-                   l[1] * pack_at(A + 4 * d) + l[2] * pack_at(A + 5 * d));
-    pack_at(to + d) = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * pack_at(T)) +
-                      (a[1] * pack_at(T + d) + a[2] * pack_at(T + 2 * d) + l[0] * pack_at(T + 3 * d) +
-                       l[1] * pack_at(T + 4 * d) + l[2] * pack_at(T + 5 * d));
-    pack_at(to + 2 * d) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
-                          (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
-    pack_at(to + 3 * d) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
+    pack_at(row + j) = (Q[0] * pack_at(w) + Q[1] * pack_at(w + d) + Q[2] * pack_at(w + 2 * d) + a[0] * pack_at(A)) +
+                       (a[1] * pack_at(A + d) + a[2] * pack_at(A + 2 * d) + l[0] * pack_at(A + 3 * d) +
+                        l[1] * pack_at(A + 4 * d) + l[2] * pack_at(A + 5 * d));
+    pack_at(to) = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * pack_at(T)) +
+                  (a[1] * pack_at(T + d) + a[2] * pack_at(T + 2 * d) + l[0] * pack_at(T + 3 * d) +
+                   l[1] * pack_at(T + 4 * d) + l[2] * pack_at(T + 5 * d));
+    pack_at(to + d) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
+                      (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
+    pack_at(to + 2 * d) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
                           (v.linear[0] * s3 + v.linear[1] * s4 + v.linear[2] * s5);
   }
 }
 
-// Row i and, above it, column i of both blocks.
+// Row i and, above it, column i of both blocks. The end of the row of q exceeds it into that of v, which comes last.
 GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Products& x) {
   double* const lines = lines_.data();
+  double* const row = rows_.data() + i * row_;
   const int first = tree_->links[n].v;
   int end = 0;
   for (const Range& range : ranges_[n]) {
+    clear(row + end, row + range.begin);
     clear(lines + end, lines + range.begin);
-    clear(lines + stride_ + end, lines + stride_ + range.begin);
-    project(x, range);
+    project(x, range, row);
     double* to = rows_.data() + range.begin * row_ + i;
     for (int j = range.begin; j < std::min(range.end, first); ++j, to += row_)
-      to[0] = lines[2 * stride_ + j], to[n_] = lines[3 * stride_ + j];
+      to[0] = lines[stride_ + j], to[n_] = lines[2 * stride_ + j];
     end = range.end;
   }
+  clear(row + end, row + n_);
   clear(lines + end, lines + n_);
-  clear(lines + stride_ + end, lines + stride_ + n_);
-  double* const row = rows_.data() + i * row_;
-  for (int j = 0; j < n_; j += kPack) pack_at(row + j) = pack_at(lines + j);
-  for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = pack_at(lines + stride_ + j);
+  for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = pack_at(lines + j);
 }
 
-// Derivatives of inverse dynamics, (27.7) and (27.8), in ascending order: a row overwrites what follows in it.
+// Derivatives of inverse dynamics, (28.7) and (28.8), in ascending order: a row overwrites what follows in it.
 void DerivativesWorkspace::differentiate() {
   for (std::size_t n = 0; n < links_.size(); ++n) {
     const TreeLink<double>& link = tree_->links[n];
@@ -662,7 +680,7 @@ void DerivativesWorkspace::differentiate() {
       if (has_external_) q_load += Load{t.E * S.angular, cross(S.angular, t.external.linear)};
       const double own_q = dot(x.Q, psi.angular) + product(psi2, x.P);
       const double own_v = dot(x.Q, S.angular) + product(T, x.P);
-      if (link.has_rotor) {  // (27.11)
+      if (link.has_rotor) {  // (28.11)
         x.P.angular += t.rotor, x.Q += t.gyration, v_load.angular += t.gyration;
       }
       x.q = q_load, x.v = v_load;
@@ -673,7 +691,7 @@ void DerivativesWorkspace::differentiate() {
   }
 }
 
-// (27.9) in row i.
+// (28.9) in row i.
 void DerivativesWorkspace::add_external_row(std::size_t n, int i, const Motion& S) {
   const LinkTerms& t = links_[n];
   const Vector3d Q = transposed_times(t.E, S.angular) + cross(t.external.linear, S.linear);
@@ -733,6 +751,29 @@ void DerivativesWorkspace::wrench_columns(const Model& model, const std::vector<
   }
 }
 
+// Columns of inverse dynamics, which is linear in the inertial parameters: (28.13).
+void DerivativesWorkspace::inertial_columns(const Model& model, RowMatrix& dphi) const {
+  dphi.setZero(n_, static_cast<Eigen::Index>(kInertialParameters * model.bodies().size()));
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    const BodyPlacement& placement = model.bodies()[b].placement;
+    const auto n = static_cast<std::size_t>(placement.link);
+    const LinkTerms& t = links_[n];
+    const Posed X = Posed{t.R, t.p} * placement.X_LB;  // of the body in the root's frame
+    const Motion V = transposed_times(X.R, shift(t.V, X.p)), A = transposed_times(X.R, shift(t.A, X.p));
+    for (int k = 0; k < kInertialParameters; ++k) {
+      RigidBodyInertiad I = RigidBodyInertiad::zero();
+      Symmetric3d& J = I.rotational;
+      double* const rotational[] = {&J.xx, &J.yy, &J.zz, &J.xy, &J.xz, &J.yz};
+      *(k == 0 ? &I.mass : k < 4 ? &I.first_moment[k - 1] : rotational[k - 4]) = 1;
+      const Load f = shift(X.R * (times(I, A) + cross_load(V, times(I, V))), -X.p);
+      for (const Range& range : ranges_[n]) {
+        for (int j = range.begin; j < range.end; ++j)
+          dphi(j, static_cast<Eigen::Index>(kInertialParameters * b) + k) = product(at(kS, j), f);
+      }
+    }
+  }
+}
+
 namespace {
 
 void check(const Model& model, const State& state, const DerivativesWorkspace& workspace, const char* function) {
@@ -754,7 +795,7 @@ std::shared_ptr<DerivativesWorkspace> make_derivatives_workspace(const Model& mo
   return std::make_shared<DerivativesWorkspace>(model);
 }
 
-// State, accelerations => tau and its derivatives, (27.7) and (27.8).
+// State, accelerations => tau and its derivatives, (28.7) and (28.8).
 void inverse_dynamics_derivatives(const Model& model, const State& state, const std::vector<double>& vdot,
                                   const Forces& forces, DerivativesWorkspace& workspace,
                                   InverseDynamicsDerivatives& result) {
@@ -764,6 +805,7 @@ void inverse_dynamics_derivatives(const Model& model, const State& state, const 
   workspace.move(model, state, forces, vdot);
   workspace.form_mass_matrix(vdot, result.tau);
   workspace.read_mass_matrix(result.dvdot);
+  workspace.accelerate_directions();
   workspace.differentiate();
   workspace.read(0, 1, result.dq);
   workspace.read(1, 1, result.dv);
@@ -777,7 +819,37 @@ InverseDynamicsDerivatives inverse_dynamics_derivatives(const Model& model, cons
   return result;
 }
 
-// State, forces => vdot of (2.7) and its derivatives (27.12): at these accelerations, -M^-1 times those of the inverse
+// State => the forces of (22.1) at the joints, and their slopes: zero within the backlash.
+SpringForces spring_forces(const Model& model, const State& state) {
+  if (static_cast<int>(state.q.size()) != model.coordinates() || static_cast<int>(state.v.size()) != model.velocities())
+    throw std::invalid_argument("spring_forces: the state has another model's size");
+  const auto n = static_cast<std::size_t>(model.velocities());
+  SpringForces result{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n)};
+  for (const int b : model.springs()) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(b)];
+    const JointSpring& spring = *body.description.joint.spring;
+    const double q = state.q[body.q];
+    const bool acts = spring.backlash == 0 || spring.deflection(q) != 0;
+    result.force[body.v] = spring.effort(q) - spring.damping * state.v[body.v];
+    result.dq[body.v] = acts ? -spring.stiffness : 0;
+    result.dv[body.v] = -spring.damping;
+  }
+  return result;
+}
+
+// State, accelerations => d tau / d phi (28.13).
+RowMatrix inertial_regressor(const Model& model, const State& state, const std::vector<double>& vdot,
+                             const Vector3d& gravity) {
+  DerivativesWorkspace workspace(model);
+  check(model, state, workspace, "inertial_regressor");
+  check_size(model, vdot.size(), "inertial_regressor", "the accelerations");
+  workspace.move(model, state, {{}, {}, gravity}, vdot);
+  RowMatrix dphi;
+  workspace.inertial_columns(model, dphi);
+  return dphi;
+}
+
+// State, forces => vdot of (2.7) and its derivatives (28.12): at these accelerations, -M^-1 times those of the inverse
 // dynamics.
 void forward_dynamics_derivatives(const Model& model, const State& state, const Forces& forces,
                                   DerivativesWorkspace& workspace, ForwardDynamicsDerivatives& result,
@@ -807,6 +879,7 @@ void forward_dynamics_derivatives(const Model& model, const State& state, const 
   result.vdot.resize(n);
   for (std::size_t i = 0; i < n; ++i) result.vdot[i] = start[i] + force[i];
 
+  workspace.accelerate_directions();
   workspace.differentiate();
   workspace.invert(prescribed);
   workspace.read(0, -1, result.dq);

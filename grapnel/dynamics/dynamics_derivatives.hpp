@@ -11,7 +11,8 @@
 ///
 /// External wrenches keep their components in W and the point of their body. Gravity keeps its direction in W. Springs,
 /// friction, controllers and couplings of joints have no effect, as in forward_dynamics(): add the derivatives of their
-/// generalized forces by the chain rule, dvdot/dx += dtau * (dforce/dx).
+/// generalized forces by the chain rule, dvdot/dx += dtau * (dforce/dx); for springs see
+/// spring_forces().
 
 #include <Eigen/Core>
 #include <memory>
@@ -65,5 +66,24 @@ void forward_dynamics_derivatives(const Model& model, const State& state, const 
                                   const PrescribedMotion& given = {});
 ForwardDynamicsDerivatives forward_dynamics_derivatives(const Model& model, const State& state,
                                                         const Forces& forces = {}, const PrescribedMotion& given = {});
+
+/// Forces of the springs and dampers of joints (JointDescription::spring), and their derivatives with respect to the
+/// same joint's position and rate; one entry per velocity. With them as Forces::generalized, the derivatives of forward
+/// dynamics are dq + dtau diag(spring.dq) and dv + dtau diag(spring.dv).
+struct SpringForces {
+  std::vector<double> force;
+  std::vector<double> dq, dv;
+};
+SpringForces spring_forces(const Model& model, const State& state);
+
+/// Inertial parameters phi of a body, about its frame's origin in its axes: mass, first moment (mass times centre of
+/// mass: x, y, z), and rotational inertia about the origin (xx, yy, zz, xy, xz, yz).
+inline constexpr int kInertialParameters = 10;
+
+/// d tau / d phi of inverse_dynamics(): ten columns per body, in the order of Model::bodies(). tau is linear in phi.
+/// For forward dynamics, d vdot / d phi = -dtau * inertial_regressor() at its accelerations. Allocates.
+/// @throws std::invalid_argument if a size does not match the model.
+RowMatrix inertial_regressor(const Model& model, const State& state, const std::vector<double>& vdot,
+                             const Vector3d& gravity = Vector3d::zero());
 
 }  // namespace grapnel

@@ -268,6 +268,89 @@ TEST(ForwardDynamicsDerivatives, OfModalJointsAgreeWithFiniteDifferences) {
   }
 }
 
+// Mass, first moment and rotational inertia about the origin, in the order of inertial_regressor().
+void append_parameters(const BodyDescription& b, std::vector<double>& phi) {
+  const RigidBodyInertiad I = RigidBodyInertiad::about_com(b.mass, b.com, b.inertia);
+  phi.push_back(I.mass);
+  for (int k = 0; k < 3; ++k) phi.push_back(I.first_moment[k]);
+  for (const double x : {I.rotational.xx, I.rotational.yy, I.rotational.zz}) phi.push_back(x);
+  for (const double x : {I.rotational.xy, I.rotational.xz, I.rotational.yz}) phi.push_back(x);
+}
+
+// A second model with other masses: inverse dynamics differ by exactly the regressor times the difference.
+TEST(InertialRegressor, IsTheDifferenceOfTwoModels) {
+  Worst inverse("d tau / d phi");
+  for (int i = 0; i < kRobots / 4; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Case c = case_with_rotors(i);
+    if (c.model.velocities() == 0) continue;
+    Random random(400000 + i);
+    std::vector<double> before, after;
+    std::vector<BodyDescription> bodies;
+    for (const Body& body : c.model.bodies()) {
+      append_parameters(body.description, before);
+      BodyDescription b = body.description;
+      b.mass *= random.uniform(0.9, 1.1);
+      b.com += random.vector(0.05);
+      b.inertia = random_inertia(b.mass, 0.3, random);
+      append_parameters(b, after);
+      bodies.push_back(b);
+    }
+    const Eigen::VectorXd change = eigen(after) - eigen(before);
+    ModelBuilder builder;
+    for (const BodyDescription& b : bodies) builder.add(b);
+    const Model other = builder.build();
+    const std::vector<double> vdot = random.values(c.model.velocities(), 5);
+    const Vector3d& g = c.forces.gravity;
+    const Eigen::VectorXd difference = eigen(inverse_dynamics(other, c.state, vdot, {{}, {}, g})) -
+                                       eigen(inverse_dynamics(c.model, c.state, vdot, {{}, {}, g}));
+    const RowMatrix regressor = inertial_regressor(c.model, c.state, vdot, g);
+    const double size = 1 + regressor.norm() * change.norm();
+    ASSERT_GT((regressor * change).norm(), 1e-3);
+    ASSERT_LT(inverse.note((regressor * change - difference).norm() / size, i), 1e-12);
+  }
+}
+
+// A chain with springs of which one has backlash: the derivatives of the sprung system by the chain rule.
+TEST(SpringForces, EnterByTheChainRule) {
+  ModelBuilder builder;
+  for (int i = 0; i < 4; ++i) {
+    BodyDescription b;
+    b.name = "b" + std::to_string(i), b.joint.name = "j" + std::to_string(i), b.mass = 1 + i;
+    b.inertia = Symmetric3d::diagonal(1, 1.2, 0.9), b.com = {0.1, 0.3, 0.2};
+    if (i > 0) b.parent = "b" + std::to_string(i - 1), b.X_PF.p = {1, 0.1, 0};
+    b.joint.type = i > 0 ? JointType::revolute : JointType::free;
+    if (i > 0) b.joint.spring = JointSpring{10.0 * i, 0.5 * i, 0.1, i == 1 ? 0.0 : 0.4};
+    builder.add(b);
+  }
+  const Model model = builder.build();
+  Random random(0);
+  State state = random_state(model, random);
+  state.q[7] = 0.7, state.q[8] = 0.2, state.q[9] = -0.6;  // the second one is within its backlash
+  const int n = model.velocities();
+  const auto accelerations = [&](const State& at) {
+    return Eigen::VectorXd(eigen(forward_dynamics(model, at, {spring_forces(model, at).force, {}, {0, 0, -1}})));
+  };
+  const SpringForces spring = spring_forces(model, state);
+  ASSERT_EQ(spring.dq, (std::vector<double>{0, 0, 0, 0, 0, 0, -10, 0, -30}));
+  ASSERT_EQ(spring.force[7], -1.0 * state.v[7]);
+  const ForwardDynamicsDerivatives d = forward_dynamics_derivatives(model, state, {spring.force, {}, {0, 0, -1}});
+  const Eigen::MatrixXd dq = d.dq + d.dtau * eigen(spring.dq).asDiagonal();
+  const Eigen::MatrixXd dv = d.dv + d.dtau * eigen(spring.dv).asDiagonal();
+  Worst worst("springs, against finite differences");
+  for (int j = 0; j < n; ++j) {
+    std::vector<double> direction(n);
+    direction[j] = 1;
+    const std::vector<double> qdot = rates_of(model, state.q, direction), zero(n);
+    const Eigen::VectorXd by_q =
+        derivative([&](double h) { return accelerations(advance(model, state, qdot, zero, h)); });
+    const Eigen::VectorXd by_v =
+        derivative([&](double h) { return accelerations(advance(model, state, {}, direction, h)); });
+    ASSERT_LT(worst.note((dq.col(j) - by_q).norm() / (1 + dq.norm()), j), 1e-8);
+    ASSERT_LT(worst.note((dv.col(j) - by_v).norm() / (1 + dv.norm()), j), 1e-8);
+  }
+}
+
 // Derivatives are the same at any distance of a base from the world's origin.
 TEST(ForwardDynamicsDerivatives, DoNotDependOnThePlaceOfTheBase) {
   Worst difference("derivatives 1e6 m away");
