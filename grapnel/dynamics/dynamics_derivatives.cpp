@@ -753,14 +753,14 @@ void DerivativesWorkspace::wrench_columns(const Model& model, const std::vector<
 
 // Columns of inverse dynamics, which is linear in the inertial parameters: (28.13).
 void DerivativesWorkspace::inertial_columns(const Model& model, RowMatrix& dphi) const {
-  dphi.setZero(n_, static_cast<Eigen::Index>(kInertialParameters * model.bodies().size()));
+  dphi.setZero(n_, static_cast<Eigen::Index>(kRegressorColumns * model.bodies().size()));
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
     const BodyPlacement& placement = model.bodies()[b].placement;
     const auto n = static_cast<std::size_t>(placement.link);
     const LinkTerms& t = links_[n];
     const Posed X = Posed{t.R, t.p} * placement.X_LB;  // of the body in the root's frame
     const Motion V = transposed_times(X.R, shift(t.V, X.p)), A = transposed_times(X.R, shift(t.A, X.p));
-    for (int k = 0; k < kInertialParameters; ++k) {
+    for (int k = 0; k < kRegressorColumns; ++k) {
       RigidBodyInertiad I = RigidBodyInertiad::zero();
       Symmetric3d& J = I.rotational;
       double* const rotational[] = {&J.xx, &J.yy, &J.zz, &J.xy, &J.xz, &J.yz};
@@ -768,7 +768,7 @@ void DerivativesWorkspace::inertial_columns(const Model& model, RowMatrix& dphi)
       const Load f = shift(X.R * (times(I, A) + cross_load(V, times(I, V))), -X.p);
       for (const Range& range : ranges_[n]) {
         for (int j = range.begin; j < range.end; ++j)
-          dphi(j, static_cast<Eigen::Index>(kInertialParameters * b) + k) = product(at(kS, j), f);
+          dphi(j, static_cast<Eigen::Index>(kRegressorColumns * b) + k) = product(at(kS, j), f);
       }
     }
   }

@@ -78,7 +78,7 @@ SpringForces spring_forces(const Model& model, const State& state);
 
 /// Inertial parameters phi of a body, about its frame's origin in its axes: mass, first moment (mass times centre of
 /// mass: x, y, z), and rotational inertia about the origin (xx, yy, zz, xy, xz, yz).
-inline constexpr int kInertialParameters = 10;
+inline constexpr int kRegressorColumns = 10;
 
 /// d tau / d phi of inverse_dynamics(): ten columns per body, in the order of Model::bodies(). tau is linear in phi.
 /// For forward dynamics, d vdot / d phi = -dtau * inertial_regressor() at its accelerations. Allocates.

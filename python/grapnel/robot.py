@@ -50,6 +50,29 @@ class Impact:
     generalized_momentum_residual: Array  #: |M (v+ - v-) - J^T P| relative to |M v-|, as a check
 
 
+@dataclass(frozen=True)
+class ForwardDynamicsDerivatives:
+    """Derivatives of vdot = forward_dynamics(...), from Robot.forward_dynamics_derivatives. Rows: accelerations. For a batch, the
+    first axis of all arrays is that of the batch."""
+
+    vdot: Array  #: (nv,)
+    dq: Array  #: with respect to a displacement in the order and the axes of v, (nv, nv)
+    dv: Array  #: (nv, nv)
+    dtau: Array  #: the inverse mass matrix, (nv, nv)
+    dwrench: Array  #: with respect to [moment; force] in W at the origin of each of `frames`, (nv, 6 frames)
+
+
+@dataclass(frozen=True)
+class InverseDynamicsDerivatives:
+    """Derivatives of tau = inverse_dynamics(...), from Robot.inverse_dynamics_derivatives. Rows: generalized forces. For a batch,
+    the first axis of all arrays is that of the batch."""
+
+    tau: Array  #: (nv,)
+    dq: Array  #: with respect to a displacement in the order and the axes of v, (nv, nv)
+    dv: Array  #: (nv, nv)
+    dvdot: Array  #: the mass matrix, (nv, nv)
+
+
 class Robot:
     """Model of a robot, alone or with the free targets of a problem, for custom computations.
 
@@ -277,6 +300,27 @@ class Robot:
     def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, gravity: ArrayLike = (0, 0, 0)) -> Array:
         """tau, (nv,): the generalized forces for the accelerations vdot (nv,)."""
         return self._core.inverse_dynamics(q, v, vdot, _gravity(gravity))
+
+    def forward_dynamics_derivatives(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None,
+                                     gravity: ArrayLike = (0, 0, 0), frames: Iterable[str] = (),
+                                     wrenches: ArrayLike | None = None, base_held: bool = False) -> ForwardDynamicsDerivatives:
+        """Analytical derivatives of forward_dynamics() with respect to q, v and tau, (nv, nv) each, and to wrenches, (nv, 6 frames)
+        (section 28 of docs/theory).
+
+        Columns of `dq` belong to a displacement in the order and the axes of v: of a joint its position; of a free body a rotation
+        vector and a displacement in its own axes [rad; m]. `frames`: names of frames or bodies at whose origins wrenches act;
+        `wrenches`: their values [moment; force] in W, (frames, 6), for all cases, by default zero. A wrench keeps its components in W
+        and its point of the body. `base_held`: the base has zero acceleration, and its rows are zero. Springs and friction of joints
+        are not included: add `dtau @ dforce_dx`."""
+        return ForwardDynamicsDerivatives(
+            *self._core.forward_dynamics_derivatives(q, v, tau, _gravity(gravity), list(frames), wrenches, bool(base_held)))
+
+    def inverse_dynamics_derivatives(self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, gravity: ArrayLike = (0, 0, 0),
+                                     frames: Iterable[str] = (), wrenches: ArrayLike | None = None) -> InverseDynamicsDerivatives:
+        """Analytical derivatives of inverse_dynamics() with respect to q, v and vdot, (nv, nv) each, with the arguments of
+        forward_dynamics_derivatives()."""
+        return InverseDynamicsDerivatives(
+            *self._core.inverse_dynamics_derivatives(q, v, vdot, _gravity(gravity), list(frames), wrenches))
 
     # ---- Constraints ----
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/dynamics/dynamics_derivatives.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/problem/target_motion.hpp"
@@ -490,6 +491,126 @@ py::array_t<double> inverse(const Robot& robot, const py::object& q_given, const
   return by_lanes(robot, q, &v, &vdot, {robot.model().velocities()}, vector_of(gravity, "gravity"), request);
 }
 
+// ---- Derivatives ----
+
+// Arrays of one case each after another, and the position of the next case in them.
+struct Matrices {
+  Matrices(const Cases& cases, py::ssize_t rows, py::ssize_t columns)
+      : array(results(cases, {rows, columns})),
+        data(array.mutable_data()),
+        size(static_cast<std::size_t>(rows * columns)) {}
+  void put(std::int64_t i, const RowMatrix& matrix) {
+    std::copy_n(matrix.data(), size, data + static_cast<std::size_t>(i) * size);
+  }
+  py::array_t<double> array;
+  double* data;
+  std::size_t size;
+};
+struct Vectors {
+  Vectors(const Cases& cases, py::ssize_t width)
+      : array(results(cases, {width})), data(array.mutable_data()), size(static_cast<std::size_t>(width)) {}
+  void put(std::int64_t i, const std::vector<double>& x) {
+    std::copy_n(x.data(), size, data + static_cast<std::size_t>(i) * size);
+  }
+  py::array_t<double> array;
+  double* data;
+  std::size_t size;
+};
+
+void put_state(const Robot& robot, const Rows& q, const Rows& v, std::int64_t i, State& state) {
+  robot.put_coordinates(q, i, state.q.data());
+  std::copy_n(v.row(i), v.width(), state.v.begin());
+}
+
+// Wrenches in W at the origins of frames or bodies.
+struct FrameWrenches {
+  std::vector<Robot::Place> places;
+  std::vector<Wrenchd> wrenches;
+
+  FrameWrenches(const Robot& robot, const std::vector<std::string>& frames, const py::object& given) {
+    for (const std::string& frame : frames) places.push_back(robot.place(frame));
+    wrenches.assign(frames.size(), Wrenchd::zero());
+    if (given.is_none()) return;
+    const py::array_t<double> array = doubles(given, "wrenches");
+    check_finite(array, "wrenches");
+    if (array.ndim() != 2 || array.shape(0) != static_cast<py::ssize_t>(frames.size()) || array.shape(1) != 6)
+      throw py::value_error("wrenches has shape " + shape_text(shape_of(array)) + ", expected (" +
+                            std::to_string(frames.size()) + ", 6): [moment; force] for each of frames");
+    const auto at = array.unchecked<2>();
+    for (py::ssize_t i = 0; i < array.shape(0); ++i)
+      wrenches[static_cast<std::size_t>(i)] = {{at(i, 0), at(i, 1), at(i, 2)}, {at(i, 3), at(i, 4), at(i, 5)}};
+  }
+  void apply(const Robot& robot, const State& state, Kinematics& kinematics, Forces& forces) const {
+    if (places.empty()) return;
+    forward_kinematics(robot.model(), state, kinematics);
+    forces.external.clear();
+    for (std::size_t i = 0; i < places.size(); ++i)
+      forces.external.push_back(
+          {places[i].body, kinematics.X_WB[static_cast<std::size_t>(places[i].body)] * places[i].X_BE.p, wrenches[i]});
+  }
+};
+
+py::tuple forward_derivatives(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                              const py::object& tau_given, const py::object& gravity,
+                              const std::vector<std::string>& frames, const py::object& wrenches_given,
+                              bool base_held) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), tau = robot.forces(tau_given);
+  const FrameWrenches wrenches(robot, frames, wrenches_given);
+  const Vector3d g = vector_of(gravity, "gravity");
+  const Cases cases = cases_of({&q, &v, &tau});
+  const int n = robot.model().velocities();
+  PrescribedMotion held;
+  if (base_held && robot.model().has_free_root(robot.root())) {
+    held.prescribed.assign(static_cast<std::size_t>(n), 0), held.vdot.assign(static_cast<std::size_t>(n), 0.0);
+    std::fill_n(held.prescribed.begin() + robot.model().bodies()[static_cast<std::size_t>(robot.root())].v, 6, 1);
+  }
+  Vectors vdot(cases, n);
+  Matrices dq(cases, n, n), dv(cases, n, n), dtau(cases, n, n);
+  Matrices dwrench(cases, n, static_cast<py::ssize_t>(6 * frames.size()));
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    const auto workspace = make_derivatives_workspace(robot.model());
+    ForwardDynamicsDerivatives result;
+    Forces forces;
+    forces.gravity = g, forces.generalized.resize(static_cast<std::size_t>(n));
+    for (std::int64_t i = begin; i < end; ++i) {
+      put_state(robot, q, v, i, scratch.state);
+      robot.spread(tau, i, forces.generalized.data());
+      wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
+      forward_dynamics_derivatives(robot.model(), scratch.state, forces, *workspace, result, held);
+      vdot.put(i, result.vdot), dq.put(i, result.dq), dv.put(i, result.dv), dtau.put(i, result.dtau);
+      dwrench.put(i, result.dwrench);
+    }
+  });
+  return py::make_tuple(vdot.array, dq.array, dv.array, dtau.array, dwrench.array);
+}
+
+py::tuple inverse_derivatives(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                              const py::object& vdot_given, const py::object& gravity,
+                              const std::vector<std::string>& frames, const py::object& wrenches_given) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), vdot = robot.velocities(vdot_given, "vdot");
+  const FrameWrenches wrenches(robot, frames, wrenches_given);
+  const Vector3d g = vector_of(gravity, "gravity");
+  const Cases cases = cases_of({&q, &v, &vdot});
+  const int n = robot.model().velocities();
+  Vectors tau(cases, n);
+  Matrices dq(cases, n, n), dv(cases, n, n), dvdot(cases, n, n);
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    const auto workspace = make_derivatives_workspace(robot.model());
+    InverseDynamicsDerivatives result;
+    Forces forces;
+    forces.gravity = g;
+    std::vector<double> accelerations(static_cast<std::size_t>(n));
+    for (std::int64_t i = begin; i < end; ++i) {
+      put_state(robot, q, v, i, scratch.state);
+      std::copy_n(vdot.row(i), n, accelerations.begin());
+      wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
+      inverse_dynamics_derivatives(robot.model(), scratch.state, accelerations, forces, *workspace, result);
+      tau.put(i, result.tau), dq.put(i, result.dq), dv.put(i, result.dv), dvdot.put(i, result.dvdot);
+    }
+  });
+  return py::make_tuple(tau.array, dq.array, dv.array, dvdot.array);
+}
+
 // ---- States ----
 
 py::tuple as_arrays(const State& state) {
@@ -654,7 +775,11 @@ void bind_robot(py::module_& module) {
       .def("base_twist", &base_twists, py::arg("q"), py::arg("joint_rates"), py::arg("momentum"))
       .def("bias", &biases, py::arg("q"), py::arg("v"), py::arg("gravity"))
       .def("forward_dynamics", &forward, py::arg("q"), py::arg("v"), py::arg("tau"), py::arg("gravity"))
-      .def("inverse_dynamics", &inverse, py::arg("q"), py::arg("v"), py::arg("vdot"), py::arg("gravity"));
+      .def("inverse_dynamics", &inverse, py::arg("q"), py::arg("v"), py::arg("vdot"), py::arg("gravity"))
+      .def("forward_dynamics_derivatives", &forward_derivatives, py::arg("q"), py::arg("v"), py::arg("tau"),
+           py::arg("gravity"), py::arg("frames"), py::arg("wrenches"), py::arg("base_held"))
+      .def("inverse_dynamics_derivatives", &inverse_derivatives, py::arg("q"), py::arg("v"), py::arg("vdot"),
+           py::arg("gravity"), py::arg("frames"), py::arg("wrenches"));
   bind_constraints(robot, module);
   bind_identify(robot, module);
   bind_rollout(module);

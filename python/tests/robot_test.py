@@ -104,6 +104,55 @@ def test_mass_matrix_bias_and_dynamics_agree(robot):
     assert np.array_equal(robot.forward_dynamics(q, v, tau[:, robot.joint_v]), robot.forward_dynamics(q, v, joints))
 
 
+def test_derivatives_agree_with_differences(robot):
+    n, h, gravity = 3, 1e-4, [0.3, -0.2, -1.0]
+    q, v = states(robot, n)
+    rng = np.random.default_rng(5)
+    tau, vdot = rng.uniform(-5, 5, (n, robot.nv)), rng.uniform(-2, 2, (n, robot.nv))
+    forward = robot.forward_dynamics_derivatives(q, v, tau, gravity=gravity)
+    inverse = robot.inverse_dynamics_derivatives(q, v, vdot, gravity=gravity)
+    assert forward.dwrench.shape == (n, robot.nv, 0)
+    assert np.allclose(forward.vdot, robot.forward_dynamics(q, v, tau, gravity=gravity), atol=1e-10)
+    assert np.allclose(inverse.tau, robot.inverse_dynamics(q, v, vdot, gravity=gravity), atol=1e-10)
+    assert np.allclose(inverse.dvdot, robot.mass_matrix(q), atol=1e-10)
+    assert np.allclose(forward.dtau @ inverse.dvdot, np.eye(robot.nv), atol=1e-9)
+
+    def check(derivative, of):
+        columns = np.stack([(of(h * e) - of(-h * e)) / (2 * h) for e in np.eye(robot.nv)], axis=-1)
+        assert np.max(np.abs(derivative)) > 1e-2
+        assert np.allclose(derivative, columns, atol=1e-5 * np.max(np.abs(columns)))  # the error of the differences: h^2
+
+    for i in range(n):
+        def at(x, i=i):
+            return moved(robot, q[i], x, 1.0)
+        check(forward.dq[i], lambda x: robot.forward_dynamics(at(x), v[i], tau[i], gravity=gravity))
+        check(forward.dv[i], lambda x: robot.forward_dynamics(q[i], v[i] + x, tau[i], gravity=gravity))
+        check(forward.dtau[i], lambda x: robot.forward_dynamics(q[i], v[i], tau[i] + x, gravity=gravity))
+        check(inverse.dq[i], lambda x: robot.inverse_dynamics(at(x), v[i], vdot[i], gravity=gravity))
+        check(inverse.dv[i], lambda x: robot.inverse_dynamics(q[i], v[i] + x, vdot[i], gravity=gravity))
+
+
+def test_derivatives_with_wrenches_and_a_held_base(robot):
+    q, v = (x[0] for x in states(robot, 1))
+    frame = robot.frames[0]
+    wrench = np.array([[0.3, -0.2, 0.1, 2.0, 1.0, -3.0]])
+    J = robot.jacobian(frame, q)
+    d = robot.forward_dynamics_derivatives(q, v, frames=[frame], wrenches=wrench)
+    assert np.allclose(d.dwrench, d.dtau @ J.T, atol=1e-12)
+    assert np.allclose(d.vdot, robot.forward_dynamics(q, v, J.T @ wrench[0]), atol=1e-10)
+    plain = robot.forward_dynamics_derivatives(q, v, J.T @ wrench[0])
+    assert not np.allclose(d.dq, plain.dq, atol=1e-3)  # a wrench keeps its direction in W, generalized forces do not
+    held = robot.forward_dynamics_derivatives(q, v, base_held=True)
+    joints = np.asarray(robot.joint_v)
+    assert np.all(held.vdot[:6] == 0) and np.all(held.dq[:6] == 0)
+    M = robot.mass_matrix(q)[np.ix_(joints, joints)]
+    assert np.allclose(held.dtau[np.ix_(joints, joints)], np.linalg.inv(M), atol=1e-9)
+    many = robot.forward_dynamics_derivatives(np.tile(q, (100, 1)), v, frames=[frame], wrenches=wrench)
+    assert np.array_equal(many.dq[57], d.dq) and np.array_equal(many.dwrench[99], d.dwrench)
+    with pytest.raises(ValueError, match=r"wrenches has shape \(1, 5\), expected \(1, 6\)"):
+        robot.forward_dynamics_derivatives(q, v, frames=[frame], wrenches=wrench[:, :5])
+
+
 def test_momentum_and_the_free_floating_quantities(robot):
     q, v = states(robot, 4)
     M = robot.mass_matrix(q)
