@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -16,6 +17,7 @@ using namespace recursion;
 
 // Numbers of eight neighbouring velocities. Rows are padded, so that the last pack of a range may exceed it.
 using Pack = double __attribute__((vector_size(64)));
+using Mask = std::int64_t __attribute__((vector_size(64), may_alias));
 using LoosePack = double __attribute__((vector_size(64), aligned(8), may_alias));
 constexpr int kPack = 8;
 constexpr int padded(int n) { return (n + kPack - 1) / kPack * kPack + kPack; }
@@ -96,6 +98,12 @@ struct LinkTerms {
 
 struct Range {
   int begin, end;
+};
+
+// Eight velocities, of which those with a mask are wanted.
+struct alignas(64) Block {
+  std::int64_t mask[kPack] = {};  // all bits, or none
+  int first = 0;                  // velocity
 };
 
 // L of M = L^T L with the zeros of M of a tree, and the solution for many right-hand sides: as BranchCholesky, with
@@ -284,13 +292,15 @@ class DerivativesWorkspace {
  private:
   // Rows of directions_: S, psi_dot, psi_ddot and psi_dot + S_dot of (28.3) and (28.4).
   enum Row { kS = 0, kPsi = 6, kPsi2 = 12, kT = 18, kRows = 24 };
-  void put(int row, int v, const Motion& X) {
-    double* to = directions_.data() + row * stride_ + v;
-    for (int k = 0; k < 3; ++k) to[k * stride_] = X.angular[k], to[(k + 3) * stride_] = X.linear[k];
+  // Eight velocities together: kRows packs for each eight.
+  static int place_of(int v) { return v / kPack * (kRows * kPack) + v % kPack; }
+  GRAPNEL_INLINE void put(int row, int v, const Motion& X) {
+    double* to = directions_.data() + place_of(v) + row * kPack;
+    for (int k = 0; k < 3; ++k) to[k * kPack] = X.angular[k], to[(k + 3) * kPack] = X.linear[k];
   }
   GRAPNEL_INLINE Motion at(int row, int v) const {
-    const double* from = directions_.data() + row * stride_ + v;
-    return {{from[0], from[stride_], from[2 * stride_]}, {from[3 * stride_], from[4 * stride_], from[5 * stride_]}};
+    const double* from = directions_.data() + place_of(v) + row * kPack;
+    return {{from[0], from[kPack], from[2 * kPack]}, {from[3 * kPack], from[4 * kPack], from[5 * kPack]}};
   }
   void move_root(std::size_t n, const State& state, const Forces& forces, std::span<const double> vdot);
   void move_link(std::size_t n, std::span<const double> q, std::span<const double> v, std::span<const double> vdot);
@@ -304,7 +314,7 @@ class DerivativesWorkspace {
     Vector3d Q;
     Load P, q, v;
   };
-  void project(const Products& x, const Range& range, double* row);
+  void project(const Products& x, const Block& block, double* row);
   void fill(std::size_t n, int i, const Products& x);
   void add_external_row(std::size_t n, int i, const Motion& S);
   Range own(std::size_t n) const {
@@ -315,8 +325,9 @@ class DerivativesWorkspace {
   int n_, stride_, row_;
   std::vector<LinkTerms> links_;
   std::vector<int> root_of_;                // per link
+  std::vector<std::vector<Block>> blocks_;  // per link: the same velocities in eights
   std::vector<std::vector<Range>> ranges_;  // per link: velocities of its ancestors and itself, ascending
-  PackedNumbers directions_;                // kRows x stride_
+  PackedNumbers directions_;                // for each eight velocities, kRows packs
   std::vector<Load> P_;                     // per velocity: I S of the subtree
   PackedNumbers M_;                         // rows of the lower triangle
   PackedNumbers rows_;                      // n x row_: [d/dq, d/dv, -1]
@@ -334,6 +345,7 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       row_(padded(3 * n_)),
       links_(tree_->links.size()),
       root_of_(links_.size()),
+      blocks_(links_.size()),
       ranges_(links_.size()),
       directions_(kRows * stride_),
       P_(static_cast<std::size_t>(n_)),
@@ -357,6 +369,15 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       ranges.back().end = mine.end;
     } else {
       ranges.push_back(mine);
+    }
+    for (int first = 0; first < mine.end; first += kPack) {
+      Block block;
+      block.first = first;
+      for (const Range& range : ranges) {
+        for (int j = std::max(range.begin, first); j < std::min(range.end, first + kPack); ++j)
+          block.mask[j - first] = -1;
+      }
+      if (std::ranges::any_of(block.mask, [](std::int64_t m) { return m != 0; })) blocks_[n].push_back(block);
     }
   }
 }
@@ -538,13 +559,11 @@ void DerivativesWorkspace::form_mass_matrix(std::span<const double> vdot, std::s
       Load F = P;
       if (link.has_rotor) F.angular += t.rotor;
       double* const row = M_.data() + i * stride_;
-      for (const Range& range : ranges_[n]) {
-        for (int j = range.begin; j < range.end; j += kPack) {
-          const double* const s = directions_.data() + j;
-          pack_at(row + j) = F.angular[0] * pack_at(s) + F.angular[1] * pack_at(s + stride_) +
-                             F.angular[2] * pack_at(s + 2 * stride_) + F.linear[0] * pack_at(s + 3 * stride_) +
-                             F.linear[1] * pack_at(s + 4 * stride_) + F.linear[2] * pack_at(s + 5 * stride_);
-        }
+      for (const Block& block : blocks_[n]) {
+        const double* const s = directions_.data() + block.first * kRows;
+        pack_at(row + block.first) = F.angular[0] * pack_at(s) + F.angular[1] * pack_at(s + kPack) +
+                                     F.angular[2] * pack_at(s + 2 * kPack) + F.linear[0] * pack_at(s + 3 * kPack) +
+                                     F.linear[1] * pack_at(s + 4 * kPack) + F.linear[2] * pack_at(s + 5 * kPack);
       }
       force[i] = product(S, t.f);
       if (mine.end - mine.begin > 1) continue;
@@ -616,51 +635,49 @@ void DerivativesWorkspace::accelerate_directions() {
   }
 }
 
-// One velocity with a range of velocities j. Rows: Q . psi_dot_j + P . psi_ddot_j for q, Q . S_j + P . (psi_dot +
-// S_dot)_j for v. Columns: the products of S_j with the two loads of x.
-GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Range& range, double* row) {
-  const int d = stride_;
-  const double* const directions = directions_.data();
-  double* const lines = lines_.data();
+// One velocity with eight velocities j. Rows: Q . psi_dot_j + P . psi_ddot_j for q, Q . S_j + P . (psi_dot + S_dot)_j
+// for v. Columns: the products of S_j with the two loads of x.
+GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Block& block, double* row) {
+  const double* const D = directions_.data() + block.first * kRows;
+  const auto d = [&](int k) GRAPNEL_INLINE_LAMBDA -> const LoosePack& { return pack_at(D + k * kPack); };
   const Vector3d &Q = x.Q, &a = x.P.angular, &l = x.P.linear;
   const Load &q = x.q, &v = x.v;
-  for (int j = range.begin; j < range.end; j += kPack) {
-    const double *S = directions + kS * d + j, *w = directions + kPsi * d + j, *A = directions + kPsi2 * d + j,
-                 *T = directions + kT * d + j;
-    const Pack s0 = pack_at(S), s1 = pack_at(S + d), s2 = pack_at(S + 2 * d), s3 = pack_at(S + 3 * d),
-               s4 = pack_at(S + 4 * d), s5 = pack_at(S + 5 * d);
-    double* const to = lines + j;
-    pack_at(row + j) = (Q[0] * pack_at(w) + Q[1] * pack_at(w + d) + Q[2] * pack_at(w + 2 * d) + a[0] * pack_at(A)) +
-                       (a[1] * pack_at(A + d) + a[2] * pack_at(A + 2 * d) + l[0] * pack_at(A + 3 * d) +
-                        l[1] * pack_at(A + 4 * d) + l[2] * pack_at(A + 5 * d));
-    pack_at(to) = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * pack_at(T)) +
-                  (a[1] * pack_at(T + d) + a[2] * pack_at(T + 2 * d) + l[0] * pack_at(T + 3 * d) +
-                   l[1] * pack_at(T + 4 * d) + l[2] * pack_at(T + 5 * d));
-    pack_at(to + d) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
-                      (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
-    pack_at(to + 2 * d) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
-                          (v.linear[0] * s3 + v.linear[1] * s4 + v.linear[2] * s5);
-  }
+  const Pack s0 = d(kS), s1 = d(kS + 1), s2 = d(kS + 2), s3 = d(kS + 3), s4 = d(kS + 4), s5 = d(kS + 5);
+  const Pack by_q =
+      (Q[0] * d(kPsi) + Q[1] * d(kPsi + 1) + Q[2] * d(kPsi + 2) + a[0] * d(kPsi2)) +
+      (a[1] * d(kPsi2 + 1) + a[2] * d(kPsi2 + 2) + l[0] * d(kPsi2 + 3) + l[1] * d(kPsi2 + 4) + l[2] * d(kPsi2 + 5));
+  const Pack by_v = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * d(kT)) +
+                    (a[1] * d(kT + 1) + a[2] * d(kT + 2) + l[0] * d(kT + 3) + l[1] * d(kT + 4) + l[2] * d(kT + 5));
+  const Mask& mask = *reinterpret_cast<const Mask*>(block.mask);
+  double* const to = lines_.data() + block.first;
+  pack_at(row + block.first) = reinterpret_cast<Pack>(reinterpret_cast<Mask>(by_q) & mask);
+  pack_at(to) = reinterpret_cast<Pack>(reinterpret_cast<Mask>(by_v) & mask);
+  pack_at(to + stride_) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
+                          (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
+  pack_at(to + 2 * stride_) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
+                              (v.linear[0] * s3 + v.linear[1] * s4 + v.linear[2] * s5);
 }
 
 // Row i and, above it, column i of both blocks. The end of the row of q exceeds it into that of v, which comes last.
 GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Products& x) {
   double* const lines = lines_.data();
   double* const row = rows_.data() + i * row_;
-  const int first = tree_->links[n].v;
   int end = 0;
-  for (const Range& range : ranges_[n]) {
-    clear(row + end, row + range.begin);
-    clear(lines + end, lines + range.begin);
-    project(x, range, row);
-    double* to = rows_.data() + range.begin * row_ + i;
-    for (int j = range.begin; j < std::min(range.end, first); ++j, to += row_)
-      to[0] = lines[stride_ + j], to[n_] = lines[2 * stride_ + j];
-    end = range.end;
+  for (const Block& block : blocks_[n]) {
+    clear(row + end, row + block.first);
+    clear(lines + end, lines + block.first);
+    project(x, block, row);
+    end = block.first + kPack;
   }
   clear(row + end, row + n_);
   clear(lines + end, lines + n_);
   for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = pack_at(lines + j);
+  const int first = tree_->links[n].v;
+  for (const Range& range : ranges_[n]) {
+    double* to = rows_.data() + range.begin * row_ + i;
+    for (int j = range.begin; j < std::min(range.end, first); ++j, to += row_)
+      to[0] = lines[stride_ + j], to[n_] = lines[2 * stride_ + j];
+  }
 }
 
 // Derivatives of inverse dynamics, (28.7) and (28.8), in ascending order: a row overwrites what follows in it.
@@ -695,10 +712,8 @@ void DerivativesWorkspace::differentiate() {
 void DerivativesWorkspace::add_external_row(std::size_t n, int i, const Motion& S) {
   const LinkTerms& t = links_[n];
   const Vector3d Q = transposed_times(t.E, S.angular) + cross(t.external.linear, S.linear);
-  const double* const w = directions_.data() + kS * stride_;
   for (const Range& range : ranges_[n]) {
-    for (int j = range.begin; j < range.end; ++j)
-      rows_.data()[i * row_ + j] += Q[0] * w[j] + Q[1] * w[stride_ + j] + Q[2] * w[2 * stride_ + j];
+    for (int j = range.begin; j < range.end; ++j) rows_.data()[i * row_ + j] += dot(Q, at(kS, j).angular);
   }
 }
 
