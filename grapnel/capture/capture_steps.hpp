@@ -59,6 +59,8 @@ class CaptureSteps {
   CaptureSteps(const CaptureSteps&) = delete;
   CaptureSteps& operator=(const CaptureSteps&) = delete;
 
+  /// Ends a motion segment at this time, if one lasts longer: the next one begins there with the same drives and laws.
+  void pause_at(double time);
   /// Advances to the next motion segment, which is valid until the next call: plans, closes and releases grasps.
   /// Integrates the previous piece first, unless that has been done elsewhere. Null: none is left, or the run has
   /// failed. @throws CaptureProblemError as the constructor, and exceptions of progress.

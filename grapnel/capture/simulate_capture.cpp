@@ -273,6 +273,8 @@ CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, 
 
 CaptureSteps::~CaptureSteps() = default;
 
+void CaptureSteps::pause_at(double time) { work_->run.pause = time; }
+
 const MotionTask* CaptureSteps::next() {
   work_->segment = nullptr;
   work_->segment = work_->body.next();

@@ -1,0 +1,323 @@
+#include "grapnel/linear/linearize.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/linear/linear_variables.hpp"
+#include "grapnel/linear/operating_point.hpp"
+#include "grapnel/linear/stability.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/spatial/decompositions.hpp"
+
+namespace grapnel {
+namespace {
+
+using Variable = LinearModel::Variable;
+using Input = LinearInput;
+
+// --- Plant ---
+
+struct Plant {
+  Eigen::MatrixXd A, B, error;
+};
+
+// The system without laws, under the constant generalized forces of the operating point, (27.3) and (27.4).
+Plant plant_of(const OperatingPoint& point, MinimalCoordinates& coordinates, const PhaseSetup& setup,
+               const Eigen::VectorXd& commands, const std::vector<Input>& inputs) {
+  const Model& model = point.model();
+  const Eigen::Index n = model.velocities();
+  Eigen::VectorXd constant = Eigen::VectorXd::Zero(n);
+  for (std::size_t j = 0; j < model.joints().size(); ++j)
+    constant[model.joint_body(j).v] += commands[static_cast<Eigen::Index>(j)];
+  for (int k = 0; k < 3 && point.has_free_base(); ++k)
+    constant[point.base_velocity() + k] += commands[static_cast<Eigen::Index>(model.joints().size()) + k];
+  EvaluatedPhase phase(point, setup);
+  const Derivative rates = derivative_of(coordinates, [&](const State& state) {
+    Eigen::VectorXd all(2 * n);
+    all.head(n) = coordinates.position_rates(coordinates.deviation(state));
+    all.tail(n) = phase.accelerations(state) + coordinates.response(state, constant);
+    return coordinates.independent_of(all);
+  });
+  Plant plant{rates.value, Eigen::MatrixXd::Zero(coordinates.size(), static_cast<Eigen::Index>(inputs.size())),
+              rates.error};
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(2 * n);
+    all.tail(n) = coordinates.response(point.state, inputs[i].force);
+    plant.B.col(static_cast<Eigen::Index>(i)) = coordinates.independent_of(all);
+  }
+  return plant;
+}
+
+// --- Conserved momenta ---
+
+// The momentum of the trees connected with the base, in its axes, as far as it is conserved whatever the state, (27.6).
+// `torque`: a law gives an external torque.
+std::optional<ConservedRows> conserved_momentum(const OperatingPoint& point, MinimalCoordinates& coordinates,
+                                                bool torque) {
+  const PhaseSetup& setup = point.setup();
+  if (!point.has_free_base() || setup.held_root >= 0 || setup.orbit || !setup.loads.empty()) return {};
+  const Model& model = point.model();
+  const auto m = static_cast<int>(coordinates.independent().size());
+  std::vector<int> solved;
+  for (int k = 0; k < 6; ++k) {
+    const auto& independent = coordinates.independent();
+    const auto at = std::find(independent.begin(), independent.end(), point.base_velocity() + k);
+    if (at == independent.end()) return {};
+    solved.push_back(m + static_cast<int>(at - independent.begin()));
+  }
+  std::vector<int> roots;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& body = model.bodies()[i];
+    if (body.parent >= 0) continue;
+    if (body.description.joint.type != JointType::free) return {};
+    if (!point.elsewhere[static_cast<std::size_t>(body.v)]) roots.push_back(static_cast<int>(i));
+  }
+  const Rotationd R = root_pose(model, point.state, point.base).R;
+  const Derivative momentum = derivative_of(coordinates, [&](const State& state) {
+    const Kinematics kinematics = forward_kinematics(model, state);
+    const Momentumd h = momentum_about(model, kinematics, center_of_mass(model, kinematics, roots), roots);
+    const Vector3d k = transposed_times(R, h.angular), p = transposed_times(R, h.linear);
+    return Eigen::VectorXd((Eigen::VectorXd(6) << k[0], k[1], k[2], p[0], p[1], p[2]).finished());
+  });
+  const double* w = point.state.v.data() + point.base_velocity();
+  Eigen::Matrix3d turning;
+  turning << 0, w[2], -w[1], -w[2], 0, w[0], w[1], -w[0], 0;
+  if (torque) return ConservedRows{momentum.value.bottomRows(3), turning, {solved.begin() + 3, solved.end()}};
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(6, 6);
+  both.topLeftCorner(3, 3) = turning, both.bottomRightCorner(3, 3) = turning;
+  return ConservedRows{momentum.value, both, solved};
+}
+
+// The rate at which a free base rotates [rad/s].
+double base_rate(const OperatingPoint& point) {
+  if (!point.has_free_base() || point.setup().held_root >= 0) return 0;
+  const double* w = point.state.v.data() + point.base_velocity();
+  return std::hypot(w[0], w[1], w[2]);
+}
+
+// --- Closed loop ---
+
+// Entries below the error of their column's differences count as zero.
+Eigen::MatrixXd without_noise(const Derivative& derivative) {
+  Eigen::MatrixXd K = derivative.value;
+  const double largest = K.size() > 0 ? K.cwiseAbs().maxCoeff() : 0;
+  for (Eigen::Index i = 0; i < K.rows(); ++i) {
+    for (Eigen::Index j = 0; j < K.cols(); ++j) {
+      if (std::abs(K(i, j)) <= std::max(10 * derivative.error(i, j), 1e-13 * largest)) K(i, j) = 0;
+    }
+  }
+  return K;
+}
+
+// Channels of the loop: each joint with a law, and the base's axes, whose torque wheels may give; other wheels are
+// channels themselves.
+std::vector<LoopChannel> channels_of(const std::vector<Input>& inputs, const Eigen::MatrixXd& K,
+                                     const Eigen::MatrixXd& torque) {
+  const auto m = static_cast<Eigen::Index>(inputs.size());
+  std::vector<Eigen::Index> wheels, others;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    if (K.row(i).isZero(0)) continue;
+    const bool is_wheel = inputs[static_cast<std::size_t>(i)].variable.name.starts_with("wheels/");
+    (is_wheel ? wheels : others).push_back(i);
+  }
+  std::vector<LoopChannel> channels;
+  for (const Eigen::Index i : others) {
+    const Variable& input = inputs[static_cast<std::size_t>(i)].variable;
+    channels.push_back({input.name, input.unit, Eigen::VectorXd::Unit(m, i), K.row(i)});
+  }
+  if (wheels.empty()) return channels;
+  // The wheels' torques as shares of the torque on the base, if they are.
+  const Eigen::MatrixXd of_wheels = K(wheels, Eigen::all);
+  const Eigen::MatrixXd shares = of_wheels * pseudo_inverse(torque, 1e-10);
+  const double residual = (of_wheels - shares * torque).norm();
+  if (residual <= 1e-8 * of_wheels.norm()) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (torque.row(axis).isZero(0)) continue;
+      Eigen::VectorXd direction = Eigen::VectorXd::Zero(m);
+      for (std::size_t i = 0; i < wheels.size(); ++i) direction[wheels[i]] = shares(static_cast<Eigen::Index>(i), axis);
+      channels.push_back({std::string("base/torque/") + "xyz"[axis], "N m", direction, torque.row(axis)});
+    }
+    return channels;
+  }
+  for (const Eigen::Index i : wheels) {
+    const Variable& input = inputs[static_cast<std::size_t>(i)].variable;
+    channels.push_back({input.name, input.unit, Eigen::VectorXd::Unit(m, i), K.row(i)});
+  }
+  return channels;
+}
+
+struct ClosedLoopParts {
+  Plant plant;
+  Eigen::MatrixXd K, torque, direct;  // direct: A of the closed loop by its own differences
+  bool torque_is_external = false;
+};
+
+ClosedLoopParts parts_of(const OperatingPoint& point, const Eigen::VectorXd& commands, const std::vector<Input>& inputs,
+                         EvaluatedPhase& phase, MinimalCoordinates& coordinates) {
+  const Model& model = point.model();
+  const Eigen::Index n = model.velocities();
+  ClosedLoopParts parts;
+  parts.plant = plant_of(point, coordinates, setup_of_plant(point, true), commands, inputs);
+  const Derivative laws = derivative_of(coordinates, [&](const State& state) { return phase.commands(state); });
+  const Eigen::MatrixXd K = without_noise(laws);
+  parts.K = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), coordinates.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    for (std::size_t j = 0; j < model.joints().size(); ++j) {
+      const int v = model.joint_body(j).v;
+      if (inputs[i].force == Eigen::VectorXd::Unit(n, v) && !coordinates.fixed()[static_cast<std::size_t>(v)])
+        parts.K.row(static_cast<Eigen::Index>(i)) = K.row(static_cast<Eigen::Index>(j));
+    }
+    for (int k = 0; k < 3 && point.has_free_base(); ++k) {
+      if (inputs[i].force != Eigen::VectorXd::Unit(n, point.base_velocity() + k)) continue;
+      parts.K.row(static_cast<Eigen::Index>(i)) = K.row(static_cast<Eigen::Index>(model.joints().size()) + k);
+      parts.torque_is_external = parts.torque_is_external || !parts.K.row(static_cast<Eigen::Index>(i)).isZero(0);
+    }
+  }
+  parts.torque = without_noise(
+      derivative_of(coordinates, [&](const State& state) { return Eigen::VectorXd(phase.commanded_torque(state)); }));
+  const Derivative direct = derivative_of(coordinates, [&](const State& state) {
+    Eigen::VectorXd all(2 * n);
+    all.head(n) = coordinates.position_rates(coordinates.deviation(state));
+    all.tail(n) = phase.accelerations(state);
+    return coordinates.independent_of(all);
+  });
+  parts.direct = direct.value;
+  return parts;
+}
+
+void add_held_notes(const OperatingPoint& point, const std::vector<std::uint8_t>& fixed,
+                    std::vector<std::string>& notes) {
+  for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
+    const Body& body = point.model().joint_body(j);
+    const bool is_gyro = std::ranges::any_of(point.setup().gyros, [&](const MomentGyro& gyro) {
+      return gyro.gimbal == static_cast<int>(j) || gyro.rotor == static_cast<int>(j);
+    });
+    if (fixed[static_cast<std::size_t>(body.v)] && !is_gyro)
+      notes.push_back(
+          fmt::format("static friction or a stop holds joint '{}': it does not deviate", body.description.joint.name));
+  }
+  if (point.setup().held_root >= 0) notes.push_back("the base is held at its pose");
+}
+
+void add_saturation_notes(const OperatingPoint& point, const Eigen::VectorXd& commands,
+                          std::vector<std::string>& notes) {
+  for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
+    const JointDescription& joint = point.model().joint_body(j).description.joint;
+    if (std::abs(commands[static_cast<Eigen::Index>(j)]) < joint.limits.effort * (1 - 1e-9)) continue;
+    notes.push_back(fmt::format("the effort of joint '{}' is at its limit of {:.6g}: its law has no gain there",
+                                joint.name, joint.limits.effort));
+  }
+}
+
+void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eigen::VectorXd& commands,
+                const std::vector<Input>& inputs, LinearModel& model) {
+  constexpr double kDisagreement = 1e-5;
+  EvaluatedPhase phase(point, setup_of_laws(point));
+  std::vector<std::uint8_t> fixed = phase.prescribed();
+  for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];
+  MinimalCoordinates coordinates(point.model(), point.setup().closures, point.state, fixed);
+  const ClosedLoopParts parts = parts_of(point, commands, inputs, phase, coordinates);
+  const Eigen::MatrixXd A = parts.plant.A + parts.plant.B * parts.K;
+  const double error = (A - parts.direct).norm() / std::max(parts.direct.norm(), 1e-300);
+  if (!(error <= kDisagreement)) {
+    model.closed_loop_absent = fmt::format(
+        "the laws act by more than their efforts, or are not differentiable here: the closed loop and its parts differ "
+        "by {:.2g} of their size",
+        error);
+    return;
+  }
+  LinearModel::ClosedLoop loop;
+  loop.laws = laws.names;
+  loop.K = rows_of(parts.K);
+  loop.states = names_of(states_of(point, coordinates));
+  LinearLoop whole{
+      parts.plant.A, parts.plant.B, parts.K, parts.plant.error, names_of(states_of(point, coordinates)), {}};
+  if (point.setup().clock) whole.timing = point.setup().clock->timing();
+  if (!point.setup().attitude && !point.setup().controller) whole.free_rotation = base_rate(point);
+  loop.sampled = whole.timing.has_value();
+  const auto positions = static_cast<int>(coordinates.independent().size());
+  const ReducedLoop reduced =
+      reduced_loop(whole, conserved_momentum(point, coordinates, parts.torque_is_external), positions);
+  loop.stability = modes_of(reduced);
+  add_saturation_notes(point, commands, model.notes);
+  if (loop.stability.verdict == LinearModel::Stability::unstable) {
+    loop.margins_absent = "the closed loop is unstable";
+    model.warnings.push_back("the controlled system is unstable: " + loop.stability.reason);
+  } else {
+    std::vector<LoopChannel> channels = channels_of(inputs, parts.K, parts.torque);
+    for (LoopChannel& channel : channels) channel.gain = channel.gain * reduced.map;
+    loop.margins = margins_of(reduced.loop, channels);
+    if (channels.empty()) loop.margins_absent = "no law has a gain";
+  }
+  model.closed_loop = std::move(loop);
+}
+
+}  // namespace
+
+LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& options) {
+  if (options.sample_time && !(*options.sample_time > 0)) throw LinearizeError("the sample time must be above 0 s");
+  if (!(options.delay >= 0)) throw LinearizeError("the delay must be at least 0 s");
+  const CaptureProblem modelled = is_flexible(problem.robot) ? flexible_problem(problem) : problem;
+  const OperatingPoint point(problem, modelled, options.time);
+  LinearModel model;
+  model.version = GRAPNEL_VERSION, model.scenario = problem.name, model.sha256 = problem.sha256;
+  model.time = point.time, model.phase = point.phase();
+
+  // Commands of the operating point, and the system without laws.
+  const LawsOfPoint laws = laws_of(point);
+  model.notes = laws.notes;
+  const bool linear_laws = laws.obstacle.empty();
+  const Eigen::VectorXd commands =
+      linear_laws ? EvaluatedPhase(point, setup_of_laws(point)).commands(point.state) : commands_at(point);
+  const std::vector<Input> inputs = inputs_of(point, commands);
+  const PhaseSetup setup = setup_of_plant(point, false);
+  std::vector<std::uint8_t> fixed = EvaluatedPhase(point, setup).prescribed();
+  add_held_notes(point, fixed, model.notes);
+  for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];
+  MinimalCoordinates coordinates(point.model(), setup.closures, point.state, fixed);
+  if (coordinates.size() == 0) throw LinearizeError("nothing moves freely at this time");
+  const Plant plant = plant_of(point, coordinates, setup, commands, inputs);
+  model.states = states_of(point, coordinates);
+  for (const Input& input : inputs) model.inputs.push_back(input.variable);
+  const LinearOutputs outputs = outputs_of(point, coordinates);
+  const Derivative C = derivative_of(coordinates, outputs.at);
+  model.outputs = outputs.variables;
+  model.A = rows_of(plant.A), model.B = rows_of(plant.B), model.C = rows_of(without_noise(C));
+  model.D = rows_of(Eigen::MatrixXd::Zero(C.value.rows(), plant.B.cols()));
+  const double scale = std::max(plant.A.cwiseAbs().maxCoeff(), 1e-300);
+  model.difference_error = plant.error.maxCoeff() / scale;
+  constexpr double kDoubtful = 1e-5;
+  if (model.difference_error > kDoubtful)
+    model.warnings.push_back(
+        fmt::format("the estimated error of A is {:.2g} of its largest entry: the motion is not smooth at this state",
+                    model.difference_error));
+
+  // The sampled model, and eigenvalues.
+  std::optional<ControlTiming> timing;
+  if (point.setup().clock) timing = point.setup().clock->timing();
+  if (options.sample_time) timing = ControlTiming{*options.sample_time, options.delay};
+  if (timing) {
+    const HeldInput held = hold_inputs(plant.A, plant.B, *timing);
+    model.sampled = LinearModel::Sampled{timing->period,   timing->delay,     static_cast<std::size_t>(held.whole),
+                                         rows_of(held.Ad), rows_of(held.now), rows_of(held.previous)};
+  }
+  const auto positions = static_cast<int>(coordinates.independent().size());
+  LinearLoop open{
+      plant.A, plant.B, Eigen::MatrixXd::Zero(plant.B.cols(), plant.A.rows()), plant.error, names_of(model.states), {}};
+  open.free_rotation = base_rate(point);
+  model.open_loop = modes_of(reduced_loop(open, conserved_momentum(point, coordinates, false), positions));
+
+  // The scenario's own laws.
+  if (!linear_laws)
+    model.closed_loop_absent = laws.obstacle;
+  else if (laws.names.empty())
+    model.closed_loop_absent = "no law acts at this time";
+  else
+    close_loop(point, laws, commands, inputs, model);
+  return model;
+}
+
+}  // namespace grapnel
