@@ -20,6 +20,7 @@
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/fit/identification.hpp"
 #include "grapnel/fit/identification_report.hpp"
+#include "grapnel/linear/linear_model.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/report/gltf_export.hpp"
@@ -112,7 +113,8 @@ std::span<const ResultContract> result_contracts() {
       {"log-comparison", "comparison", "Grapnel comparison with a log, version 1", &type_of<ComparisonReport>},
       {"log-impulses", "impulses", "Grapnel impulses from a log, version 1", &type_of<ImpulseReport>},
       {"identification-result", "identification", "Grapnel identification result, version 1",
-       &type_of<FittedLogsReport>}};
+       &type_of<FittedLogsReport>},
+      {"linear-model", "linear-model", "Grapnel linear model, version 1", &type_of<LinearModel>}};
   return all;
 }
 

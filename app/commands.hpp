@@ -88,6 +88,18 @@ struct ImpulsesOptions : LogFolderOptions {
 /// Impulses at grasps from a log of measurements. The simulation failed: the momentum balance is violated.
 int impulses(const ImpulsesOptions& options);
 
+struct LinearizeCommandOptions {
+  std::filesystem::path scenario;
+  std::filesystem::path output;        // .json or .mat; empty: the text only
+  std::vector<std::string> overrides;  // path=value
+  double at = 0;                       // [s]
+  std::optional<double> sample_time;   // [s]
+  double delay = 0;                    // [s]
+  bool quiet = false;
+};
+/// The linear model of a scenario at a time, and the stability of its controllers.
+int linearize(const LinearizeCommandOptions& options);
+
 struct FigureOptions {
   std::filesystem::path folder;
   std::string what;              // empty: see list

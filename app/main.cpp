@@ -167,6 +167,26 @@ int program(int argc, char** argv) {
   identify_command->add_flag("--quiet", identify_options.quiet, "Print errors and warnings only");
   identify_command->callback([&] { code = identify(identify_options); });
 
+  LinearizeCommandOptions linearize_options;
+  CLI::App* linearize_command = app.add_subcommand(
+      "linearize",
+      "Print the linear model of a scenario at a time: eigenvalues, and the stability margins of its controllers");
+  linearize_command->add_option("scenario", linearize_options.scenario, "Scenario file (YAML)")->required();
+  linearize_command->add_option("--at", linearize_options.at, "Time of the operating point [s] (default: 0)")
+      ->check(CLI::NonNegativeNumber);
+  linearize_command->add_option("-o,--output", linearize_options.output,
+                                "File for the matrices, their names and units: .mat or .json (default: none)");
+  linearize_command
+      ->add_option("--sample-time", linearize_options.sample_time,
+                   "Sample time of the sampled model [s] (default: control.period of the scenario, if any)")
+      ->check(CLI::PositiveNumber);
+  linearize_command->add_option("--delay", linearize_options.delay, "Delay of the sampled model [s] (default: 0)")
+      ->check(CLI::NonNegativeNumber);
+  linearize_command->add_option("--set", linearize_options.overrides, "Replace a value: path=value")
+      ->allow_extra_args(false);
+  linearize_command->add_flag("--quiet", linearize_options.quiet, "Print errors and warnings only");
+  linearize_command->callback([&] { code = linearize(linearize_options); });
+
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");
