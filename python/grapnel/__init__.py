@@ -16,6 +16,7 @@ from ._grapnel import Check, Fault, InputError, __version__, instruction_set
 from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
 from .controller import Controller, ControllerAccess, ControllerInput, ControllerOutput, ControllerSetup
 from .identify import Identification, identify
+from .linear import LinearModel
 from .logs import Comparison, FittedParameters, GraspImpulse, MeasuredContact, MeasuredImpulses, Residuals, compare, identify_from_logs, impulses
 from .result import Ledger, Result, SimulationError
 from .robot import ForwardDynamicsDerivatives, Impact, InverseDynamicsDerivatives, Loops, Robot, Rollout, rollout
@@ -25,8 +26,8 @@ from .tables import read_columns, read_table
 __all__ = [
     "Check", "CommandError", "Comparison", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup",
     "Fault", "FittedParameters", "ForwardDynamicsDerivatives", "GraspImpulse", "Identification", "Impact", "InputError",
-    "InverseDynamicsDerivatives", "Ledger", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Residuals", "Result", "Robot",
-    "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare", "env", "figure", "identify",
-    "identify_from_logs", "impulses", "instruction_set", "load", "optimize", "read_columns", "read_table", "report", "rollout",
-    "simulate_many", "success_map", "sweep",
+    "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Residuals",
+    "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare", "env",
+    "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimize", "read_columns", "read_table",
+    "report", "rollout", "simulate_many", "success_map", "sweep",
 ]

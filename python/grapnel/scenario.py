@@ -11,6 +11,7 @@ from typing import Any
 from . import _grapnel
 from ._arguments import Path, file_path, thread_count
 from .controller import Controller, _given
+from .linear import LinearModel
 from .result import Result
 
 
@@ -236,6 +237,15 @@ class Problem:
         failed conservation checks raise `SimulationError`.
         """
         return _simulate([self], 1, strict, [controller])[0]
+
+    def linearize(self, time: float = 0, sample_time: float | None = None, delay: float = 0) -> LinearModel:
+        """The linear model of the system at a time [s], and the stability of the scenario's controllers, as `grapnel linearize`.
+
+        `sample_time` and `delay` [s] are those of the sampled model; None: those of the scenario's controllers, if they are
+        sampled. Raises RuntimeError if no motion begins or continues at that time.
+        """
+        return LinearModel(_grapnel.linearize(self._core, float(time), None if sample_time is None else float(sample_time),
+                                              float(delay)))
 
 
 class Scenario(Problem):

@@ -12,4 +12,5 @@ PYBIND11_MODULE(_grapnel, module) {
   bind_result(module);
   bind_robot(module);
   bind_commands(module);
+  bind_linear(module);
 }
