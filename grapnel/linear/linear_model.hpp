@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The linear model of a scenario at a time, with the stability of its own controllers; docs/formats/linear-model.md is
+/// The linear model of a scenario at a time, with the stability of its controllers; docs/formats/linear-model.md is
 /// the contract of its files.
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The linear model of a scenario at a time, and the stability of its own controllers (docs/theory, section 27).
+/// The linear model of a scenario at a time, and the stability of its controllers (docs/theory, section 27).
 
 #include <optional>
 #include <stdexcept>

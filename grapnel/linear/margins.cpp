@@ -32,7 +32,7 @@ class BrokenLoop {
   }
 
   /// Loop gains L of all channels at a frequency [rad/s], each with the others closed: S = 1/(1 + L) is the response
-  /// of a channel's command to a signal added to it, (27.11).
+  /// of a channel's command to a signal added to it, (27.10).
   Eigen::VectorXcd gains(double frequency) const {
     const Complex s = loop_.timing ? std::exp(Complex(0, frequency * loop_.timing->period)) : Complex(0, frequency);
     Eigen::MatrixXcd resolvent = -closed_.cast<Complex>();
