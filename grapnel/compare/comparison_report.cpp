@@ -82,7 +82,8 @@ struct Described<ComparisonReport::Quantity> {
       field<&T::gaps>("gaps", "1", "intervals in the log that are more than three times as long as the median"),
       field<&T::longest_gap>("longest_gap", "s", "the longest of them; absent without gaps"),
       field<&T::longest_gap_time>("longest_gap_time", "s", "its beginning, of the run; absent without gaps"),
-      field<&T::rms>("rms", "as `unit`", "root mean square residual of all components together"),
+      field<&T::rms>("rms", "as `unit`",
+                     "root mean square residual of all components together; absent: no sample is compared"),
       field<&T::peak>("peak", "as `unit`", "residual of the largest magnitude, with its sign"),
       field<&T::peak_time>("peak_time", "s", "its time, of the run"),
       field<&T::peak_component>("peak_component", "its component"),
@@ -195,11 +196,11 @@ std::string comparison_report_text(const ComparisonReport& report) {
   table.row({"residuals", "unit", "samples", "rms", "bias", "peak", "at t [s]", "lag [ms]", "chi-square", "agrees"});
   for (const ComparisonReport::Quantity& q : report.quantities) {
     const auto lag = q.lag ? std::optional(std::round(1e7 * *q.lag) / 1e4 + 0.0) : std::nullopt;  // [ms]
-    const bool has_any = q.compared > 0;
-    table.row({printable_line(q.name), q.unit, std::to_string(q.compared), has_any ? small_number(q.rms) : "-",
-               has_any ? small_number(largest_bias(q)) : "-", has_any ? small_number(q.peak) : "-",
-               has_any ? short_number(q.peak_time) : "-", optional_number(lag), optional_number(q.chi_square),
-               verdict_word(q.verdict)});
+    const auto peak_time = q.peak_time ? short_number(*q.peak_time) : "-";
+    const auto bias = q.components.empty() ? std::nullopt : std::optional(largest_bias(q));
+    table.row({printable_line(q.name), q.unit, std::to_string(q.compared), optional_number(q.rms),
+               optional_number(bias), optional_number(q.peak), peak_time, optional_number(lag),
+               optional_number(q.chi_square), verdict_word(q.verdict)});
   }
   text += table.text() + "\n";
   for (const ComparisonReport::Quantity& q : report.quantities)

@@ -29,7 +29,7 @@ struct ComparisonReport {
     std::optional<double> outlier_time;
     std::size_t gaps = 0;
     std::optional<double> longest_gap, longest_gap_time;
-    double rms = 0, peak = 0, peak_time = 0;
+    std::optional<double> rms, peak, peak_time;  // empty: no sample is compared
     std::string peak_component;
     std::optional<double> lag, lag_uncertainty;
     std::optional<double> uncertainty, bias_uncertainty, chi_square, chi_square_bound;

@@ -48,8 +48,9 @@ bool is_of_comparison(const fs::path& file, Listener& listener) {
   }
 }
 
-Ending write_results(const RunAndLog& input, const LogResults& results, const fs::path& requested, bool quiet,
-                     bool no_report, Listener& listener) {
+Ending write_results(const RunAndLog& input, const LogResults& results, const fs::path& requested,
+                     const LogFolderOptions& options, Listener& listener) {
+  if (options.stop.stop_requested()) return Ending::interrupted;
   std::vector<fs::path> paths;
   std::vector<std::string> names;
   for (const auto& [name, text] : results.files) names.push_back(name), paths.push_back(requested / name);
@@ -57,8 +58,8 @@ Ending write_results(const RunAndLog& input, const LogResults& results, const fs
   if (!may_write(paths, listener)) return Ending::bad_input;
   const auto folder = results_folder(requested, input.log, Outputs::images, listener);
   if (!folder) return Ending::bad_input;
-  const std::string no_page = no_report ? "" : why_no_reports();
-  const bool has_page = !no_report && no_page.empty();
+  const std::string no_page = options.no_report ? "" : why_no_reports();
+  const bool has_page = !options.no_report && no_page.empty();
   try {
     for (const auto& [name, text] : results.files) write_file_atomically(*folder / name, text);
     if (has_page) write_report(results.page_data(), *folder / results.page);
@@ -67,7 +68,7 @@ Ending write_results(const RunAndLog& input, const LogResults& results, const fs
     return Ending::failed;
   }
   if (has_page) names.push_back(results.page);
-  if (!quiet) {
+  if (!options.quiet) {
     listener.note(fmt::format("grapnel {}, run {} (scenario {}), log {}\n\n", GRAPNEL_VERSION,
                               folder_of(input.run).string(), results.scenario, input.log.string()));
     listener.note(results.text);
@@ -120,7 +121,7 @@ Ending run_comparison_folder(const RunAndLog& input, const LogFolderOptions& opt
   if (!momentum.empty()) results.files.emplace_back("momentum.csv", momentum_csv(momentum));
   results.page = "comparison.html", results.page_data = [&] { return comparison_page_data(comparison); };
   results.text = comparison_report_text(comparison.report), results.verdict = comparison.report.verdict;
-  return write_results(input, results, folder, options.quiet, options.no_report, listener);
+  return write_results(input, results, folder, options, listener);
 }
 
 Ending run_impulses_folder(const RunAndLog& input, const ImpulseOptions& settings, const LogFolderOptions& options,
@@ -136,7 +137,7 @@ Ending run_impulses_folder(const RunAndLog& input, const ImpulseOptions& setting
                    {"momentum.csv", momentum_csv(impulses.momentum)}};
   results.page = "impulses.html", results.page_data = [&] { return impulse_page_data(impulses); };
   results.text = impulse_report_text(report), results.verdict = report.verdict;
-  return write_results(input, results, folder, options.quiet, options.no_report, listener);
+  return write_results(input, results, folder, options, listener);
 }
 
 }  // namespace grapnel

@@ -4,6 +4,7 @@
 /// Results of a comparison with a log, and of impulses from a log, in a folder.
 
 #include <filesystem>
+#include <stop_token>
 
 #include "grapnel/campaign/listener.hpp"
 #include "grapnel/compare/measured_impulses.hpp"
@@ -19,6 +20,7 @@ struct LogFolderOptions {
   std::filesystem::path folder;  ///< of the results; empty: compare-LOG or impulses-LOG in the run's folder
   bool quiet = false;            ///< no notes
   bool no_report = false;        ///< no page
+  std::stop_token stop = {};     ///< a request before the results are written leaves the folder as it was
 };
 
 /// The folder of the results, with `command` for an empty one.

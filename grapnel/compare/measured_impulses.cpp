@@ -556,6 +556,10 @@ MeasuredImpulses measured_impulses(const RunModel& run, const AlignedLog& log, c
                       options.false_alarms));
   } else {
     std::sort(contacts.begin(), contacts.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+    for (ContactTime& one : contacts) {
+      const RunContact& simulated = nearest_contact(run.contacts(), one.begin);
+      if (one.end == one.begin) one.end += simulated.end - simulated.time;
+    }
     check_contacts(contacts, measured, report.offset, log.times);
   }
   ContactEstimate estimator(run, measured, report.offset);

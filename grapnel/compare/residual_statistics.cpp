@@ -259,21 +259,22 @@ ComparisonReport::Quantity evaluate(const ComparedQuantity& quantity, const LogC
   find_outliers(quantity, r, report);
   report.compared = r.size() - report.outliers;
   double squares = 0;
-  for (std::size_t c = 0; c < r.width; ++c) {
+  for (std::size_t c = 0; c < r.width && report.compared > 0; ++c) {
     const ComparisonReport::Component one = component_of(quantity, r, c);
     squares += one.rms * one.rms / static_cast<double>(r.width);
-    if (c == 0 || std::abs(one.peak) > std::abs(report.peak))
+    if (c == 0 || std::abs(one.peak) > std::abs(*report.peak))
       report.peak = one.peak, report.peak_time = one.peak_time, report.peak_component = one.name;
     report.components.push_back(one);
   }
-  report.rms = std::sqrt(squares);
+  if (report.compared > 0) report.rms = std::sqrt(squares);
   report.autocorrelation = autocorrelation_of(r, report.components);
   double error = 0;
   for (const double e : quantity.curve.interpolation_error()) error = std::max(error, std::isnan(e) ? 1e300 : e);
-  const bool is_interpolated =
-      std::any_of(r.time.begin(), r.time.end(), [&](double t) { return !quantity.curve.has_sample_at(t); });
+  const bool is_interpolated = r.time.empty() || std::any_of(r.time.begin(), r.time.end(), [&](double t) {
+                                 return !quantity.curve.has_sample_at(t);
+                               });
   if (!is_interpolated) error = 0;
-  if (error < 1e300) report.interpolation_error = (quantity.is_orientation ? 2 : 1) * error;
+  if (error < 1e300 && report.compared > 0) report.interpolation_error = (quantity.is_orientation ? 2 : 1) * error;
   find_lag(quantity, clock, report);
   judge(quantity, report);
   add_lines(quantity, r, comparison.residuals_csv);
@@ -293,7 +294,7 @@ void add_warnings(const ComparisonReport::Quantity& q, std::vector<std::string>&
   if (q.outliers > 0)
     warnings.push_back(fmt::format("{}: {} left out, the first at t = {:.6g} s", name, counted(q.outliers, "outlier"),
                                    *q.outlier_time));
-  if (q.interpolation_error && *q.interpolation_error > 0.2 * q.uncertainty.value_or(5 * q.rms) && q.compared > 0)
+  if (q.interpolation_error && *q.interpolation_error > 0.2 * q.uncertainty.value_or(5 * q.rms.value_or(0)))
     warnings.push_back(
         fmt::format("{}: interpolation between samples of the run has an estimated error of {} {}; a shorter "
                     "output.interval reduces it",

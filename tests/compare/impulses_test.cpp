@@ -605,9 +605,10 @@ TEST(Impulses, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(error_of(made_log(run, {{"joints/velocity", 2e-4}}, 1), late),
               HasSubstr("no rate has enough samples on both sides of the contact at t = 23.99 s: at least 5"));
   late.contacts = {{20, 20, 0}, {20, 20, 0}, {200, 200, 0}};
-  EXPECT_THAT(error_of(made_log(run, {{"joints/velocity", 2e-4}}, 1), late),
-              AllOf(HasSubstr("the contacts stated at t = 20 s and 20 s coincide or overlap"),
-                    HasSubstr("the contact stated at t = 200 s is not within the samples, which are from 16.003 to")));
+  EXPECT_THAT(
+      error_of(made_log(run, {{"joints/velocity", 2e-4}}, 1), late),
+      AllOf(HasSubstr("the contacts stated at t = 20 s and 20 s coincide or overlap"),
+            HasSubstr("the contact stated from t = 200 to 200 s is not within the samples, which are from 16.003 to")));
   const ScratchFolder empty;
   try {
     RunModel(empty.path(), {}, {});

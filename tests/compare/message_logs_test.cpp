@@ -470,7 +470,7 @@ quantities:
   const LogComparison mapped = compare_log(folder.path(), log, folder.path() / "map.yaml");
   EXPECT_EQ(mapped.report.verdict, Verdict::yes);
   EXPECT_EQ(mapped.report.count(Verdict::yes), 3u);
-  EXPECT_LT(mapped.report.quantities[1].rms, 1e-12);
+  EXPECT_LT(*mapped.report.quantities[1].rms, 1e-12);
 }
 
 TEST(MessageLogs, TopicsWithDifferentRatesAndTimes) {

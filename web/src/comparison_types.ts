@@ -134,12 +134,12 @@ export interface ComparedQuantity {
   longest_gap?: number;
   /** its beginning, of the run; absent without gaps [s] */
   longest_gap_time?: number;
-  /** root mean square residual of all components together [as `unit`] */
-  rms: number;
+  /** root mean square residual of all components together; absent: no sample is compared [as `unit`] */
+  rms?: number;
   /** residual of the largest magnitude, with its sign [as `unit`] */
-  peak: number;
+  peak?: number;
   /** its time, of the run [s] */
-  peak_time: number;
+  peak_time?: number;
   /** its component */
   peak_component: string;
   /** delay of this quantity in the log, with the common offset; positive: the log is late; absent: not determined [s] */
@@ -177,7 +177,7 @@ export const kComparedQuantity: FieldNote[] = [
   ["gaps","1","intervals in the log that are more than three times as long as the median"],
   ["longest_gap","s","the longest of them; absent without gaps"],
   ["longest_gap_time","s","its beginning, of the run; absent without gaps"],
-  ["rms","as `unit`","root mean square residual of all components together"],
+  ["rms","as `unit`","root mean square residual of all components together; absent: no sample is compared"],
   ["peak","as `unit`","residual of the largest magnitude, with its sign"],
   ["peak_time","s","its time, of the run"],
   ["peak_component","","its component"],
