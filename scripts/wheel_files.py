@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Makes a wheel from an installation of the components program and python.
 
-usage: wheel_files.py PREFIX OUT
+usage: wheel_files.py [--trial] PREFIX OUT
 
 The wheel contains what the binaries load beyond the libraries of every system, under names with a digest, so that other
 packages of the same process may have other versions of them. The platform in its name states the C library that the
-binaries need.
+binaries need. With --trial, for binaries tuned to this machine, the name contains +trial and no such platform.
 """
 
 import base64
@@ -63,10 +63,15 @@ def c_library(binaries):
 
 
 def copyright_of(file):
-    """The file with the copyright of a library's Debian package; None: the library is of no package."""
-    owner = subprocess.run(["dpkg-query", "--search", file.resolve()], capture_output=True, text=True, check=False).stdout
-    notice = pathlib.Path("/usr/share/doc") / owner.split(":")[0] / "copyright"
-    return notice if owner and notice.is_file() else None
+    """The file with the copyright of a library's Debian package. Packages name files below /lib or below /usr/lib."""
+    places = {str(place) for place in (file, file.resolve())}
+    places |= {place.removeprefix("/usr") for place in places} | {f"/usr{place}" for place in places if not place.startswith("/usr")}
+    for place in sorted(places):
+        owner = subprocess.run(["dpkg-query", "--search", place], capture_output=True, text=True, check=False).stdout
+        notice = pathlib.Path("/usr/share/doc") / owner.split(":")[0] / "copyright"
+        if owner and notice.is_file():
+            return notice
+    raise SystemExit(f"wheel_files: error: no Debian package has a copyright file for {file}; a wheel must contain it")
 
 
 def add_libraries(tree, binaries):
@@ -140,9 +145,11 @@ def write_wheel(tree, file):
 
 
 def main():
-    if len(sys.argv) != 3:
+    arguments = sys.argv[1:]
+    is_trial = arguments[:1] == ["--trial"]
+    if len(arguments) != (3 if is_trial else 2):
         sys.exit(__doc__)
-    prefix, out = map(pathlib.Path, sys.argv[1:])
+    prefix, out = map(pathlib.Path, arguments[-2:])
     version = re.search(r"project\(grapnel VERSION ([0-9.]+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
@@ -152,7 +159,8 @@ def main():
         major, minor = c_library(binaries + libraries)
         architecture = sysconfig.get_platform().rpartition("-")[2]
         python = f"cp{sys.version_info.major}{sys.version_info.minor}"
-        tag = f"{python}-{python}-manylinux_{major}_{minor}_{architecture}"
+        tag = f"{python}-{python}-" + (f"linux_{architecture}" if is_trial else f"manylinux_{major}_{minor}_{architecture}")
+        version += "+trial" if is_trial else ""
         info = tree / f"grapnel-{version}.dist-info"
         info.mkdir()
         (info / "METADATA").write_text(metadata(version), encoding="utf-8")
@@ -160,8 +168,7 @@ def main():
         (info / "entry_points.txt").write_text("[console_scripts]\ngrapnel = grapnel.__main__:main\n", encoding="utf-8")
         shutil.copy(SOURCE / "LICENSE", info)
         for library, notice in notices.items():
-            if notice:
-                shutil.copy(notice, info / f"LICENSE.{library}")
+            shutil.copy(notice, info / f"LICENSE.{library}")
         file = out / f"grapnel-{version}-{tag}.whl"
         write_wheel(tree, file)
     print(f"{file}: {file.stat().st_size / 2**20:.1f} MiB, {len(libraries)} libraries")
