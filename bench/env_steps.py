@@ -26,9 +26,19 @@ def actions(random, n, joints):
     return action
 
 
-def trial(file, steps, n=2048):
+def environment(file, n=2048):
+    """The environment of a scenario, or why it has none."""
+    try:
+        return VectorCaptureEnv(grapnel.load(file), n, effort_scale=20.0, duration=10.0, period=0.1, step=0.05)
+    except ValueError as error:
+        if "no grasps" in str(error) or "do not support" in str(error):
+            return str(error)
+        raise
+
+
+def trial(env, steps):
     """Ends by reason, and steps per second."""
-    env = VectorCaptureEnv(grapnel.load(file), n, effort_scale=20.0, duration=10.0, period=0.1, step=0.05)
+    n = env.n
     random, ends, spent = np.random.default_rng(1), collections.Counter(), 0.0
     env.reset(seed=1)
     for _ in range(-(-steps // n)):
@@ -51,11 +61,11 @@ def main():
     given = arguments.parse_args()
     files = given.scenario or [grapnel.data.scenario(name) for name in grapnel.data.names()]
     for file in files:
-        try:
-            ends, speed = trial(file, given.steps)
-        except ValueError as error:
-            print(f"{file.stem:36} no environment: {error}", flush=True)
+        env = environment(file)
+        if isinstance(env, str):
+            print(f"{file.stem:36} no environment: {env}", flush=True)
             continue
+        ends, speed = trial(env, given.steps)
         print(f"{file.stem:36} {speed:10.0f} steps/s  {', '.join(f'{count} {end}' for end, count in sorted(ends.items()))}", flush=True)
 
 

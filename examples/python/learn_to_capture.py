@@ -1,4 +1,4 @@
-"""Learn to capture tumbling targets: the cross-entropy method on random targets, then a test on 1,000 others.
+"""Learn to capture tumbling targets: the cross-entropy method on random targets, then a test on 1,000 other cases.
 
 Two arms with seven joints each reach for two tumbling targets. Place and spin of each target are random. The policy accelerates
 each tip towards its grasp point like a spring of limited length with a damper, by the generalized Jacobian and the generalized
@@ -57,7 +57,7 @@ def actions(parameters):
     J = np.concatenate([robot.generalized_jacobian(grasp["end_effector"], own)[:, 3:] for grasp in env.grasps], axis=1)
     inverse = np.linalg.inv(J @ J.transpose(0, 2, 1) + 0.01 * np.eye(J.shape[1]))
     rates = v[:, env.robot.joint_v]
-    wanted += joint_damping * np.einsum("nij,nj->ni", J, rates)  # damps only what does not move the tips
+    wanted += joint_damping * np.einsum("nij,nj->ni", J, rates)  # damps joint motion that leaves the tips at rest
     acceleration = np.einsum("nij,ni->nj", J, np.einsum("nij,nj->ni", inverse, wanted)) - joint_damping * rates
     return np.einsum("nij,nj->ni", robot.generalized_inertia(own), acceleration) / env.effort_scale
 
@@ -69,9 +69,9 @@ def play(parameters, seed):
     while not np.all(env.done):
         _, reward, _, _, info = env.step(actions(parameters))
         total += reward
-        caught = info["captured"]
-        ledger[caught] = info["ledger"][caught]
-        impulse[caught] = np.linalg.norm(info["impulse"][caught][:, :, 3:], axis=2).sum(axis=1)
+        captured = info["captured"]
+        ledger[captured] = info["ledger"][captured]
+        impulse[captured] = np.linalg.norm(info["impulse"][captured][:, :, 3:], axis=2).sum(axis=1)
     return total, info["reason"], ledger, impulse
 
 
@@ -94,6 +94,6 @@ shares = {}
 for name, parameters in (("before", START), ("learned", mean)):
     total, reason, ledger, impulse = play(np.tile(parameters, (CASES, 1)), seed=1000)
     shares[name] = np.mean((reason == "captured") & (ledger == "yes"))
-    print(f"{name}: {np.count_nonzero(reason == 'captured')} of {CASES} targets captured, {np.count_nonzero(ledger == 'yes')} with a valid ledger, "
+    print(f"{name}: {np.count_nonzero(reason == 'captured')} of {CASES} cases captured, {np.count_nonzero(ledger == 'yes')} with a valid ledger, "
           f"mean reward {total.mean():.3f}" + (f", median impulse {np.nanmedian(impulse):.3f} N s" if np.any(ledger == "yes") else ""))
 assert shares["learned"] > shares["before"] and shares["learned"] > 0.9

@@ -11,7 +11,7 @@ All values are in SI units and radians. Frames: W is the inertial world, B the r
 Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/python.md is the manual.
 """
 
-from . import env
+from . import data, env
 from ._grapnel import Check, Fault, InputError, __version__, instruction_set
 from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
 from .controller import Controller, ControllerAccess, ControllerInput, ControllerOutput, ControllerSetup

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["folder", "names", "robot", "scenario", "study"]
+__all__ = ["folder", "names", "robot", "scenario", "study", "target"]
 
 
 def folder() -> Path:
@@ -17,9 +17,9 @@ def folder() -> Path:
     package = Path(__file__).resolve().parent
     places = [package / "share"]
     places += [parent / "share" / "grapnel" for parent in package.parents]  # PREFIX/lib/python3/dist-packages/grapnel
-    places += list(package.parents)  # CLONE/build/release/python/grapnel
+    places += [parent for parent in package.parents if (parent / "cmake/GrapnelModule.cmake").is_file()]  # CLONE/build/release/python
     for place in places:
-        if (place / "scenarios").is_dir() and (place / "robots").is_dir():
+        if (place / "scenarios/first-plan.yaml").is_file():
             return place
     raise FileNotFoundError(f"no folder with Grapnel's scenarios belongs to {package}; install a wheel or the package grapnel")
 
@@ -47,6 +47,11 @@ def scenario(name: str) -> Path:
 def robot(name: str) -> Path:
     """The file of a robot, by its name: 'planar-dual-arm', ..."""
     return _file("robots", name)
+
+
+def target(name: str) -> Path:
+    """The file of a target, by its name."""
+    return _file("targets", name)
 
 
 def study(name: str) -> Path:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import Array
+from ._arguments import Array, whole_number
 
 if TYPE_CHECKING:
     from .result import Result
@@ -38,7 +38,8 @@ def series_of(result: Result, what: str | Iterable[str]) -> list[str]:
     names = [name for name in FIGURES.get(what, ()) if name in result]
     names = names or [name for name in result if name.startswith(f"{what}/")]
     if not names:
-        raise KeyError(f"{what!r} is neither a figure ({', '.join(FIGURES)}) that this result has nor a series, such as 'joints/position'")
+        figures = [figure for figure, series in FIGURES.items() if any(name in result for name in series)]
+        raise KeyError(f"{what!r} is neither a figure of this result ({', '.join(figures)}) nor a series, such as 'joints/position'")
     return names
 
 
@@ -53,6 +54,8 @@ def plot(result: Result, what: str | Iterable[str] = "joints", axes: Any = None)
     import matplotlib.pyplot as pyplot
 
     names = series_of(result, what)
+    if not names:
+        raise ValueError("what is empty; expected a figure or series")
     if axes is None:
         _, axes = pyplot.subplots(len(names), 1, sharex=True, squeeze=False, figsize=(8, 2.4 * len(names) + 0.6), layout="constrained")
     axes = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
@@ -73,6 +76,22 @@ def plot(result: Result, what: str | Iterable[str] = "joints", axes: Any = None)
     return axes[:len(names)]
 
 
+def _parts(values: Array) -> list[Array]:
+    """Indices of the finite values, in parts without a gap."""
+    rows = np.flatnonzero(np.isfinite(values))
+    return [part for part in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if len(part)]
+
+
+def _extremes(values: Array, rows: Array) -> Array:
+    """At most about _POINTS of the rows, with the smallest and the largest value of each interval."""
+    if len(rows) <= _POINTS:
+        return rows
+    chosen = [rows[:1], rows[-1:]]
+    for part in np.array_split(rows, _POINTS // 2):
+        chosen += [part[[int(np.argmin(values[part]))]], part[[int(np.argmax(values[part]))]]]
+    return np.asarray(np.unique(np.concatenate(chosen)))
+
+
 def _small_plot(time: Array, values: Array, title: str, boundaries: list[float]) -> str:
     """An SVG image of the columns of `values`, (n, width)."""
     width, height, left, top = 300, 110, 6, 20
@@ -89,12 +108,12 @@ def _small_plot(time: Array, values: Array, title: str, boundaries: list[float])
     def up(y: Array) -> Array:
         return np.asarray(top + (high - y) / (high - low) * (height - top - left))
 
-    shown = np.unique(np.linspace(0, len(time) - 1, min(len(time), _POINTS)).astype(int))
     lines = []
-    for k in range(min(values.shape[1], len(_COLOURS))):
-        rows = shown[np.isfinite(values[shown, k])]
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(across(time[rows]), up(values[rows, k])))
-        lines.append(f'<polyline points="{points}" fill="none" stroke="{_COLOURS[k]}" stroke-width="1"/>')
+    for k in range(values.shape[1]):
+        for part in _parts(values[:, k]):
+            rows = _extremes(values[:, k], part)
+            points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(across(time[rows]), up(values[rows, k])))
+            lines.append(f'<polyline points="{points}" fill="none" stroke="{_COLOURS[k % len(_COLOURS)]}" stroke-width="1"/>')
     for t in boundaries:
         x = float(across(np.asarray(t)))
         lines.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{top}" y2="{height - left}" stroke="#999" stroke-dasharray="2 2"/>')
@@ -108,25 +127,29 @@ def as_html(result: Result) -> str:
     verdicts = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in result.verdict)
     rows = "".join(
         f"<tr><td style='text-align:left'>{html.escape(check.name)}</td><td>{check.value:.3g}</td><td>{check.bound:.3g}</td>"
-        f"<td style='text-align:left'>{html.escape(check.unit)}</td><td style='text-align:left'>{'passed' if check.passed else '<b>FAILED</b>'}</td></tr>"
+        f"<td style='text-align:left'>{html.escape(check.unit)}</td><td style='text-align:left'>{html.escape(check.kind)}</td><td style='text-align:left'>{'passed' if check.passed else '<b>FAILED</b>'}</td></tr>"
         for check in result.ledger.values())
     plots = "".join(_small_plot(result.time, result[name], f"{name} [{result.units[name]}]", _boundaries(result))
                     for name in _SMALL if name in result and len(result.time) > 1)
+    infeasible = sum(not check.passed for check in result.ledger.values() if check.kind != "conservation")
+    label = f"Conservation checks: {'passed' if result.ledger.passed else 'FAILED'}"
+    label += f"; {infeasible} other check{'s' if infeasible > 1 else ''} FAILED" if infeasible else ""
     failure = f"<p><b>{html.escape(result.failure)}</b></p>" if result.failure else ""
     return (f"<div><b>{html.escape(result.name)}</b>: {html.escape(result.status)}{failure}<ul>{verdicts}</ul><div>{plots}</div>"
-            f"<details><summary>Ledger: {'passed' if result.ledger.passed else 'FAILED'}</summary><table><thead><tr><th>check</th><th>value</th>"
-            f"<th>bound</th><th>unit</th><th></th></tr></thead><tbody>{rows}</tbody></table></details></div>")
+            f"<details><summary>{label}</summary><table><thead><tr><th>check</th><th>value</th>"
+            f"<th>bound</th><th>unit</th><th>kind</th><th></th></tr></thead><tbody>{rows}</tbody></table></details></div>")
 
 
 class Replay:
     """The report of a result with its 3D replay, shown inside a notebook. It needs no network."""
 
     def __init__(self, result: Result, height: int = 640) -> None:
+        height = whole_number("height", height, 1, 100_000)
         with tempfile.TemporaryDirectory() as folder:
             file = _Path(folder) / "report.html"
             result.report(file)
             self._page = file.read_text(encoding="utf-8")
-        self._height = int(height)
+        self._height = height
 
     def _repr_html_(self) -> str:
         return (f'<iframe sandbox="allow-scripts allow-downloads" style="width:100%;height:{self._height}px;border:0" '

@@ -100,9 +100,13 @@ class VectorCaptureEnv:
     defaults are those of its envelope, or 0.05 m and 0.05 m/s without an envelope. Angles of envelopes are not evaluated. All
     grasps then close in a plastic impact (`Robot.impact`), rigidly, at the end-effectors; the state is that after it. Entries
     of step()'s dictionary: 'impulse' (n, grasps, 6), [angular N m s; linear N s] in W on the robot, 'energy_loss' (n,) [J], and
-    'ledger' (n,): 'yes' or 'no', whether momentum and energy agree with the bounds of this module, and 'not checked' without a
-    capture. 'momentum_drift' (n,) is the relative change of momentum since the reset, nan with gravity or a fixed or held
-    base, since it changes then; the ledger judges the impact alone.
+    'ledger' (n,): 'yes' or 'no', whether the grasps are at rest after the impact, its energy is that of the impulses, and
+    momentum agrees within the bounds of this module; a smaller `step` reduces the error of the approach. 'momentum_drift' (n,)
+    is the change of momentum about the centre of mass since the reset, relative to masses and moments at the largest kinetic
+    energy; nan with gravity or a fixed or held base, since momentum changes then, and the ledger judges the impact alone. These
+    entries are nan, or 'not checked', for cases without a capture in this step.
+
+    Not computed: orbits, `external_wrenches`, contacts between shapes, and the motion after the capture.
 
     Reward of a step: `reward`, weights of these terms, or a function of a dictionary with all of them (n,):
     'approach', the decrease of sum(distance + 1 s * relative speed) over the grasps [m]; 'capture', 1 at the capture; 'diverged',
@@ -112,7 +116,7 @@ class VectorCaptureEnv:
 
     End of a case: at the capture (terminated), at `duration` (truncated), or terminated when it diverges or its action has values
     that are not finite; 'reason' (n,) in the dictionary states it ('captured', 'duration', 'diverged', 'invalid action', or ''
-    before the end). A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
+    before the end), until the case is reset. A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
     last valid state. A case that has ended keeps its state, with rewards of 0, until it is reset.
     """
 
@@ -128,7 +132,7 @@ class VectorCaptureEnv:
             if tolerance is not None and not tolerance >= 0:
                 raise ValueError(f"{name} is {tolerance}; expected a tolerance that is not negative")
         n = whole_number("n", n, 1, 2**31)
-        substeps = round(period / step)
+        substeps = math.ceil(period / step - 1e-9)
         self.rollout = Rollout(problem, period / substeps, substeps, method)
         self.robot = self.rollout.robot
         self.n, self.period, self.threads, self.perturb = n, float(period), thread_count(threads), perturb
@@ -144,6 +148,7 @@ class VectorCaptureEnv:
         # Nothing outside acts on robot and targets.
         self._conserves = not self.robot._core.is_base_held and not np.any(self.rollout._gravity) and any(
             name.startswith(f"{self.robot.base}/") for name in self.robot.v_names)
+        self._mass = float(self._masses(np.atleast_2d(self.robot.initial_state()[0]))[0][0]) if self._conserves else math.nan
         self._random = np.random.default_rng()
         size = 2 * self.robot.nu + 3 + 6 * len(self.grasps)
         self.single_observation_space = _box(np.full(size, -np.inf), np.full(size, np.inf))
@@ -154,7 +159,8 @@ class VectorCaptureEnv:
         self.time = np.zeros(n)  #: time of every case [s]
         self.done = np.ones(n, dtype=bool)  #: cases that have ended, and all before the first reset
         self.end = np.zeros(n, dtype=int)  #: why a case has ended, an index into ENDS
-        self._momentum = np.zeros((n, 6))  # at the reset
+        self._momentum = np.zeros((n, 6))  # about the centre of mass, at the reset
+        self._energy = np.zeros(n)  # largest kinetic energy relative to the centre of mass since the reset [J]
         self._potential = np.zeros(n)
         self._is_reset = False
 
@@ -174,7 +180,7 @@ class VectorCaptureEnv:
         for name, weight in reward.items():
             if name not in REWARD_TERMS:
                 raise ValueError(f"reward has the term {name!r}; expected some of {', '.join(REWARD_TERMS)}")
-            if not math.isfinite(weight):
+            if not isinstance(weight, (int, float, np.number)) or not math.isfinite(weight):
                 raise ValueError(f"the weight of {name!r} is {weight!r}; expected a finite number")
         return dict(reward)
 
@@ -271,33 +277,79 @@ class VectorCaptureEnv:
             sound &= np.abs(np.linalg.norm(q[:, first:first + 4], axis=1) - 1) <= 1e-9
         return np.asarray(sound)
 
+    def _perturbed(self, state: Array) -> Array:
+        """The states that `perturb` makes of these. Raises ValueError unless they are as many valid states."""
+        assert self.perturb is not None
+        q, v = self.rollout.split(state)
+        changed = self.perturb(self._random, q.copy(), v.copy())
+        if not isinstance(changed, tuple) or len(changed) != 2:
+            raise ValueError(f"perturb returned {type(changed).__name__}; expected the pair (q, v)")
+        made = np.asarray(self.rollout.state(*changed))
+        if made.shape != state.shape:
+            raise ValueError(f"perturb returned states of shape {made.shape}, expected {state.shape}")
+        if not np.all(self._sound(made)):
+            raise ValueError(f"perturb returned an invalid state for case {int(np.argmin(self._sound(made)))} of those reset: not finite, "
+                             "too fast, or a quaternion without unit norm")
+        return made
+
     # ---- Capture ----
 
-    def _scales(self, q: Array, energy: Array) -> Array:
-        """Scales of momentum, (n, 6): of the masses and moments of inertia of all free bodies at this kinetic energy."""
+    def _masses(self, q: Array) -> tuple[Array, Array]:
+        """Mass and sum of the moments of inertia of all free bodies, (n,) each."""
         M = self.robot.mass_matrix(q)
         names = self.robot.v_names
-        linear = [i for i, name in enumerate(names) if name.endswith("/vx")]
-        angular = [i for i, name in enumerate(names) if name.endswith("/wx")]
-        mass = sum(M[:, i, i] for i in linear)
-        moment = sum(M[:, i, i] + M[:, i + 1, i + 1] + M[:, i + 2, i + 2] for i in angular)
-        scales = [np.sqrt(2 * energy * moment)] * 3 + [np.sqrt(2 * energy * mass)] * 3
-        return np.maximum(np.stack(scales, axis=1), 1e-300)
+        mass = sum(M[:, i, i] for i, name in enumerate(names) if name.endswith("/vx"))
+        moment = sum(M[:, i, i] + M[:, i + 1, i + 1] + M[:, i + 2, i + 2] for i, name in enumerate(names) if name.endswith("/wx"))
+        return np.asarray(mass), np.asarray(moment)
+
+    def _scales(self, q: Array, momentum: Array, energy: Array) -> Array:
+        """Scales of momentum about the centre of mass, (n, 6): of masses and moments at the largest kinetic energy relative to the
+        centre of mass since the reset, with a floor of 1e-6 of unit speeds and of rounding."""
+        mass, moment = self._masses(q)
+        speed = np.linalg.norm(momentum[:, 3:], axis=1) / mass
+        linear = np.maximum(np.sqrt(2 * energy * mass), mass * (1e-6 + 1e-9 * speed))
+        angular = np.maximum(np.sqrt(2 * energy * moment), moment * 1e-6)
+        return np.stack([angular] * 3 + [linear] * 3, axis=1)
+
+    def _note_energy(self, which: Array) -> None:
+        """Largest kinetic energy relative to the centre of mass, of the cases `which`."""
+        if not self._conserves or not len(which):
+            return
+        q, v = self.rollout.split(self.state[which])
+        momentum = np.atleast_2d(self.robot.momentum(q, v))
+        mass = self._mass
+        own = np.atleast_1d(self.robot.kinetic_energy(q, v)) - np.sum(momentum[:, 3:]**2, axis=1) / (2 * mass)
+        self._energy[which] = np.maximum(self._energy[which], own)
+
+    def _contact_twists(self, q: Array, v: Array) -> Array:
+        """Twists of the end-effectors relative to the targets at the end-effectors' origins, (n, grasps, 6), in W."""
+        twists = []
+        for grasp in self.grasps:
+            V_WE = self.robot.frame_twist(grasp["end_effector"], q, v)
+            V_WT = self.robot.frame_twist(grasp["target"], q, v)
+            arm = self.robot.frame_pose(grasp["end_effector"], q)[:, :3, 3] - self.robot.frame_pose(grasp["target"], q)[:, :3, 3]
+            at_tip = V_WT[:, 3:] + np.cross(V_WT[:, :3], arm)
+            twists.append(np.concatenate([V_WE[:, :3] - V_WT[:, :3], V_WE[:, 3:] - at_tip], axis=1))
+        return np.stack(twists, axis=1)
 
     def _close(self, which: Array, info: dict[str, Any]) -> None:
         """The impact of the cases `which`: state, impulses, and the ledger."""
         q, v = self.rollout.split(self.state[which])
-        pairs = [(grasp["end_effector"], grasp["target"]) for grasp in self.grasps]
-        impact = self.robot.impact(q, v, pairs)
+        impact = self.robot.impact(q, v, [(grasp["end_effector"], grasp["target"]) for grasp in self.grasps])
         before, after = np.asarray(impact.kinetic_energy_before), np.asarray(impact.kinetic_energy_after)
         self.state[which] = self.rollout.state(q, impact.velocity)
         info["impulse"][which] = impact.impulse
         info["energy_loss"][which] = before - after
-        balanced = (np.asarray(impact.generalized_momentum_residual) <= IMPACT_BOUND) & (after <= before * (1 + IMPACT_BOUND))
+        # The grasps are at rest afterwards, and the loss is the work of the impulses on the twists before.
+        twist, rest = self._contact_twists(q, v), self._contact_twists(q, impact.velocity)
+        fast = np.linalg.norm(twist, axis=(1, 2)) + np.max(np.abs(v), axis=1)
+        work = -0.5 * np.sum(impact.impulse * twist, axis=(1, 2))
+        balanced = (np.asarray(impact.generalized_momentum_residual) <= IMPACT_BOUND) \
+            & (np.linalg.norm(rest, axis=(1, 2)) <= IMPACT_BOUND * fast) \
+            & (np.abs(before - after - work) <= IMPACT_BOUND * before)
         if self._conserves:
-            origin = np.zeros(3)
-            scale = self._scales(q, before)
-            old, new = self.robot.momentum(q, v, origin), self.robot.momentum(q, impact.velocity, origin)
+            old, new = self.robot.momentum(q, v), self.robot.momentum(q, impact.velocity)
+            scale = self._scales(q, old, self._energy[which])
             drift = np.max(np.abs(old - self._momentum[which]) / scale, axis=1)
             jump = np.max(np.abs(new - old) / scale, axis=1)
             info["momentum_drift"][which] = drift
@@ -313,17 +365,15 @@ class VectorCaptureEnv:
         if seed is not None:
             self._random = np.random.default_rng(seed)
         self._is_reset = True
-        which = np.arange(self.n) if cases is None else np.arange(self.n)[cases]
+        which = np.arange(self.n) if cases is None else np.atleast_1d(np.arange(self.n)[cases])
         state = np.tile(self._start, (len(which), 1))
         if self.perturb is not None and len(which):
-            q, v = self.rollout.split(state)
-            state = self.rollout.state(*self.perturb(self._random, q.copy(), v.copy()))
-            if state.shape != (len(which), self.rollout.nstate):
-                raise ValueError(f"perturb returned states of shape {state.shape}, expected "
-                                 f"({len(which)}, {self.rollout.nstate})")
+            state = self._perturbed(state)
         self.state[which], self.time[which], self.done[which], self.end[which] = state, 0.0, False, 0
         if len(which):
-            self._momentum[which] = self.robot.momentum(*self.rollout.split(state), np.zeros(3))
+            self._momentum[which] = self.robot.momentum(*self.rollout.split(state))
+            self._energy[which] = 0.0
+            self._note_energy(which)
         distance, velocity, _ = self.relative(self.state)
         self._potential = self._potential_of(distance, velocity)
         return self._observe(self.state, distance, velocity), {}
@@ -349,6 +399,7 @@ class VectorCaptureEnv:
             self.state[live[sound]] = after[sound]
             diverged[live[~sound]] = True
             self.time[live] += self.period
+            self._note_energy(live[sound])
         distance, velocity, turn = self.relative(self.state)
         captured = self._captured(distance, velocity, turn) & moved & ~diverged & ~invalid
         info: dict[str, Any] = {

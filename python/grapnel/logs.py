@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import math
-from collections.abc import Iterable, Mapping
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path as _Path
 from typing import Any
@@ -14,7 +16,7 @@ import numpy as np
 
 from . import _grapnel
 from ._arguments import Array, Path, file_path, thread_count
-from .commands import _report_outcome
+from .commands import CommandError, _report_outcome
 
 _COMPONENTS = ("angular x", "angular y", "angular z", "linear x", "linear y", "linear z")
 
@@ -212,54 +214,98 @@ class FittedParameters(_LogResult):
         raise KeyError(f"{log!r} is not a log; expected one of {', '.join(one['name'] for one in self.summary['logs'])}")
 
 
-def _mapping_and_folder(command: str, run: Path, log: Path, mapping: Path | Mapping[str, Any] | None,
-                        out: Path | None) -> tuple[str, str, str, _Path]:
+_MADE = "# Made by grapnel in Python from a dictionary.\n"
+
+
+@contextlib.contextmanager
+def _inputs(command: str, run: Path, log: Path, mapping: Path | Mapping[str, Any] | None,
+            out: Path | None) -> Iterator[tuple[str, str, str, _Path]]:
+    """Run, log, mapping file and result folder. A mapping that is a dictionary is a temporary file, which is in the folder
+    afterwards, unless the command failed."""
     run, log = file_path("run", run), file_path("log", log)
     folder = _Path(file_path("out", out)) if out is not None else _Path(run) / f"{command}-{_Path(log).stem}"
-    if mapping is None:
-        return run, log, "", folder
     if not isinstance(mapping, Mapping):
-        return run, log, file_path("map", mapping), folder
-    folder.mkdir(parents=True, exist_ok=True)
-    made = folder / "mapping.yaml"
-    made.write_text(_grapnel.yaml_text({"schema": "grapnel-mapping/1", **mapping}), encoding="utf-8")
-    return run, log, str(made), folder
+        yield run, log, "" if mapping is None else file_path("map", mapping), folder
+        return
+    text = _MADE + _grapnel.yaml_text({"schema": "grapnel-mapping/1", **mapping})
+    kept = folder / "mapping.yaml"
+    if kept.exists() and not kept.read_text(encoding="utf-8", errors="replace").startswith(_MADE):
+        raise CommandError(f"{kept} is not of an earlier call, and would be replaced; choose another folder", 2)
+    with tempfile.TemporaryDirectory() as place:
+        made = _Path(place) / "mapping.yaml"
+        made.write_text(text, encoding="utf-8")
+        yield run, log, str(made), folder
+        kept.write_text(text, encoding="utf-8")
+
+
+def _seconds(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {value!r}; expected a number") from None
+    if isinstance(value, str) or not math.isfinite(number):
+        raise ValueError(f"{name} is {value!r}; expected a finite number")
+    return number
+
+
+def _contacts(at: Any) -> list[tuple[float, float]]:
+    """Times and durations."""
+    contacts = []
+    for one in ([at] if np.ndim(at) == 0 else at):
+        if np.ndim(one) == 0:
+            contacts.append((_seconds("at", one), 0.0))
+        elif np.shape(one) == (2,) and _seconds("at", one[1]) >= 0:
+            contacts.append((_seconds("at", one[0]), _seconds("at", one[1])))
+        else:
+            raise ValueError(f"at has {one!r}; expected a time [s], or (time, duration)")
+    return contacts
+
+
+def _overrides(changes: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Values as texts of YAML: strings as for --set, all others as JSON."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, (np.ndarray, np.generic)):
+            return value.tolist()
+        raise TypeError(f"a {type(value).__name__}")
+
+    texts = []
+    for path, value in (changes or {}).items():
+        try:
+            texts.append((path, value if isinstance(value, str) else json.dumps(value, default=plain, allow_nan=False)))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"set has {value!r} for {path!r}; expected a finite number, text, or lists and dictionaries of them ({error})") from None
+    return texts
 
 
 def compare(run: Path, log: Path, map: Path | Mapping[str, Any] | None = None, out: Path | None = None, report: bool = True) -> Comparison:
     """Compares a run's folder with a log of measurements, as `grapnel compare` (docs/how-to/compare.md).
 
     `log`: a CSV, HDF5, MAT, MCAP or rosbag file. `map`: the mapping between log and run, a file or a dictionary with its keys, which
-    the function writes to mapping.yaml in `out`; None: the columns have the names of the run's series. `out`: None is
+    is then in mapping.yaml in `out`; None: the columns have the names of the run's series. `out`: None is
     compare-LOG in the run's folder. Without `report` no page is written. Raises InputError with all errors of the inputs; a
     disagreement is a result: `verdict` is 'no'."""
-    run, log, mapping, folder = _mapping_and_folder("compare", run, log, map, out)
-    _report_outcome(_grapnel.compare(run, log, mapping, folder, bool(report)), (0,))
+    with _inputs("compare", run, log, map, out) as (run, log, mapping, folder):
+        _report_outcome(_grapnel.compare(run, log, mapping, folder, bool(report)), (0,))
     return Comparison(folder)
 
 
 def impulses(run: Path, log: Path, map: Path | Mapping[str, Any], out: Path | None = None, *,
-             at: Iterable[float | tuple[float, float]] = (), window: float | None = None, false_alarms: float = 0.01,
+             at: float | Iterable[float | tuple[float, float]] = (), window: float | None = None, false_alarms: float = 0.01,
              scenario: Path | None = None, set: Mapping[str, Any] | None = None, report: bool = True) -> MeasuredImpulses:
     """Estimates the impulse at each grasp and the momentum over time from a log, as `grapnel impulses` (docs/how-to/impulses.md).
 
     `at`: times of contacts [s of the run], or (time, duration); empty: detected. `window`: length of the polynomials before and after a
     contact [s]; None: chosen. `false_alarms`: bound on the expected number of contacts in the log that are noise alone.
     `scenario`, `set`: the model; None is that of the run. Other arguments as for `compare`."""
-    contacts = []
-    for one in at:
-        time, duration = one if isinstance(one, (tuple, list)) else (one, 0.0)
-        if not (math.isfinite(time) and math.isfinite(duration) and duration >= 0):
-            raise ValueError(f"at has {one!r}; expected a time [s], or (time, duration)")
-        contacts.append((float(time), float(duration)))
-    if window is not None and not (math.isfinite(window) and window > 0):
+    contacts, changes = _contacts(at), _overrides(set)
+    if window is not None and _seconds("window", window) <= 0:
         raise ValueError(f"window is {window!r}; expected a length > 0 in s, or None")
-    if not (math.isfinite(false_alarms) and false_alarms > 0):
+    if _seconds("false_alarms", false_alarms) <= 0:
         raise ValueError(f"false_alarms is {false_alarms!r}; expected a number > 0")
-    changes = [(path, value if isinstance(value, str) else json.dumps(value)) for path, value in (set or {}).items()]
-    run, log, mapping, folder = _mapping_and_folder("impulses", run, log, map, out)
-    _report_outcome(_grapnel.impulses(run, log, mapping, folder, bool(report), contacts, window, float(false_alarms),
-                                      "" if scenario is None else file_path("scenario", scenario), changes), (0,))
+    model = "" if scenario is None else file_path("scenario", scenario)
+    with _inputs("impulses", run, log, map, out) as (run, log, mapping, folder):
+        _report_outcome(_grapnel.impulses(run, log, mapping, folder, bool(report), contacts, window, float(false_alarms), model, changes), (0,))
     return MeasuredImpulses(folder)
 
 

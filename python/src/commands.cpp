@@ -100,14 +100,16 @@ Ending without_verdict(Ending ending, const Messages& messages) {
   return ending == Ending::failed && !messages.has_error ? Ending::done : ending;
 }
 
-Outcome compare(const RunAndLog& input, const LogFolderOptions& options) {
-  return outcome_of([&](Messages& messages, const std::stop_token&) {
+Outcome compare(const RunAndLog& input, LogFolderOptions options) {
+  return outcome_of([&](Messages& messages, const std::stop_token& stop) {
+    options.stop = stop;
     return without_verdict(run_comparison_folder(input, options, messages), messages);
   });
 }
 
-Outcome impulses(const RunAndLog& input, const ImpulseOptions& settings, const LogFolderOptions& options) {
-  return outcome_of([&](Messages& messages, const std::stop_token&) {
+Outcome impulses(const RunAndLog& input, const ImpulseOptions& settings, LogFolderOptions options) {
+  return outcome_of([&](Messages& messages, const std::stop_token& stop) {
+    options.stop = stop;
     return without_verdict(run_impulses_folder(input, settings, options, messages), messages);
   });
 }

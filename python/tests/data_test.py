@@ -1,7 +1,12 @@
 """The scenarios, robots, targets and studies that come with the package."""
 
+import pathlib
+import shutil
+import subprocess
+import sys
+
 import pytest
-from conftest import SOURCE
+from conftest import PROGRAM, SOURCE
 
 import grapnel
 import grapnel.data
@@ -22,3 +27,20 @@ def test_unknown_names_are_errors():
         grapnel.data.scenario("first")
     with pytest.raises(ValueError, match="kind is 'meshes'"):
         grapnel.data.names("meshes")
+
+
+def test_the_module_is_the_program_and_never_calls_itself(tmp_path):
+    script = tmp_path / "bin/grapnel"
+    script.parent.mkdir()
+    script.write_text("#!/bin/sh\necho the script of a wheel\n", encoding="utf-8")
+    script.chmod(0o755)
+    package = pathlib.Path(grapnel.__file__).parent
+    lonely = tmp_path / "lonely"  # a package without a program
+    lonely.mkdir()
+    shutil.copytree(package, lonely / "grapnel", ignore=shutil.ignore_patterns("*.pyi"))
+    environment = {"PATH": str(script.parent), "PYTHONPATH": str(lonely)}
+    done = subprocess.run([sys.executable, "-m", "grapnel", "--version"], env=environment, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 1 and "this package has no program" in done.stderr
+    if PROGRAM:
+        done = subprocess.run([sys.executable, "-m", "grapnel", "--version"], capture_output=True, text=True, check=True)
+        assert done.stdout == subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout

@@ -59,6 +59,8 @@ def test_figures(result):
         result.plot("joints", own[0])
     with pytest.raises(KeyError, match="'joint' is neither a figure"):
         result.plot("joint")
+    with pytest.raises(ValueError, match="what is empty"):
+        result.plot([])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         figure.savefig(pytest.importorskip("io").BytesIO(), format="svg")
@@ -76,7 +78,25 @@ def test_a_notebook_shows_verdicts_ledger_and_plots(result):
     assert len(lines) == 6 + 3 + 3
     points = np.array([[float(x) for x in point.split(",")] for point in lines[0]["points"].split()])
     assert np.all(np.diff(points[:, 0]) >= 0) and np.all((points >= 0) & (points <= [300, 110]))
-    assert "FAILED" not in text
+    assert "Conservation checks: passed" in text and "FAILED" not in text
+
+
+def test_failed_checks_are_counted_by_kind():
+    from conftest import THESIS
+    result = grapnel.load(THESIS).simulate()  # the whole motion, in which bodies overlap
+    failed = sum(not check.passed for check in result.ledger.values())
+    text = " ".join(Tags(result._repr_html_()).texts)
+    assert failed > 0 and f"Conservation checks: passed; {failed} other check{'s' if failed > 1 else ''} FAILED" in text
+
+
+def test_small_plots_have_all_columns_extremes_and_gaps():
+    time, values = np.linspace(0, 1, 5000), np.zeros((5000, 14))
+    values[1234, 3], values[2000:2100, 13] = 7.5, np.nan
+    page = Tags(display._small_plot(time, values, "x", []))
+    lines = [attributes["points"].split() for tag, attributes in page.found if tag == "polyline"]
+    assert len(lines) == 15 and max(len(line) for line in lines) < 300
+    top = min(float(point.split(",")[1]) for point in lines[3])
+    assert top == 20.0  # the peak, at the upper edge
 
 
 def test_hostile_names_are_text(values):
@@ -89,8 +109,12 @@ def test_hostile_names_are_text(values):
 def test_the_replay_is_a_page_without_a_network(result):
     try:
         replay = result.replay(500)
-    except Exception as error:  # built without the viewer
+    except RuntimeError as error:
+        if "viewer" not in str(error):
+            raise
         pytest.skip(str(error))
+    with pytest.raises(ValueError, match="height is 0"):
+        result.replay(0)
     (tag, attributes), = Tags(replay._repr_html_()).found
     assert tag == "iframe" and "allow-scripts" in attributes["sandbox"] and "500px" in attributes["style"]
     assert "<!doctype html>" in attributes["srcdoc"].lower() and "grapnel-data" in attributes["srcdoc"]

@@ -1,5 +1,6 @@
 """Environments: shapes, rewards, terminations, and equality of one case and many."""
 
+import dataclasses
 import subprocess
 import sys
 
@@ -237,6 +238,78 @@ def test_a_drift_of_momentum_makes_the_ledger_no(problem):
     assert list(info["ledger"]) == ["yes", "no"]
 
 
+def test_an_impact_without_effect_makes_the_ledger_no(problem, monkeypatch):
+    env = VectorCaptureEnv(problem, 1, effort_scale=5.0, position=100, velocity=100)
+    env.reset()
+    own = env.robot.impact
+
+    def nothing(q, v, pairs):
+        found = own(q, v, pairs)
+        return dataclasses.replace(found, velocity=v, impulse=0 * found.impulse, kinetic_energy_after=found.kinetic_energy_before)
+
+    monkeypatch.setattr(env.robot, "impact", nothing)
+    assert env.step(np.zeros((1, 6)))[-1]["ledger"][0] == "no"
+
+
+@pytest.mark.parametrize("place, velocity", [(0, 0), (6.8e6, 0), (0, 1e3)])
+def test_the_ledger_does_not_depend_on_the_world_frame(problem, place, velocity):
+    """Far from the origin, and with a common velocity, captures are valid, and a wrong momentum is found."""
+    def moved(_random, q, v):
+        for body in ("base", "target:target-1", "target:target-2"):
+            q[:, env.robot.q_names.index(f"{body}/x")] += place
+            first = env.robot.v_names.index(f"{body}/vx")
+            v[:, first:first + 3] += velocity * env.robot.frame_pose(body, q)[:, 0, :3]  # along x of W, in the body's axes
+        return q, v
+
+    env = VectorCaptureEnv(problem, 2, effort_scale=5.0, position=100, velocity=100, perturb=moved)
+    env.reset()
+    env._momentum[1, 5] += 0.1
+    info = env.step(np.random.default_rng(1).uniform(-1, 1, (2, 6)))[-1]
+    assert list(info["ledger"]) == ["yes", "no"], info["momentum_drift"]
+
+
+def test_a_capture_at_rest_after_fast_motion_is_valid(problem):
+    env = VectorCaptureEnv(problem, 1, effort_scale=5.0, position=100, velocity=100)
+    env.reset()
+    tolerances, env._tolerances = env._tolerances, [(0.0, 0.0, 0.0)] * 2
+    for k in range(40):
+        env.step(np.full((1, 6), 1.0 if k < 20 else -1.0))
+    q, v = env.rollout.split(env.state)
+    env.state[:] = env.rollout.state(q, 1e-9 * v)  # stopped, which changes the momentum of each body but not their sum by much
+    env._momentum[:] = env.robot.momentum(q, 1e-9 * v)
+    env._tolerances = tolerances
+    info = env.step(np.zeros((1, 6)))[-1]
+    assert info["ledger"][0] == "yes" and info["momentum_drift"][0] < 1e-6
+
+
+def test_wrong_perturbations_name_themselves(problem):
+    for made, message in ((lambda random, q, v: None, "perturb returned NoneType"), (lambda random, q, v: (q * np.nan, v), "invalid state"),
+                          (lambda random, q, v: (q[:1], v[:1]), "shape")):
+        env = VectorCaptureEnv(problem, 3, effort_scale=5.0, perturb=made)
+        with pytest.raises(ValueError, match=message):
+            env.reset()
+
+
+def test_the_step_is_at_most_the_requested_one(problem):
+    assert VectorCaptureEnv(problem, 1, effort_scale=5.0, period=0.1, step=0.07).rollout.step == 0.05
+
+
+@pytest.mark.parametrize("file", sorted((SOURCE / "scenarios").rglob("*.yaml")), ids=lambda file: str(file.relative_to(SOURCE / "scenarios")))
+def test_captures_of_all_scenarios_are_valid(file):
+    """Tolerances that the first step satisfies: several arms, closed loops, held bases, wheels, gravity."""
+    problem = grapnel.load(file)
+    try:
+        env = VectorCaptureEnv(problem, 2, effort_scale=1e-3, period=0.02, step=0.01, position=1e3, velocity=1e3, angular_velocity=1e3)
+    except ValueError as error:
+        assert "no grasps" in str(error) or "do not support" in str(error)
+        return
+    env.reset()
+    info = env.step(np.ones((2, env.robot.nu)))[-1]
+    assert list(info["ledger"]) == ["yes"] * 2, info
+    if env._conserves:
+        assert np.all(info["momentum_drift"] < 1e-6)
+
+
 def test_names_and_units(problem):
     env = VectorCaptureEnv(problem, 1, effort_scale=5.0)
     observation, _ = env.reset()
@@ -289,6 +362,6 @@ def test_no_action_raises(file):
         observation, reward, terminated, truncated, info = env.step(action)
         assert np.all(np.isfinite(observation)) and np.all(np.isfinite(reward))
         ended = terminated | truncated
-        assert np.array_equal(ended, info["reason"] != "") or np.array_equal(env.done, info["reason"] != "")
+        assert np.array_equal(ended, info["reason"] != "") and np.array_equal(ended, env.done)  # all were reset
         assert np.array_equal(info["ledger"] != "not checked", info["captured"])
         env.reset(cases=env.done)

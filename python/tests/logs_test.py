@@ -97,7 +97,7 @@ def test_impulses_have_the_bytes_of_the_program(experiment, program, tmp_path):
 
 def test_a_wrong_model_violates_the_balance(experiment, tmp_path):
     run, log, mapping = experiment
-    wrong = grapnel.impulses(run, log, mapping, out=tmp_path, at=[20.0], set={"targets[0].inertia": [1.3, 1.3, 1.3]}, report=False)
+    wrong = grapnel.impulses(run, log, mapping, out=tmp_path, at=20, set={"targets[0].inertia": np.full(3, 1.3)}, report=False)
     assert wrong.verdict == "no" and wrong.contacts[0].chi_square > 5
 
 
@@ -128,8 +128,13 @@ def test_errors_name_their_place(experiment, tmp_path):
         grapnel.compare(run, tmp_path / "none.csv", mapping, out=tmp_path)
     with pytest.raises(grapnel.InputError, match=r"mapping\.yaml:\d+:\d+: .*no column 'gyro'"):
         grapnel.compare(run, log, {"quantities": [{"run": "base/velocity/x", "log": "gyro"}]}, out=tmp_path)
-    with pytest.raises(ValueError, match="at has"):
-        grapnel.impulses(run, log, mapping, out=tmp_path, at=[(20, -1)])
+    for at in ([(20, -1)], [(20, 1, 2)]):
+        with pytest.raises(ValueError, match="at has"):
+            grapnel.impulses(run, log, mapping, out=tmp_path, at=at)
+    with pytest.raises(TypeError, match="at is 'x'"):
+        grapnel.impulses(run, log, mapping, out=tmp_path, at=["x"])
+    with pytest.raises(ValueError, match=r"set has nan for 'targets\[0\].mass'"):
+        grapnel.impulses(run, log, mapping, out=tmp_path, set={"targets[0].mass": math.nan})
     with pytest.raises(ValueError, match="window is 0"):
         grapnel.impulses(run, log, mapping, out=tmp_path, window=0)
     with pytest.raises(grapnel.InputError, match=r"targets\[5\]"):
@@ -141,3 +146,28 @@ def test_errors_name_their_place(experiment, tmp_path):
         comparison["gyro"]
     with pytest.raises(ValueError, match="component is 'y'"):
         comparison.residuals("base/angular_velocity/z", "y")
+
+
+def test_other_files_are_not_replaced(experiment, tmp_path):
+    run, log, mapping = experiment
+    (tmp_path / "mapping.yaml").write_text("# mine\n", encoding="utf-8")
+    with pytest.raises(grapnel.CommandError, match="not of an earlier call"):
+        grapnel.compare(run, log, mapping, out=tmp_path)
+    assert (tmp_path / "mapping.yaml").read_text(encoding="utf-8") == "# mine\n"
+    for folder in (tmp_path / "own", tmp_path / "own"):  # repeated
+        assert grapnel.compare(run, log, mapping, out=folder, report=False).verdict == "yes"
+    with pytest.raises(grapnel.InputError):
+        grapnel.compare(tmp_path / "typo", log, mapping)
+    assert not (tmp_path / "typo").exists()
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    for given in (mapping, tmp_path / "own/mapping.yaml"):
+        with pytest.raises(grapnel.CommandError, match="cannot write results"):
+            grapnel.compare(run, log, given, out=tmp_path / "file/folder", report=False)
+
+
+def test_a_log_outside_the_run_has_no_statistics(experiment, tmp_path):
+    run, _, _ = experiment
+    (tmp_path / "late.csv").write_text("time [s],v [m/s]\n" + "".join(f"{900 + i},0\n" for i in range(9)), encoding="utf-8")
+    mapping = {"quantities": [{"name": "late", "run": "base/velocity/x", "log": "v"}]}
+    late = grapnel.compare(run, tmp_path / "late.csv", mapping, out=tmp_path / "late", report=False)["late"]
+    assert late["compared"] == 0 and not {"rms", "peak", "peak_time", "interpolation_error"} & set(late)
