@@ -53,7 +53,7 @@ Plant plant_of(const OperatingPoint& point, MinimalCoordinates& coordinates, con
 
 // --- Conserved momenta ---
 
-// The momentum of the trees connected with the base, in its axes, as far as it is conserved whatever the state, (27.6).
+// The momentum of the trees connected with the base, in its axes, if it is conserved in every state, (27.6).
 // `torque`: a law gives an external torque.
 std::optional<ConservedRows> conserved_momentum(const OperatingPoint& point, MinimalCoordinates& coordinates,
                                                 bool torque) {

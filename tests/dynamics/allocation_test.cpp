@@ -1,4 +1,4 @@
-// No heap allocation in the dynamics after setup. Two traps, since each misses allocations that the other catches:
+// No heap allocation in the dynamics after setup. Two traps, since each misses allocations that the other finds:
 // replaced allocation functions of C and C++, and Eigen's own check, which also detects pooled memory.
 #include <stdexcept>
 
