@@ -14,7 +14,8 @@
 
 namespace grapnel {
 
-struct LinearModel {
+/// The types of a linear model, complete before it: it has optional members of them.
+struct LinearModelParts {
   /// A matrix as a list of rows.
   using Matrix = std::vector<std::vector<double>>;
 
@@ -59,7 +60,9 @@ struct LinearModel {
     std::vector<Margin> margins;
     std::string margins_absent;  // why there are none; empty: there are
   };
+};
 
+struct LinearModel : LinearModelParts {
   std::string version, scenario, sha256, phase;
   double time = 0;
   std::vector<Variable> states, inputs, outputs;

@@ -56,7 +56,7 @@ problem = grapnel.load(grapnel.data.scenario("thesis/open-loop-case-1"), set={"p
 result = problem.simulate()
 result.save(sys.argv[1])
 own = pathlib.Path(grapnel.__file__).parents[1] / "grapnel.libs"
-stems = {file.name.rpartition("-")[0] for file in own.iterdir()} - {"libz", "libcrypto", "libssl", "libffi"}  # Python has these
+stems = {file.name.rpartition("-")[0] for file in own.iterdir()} - {"libz", "libbz2", "liblzma", "libcrypto", "libssl", "libffi"}  # Python has these
 maps = {line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}
 foreign = [file for file in maps for stem in stems if pathlib.Path(file).name.startswith(stem + ".so")]
 print(json.dumps({"package": grapnel.__file__, "status": result.status, "own": sum(str(own) in file for file in maps), "foreign": foreign,
