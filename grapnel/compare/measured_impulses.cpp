@@ -501,10 +501,9 @@ void check_contacts(const std::vector<ContactTime>& contacts, const MeasuredQuan
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactTime& one = contacts[i];
     if (!(one.begin > times.from && one.end < times.to))
-      faults.add(Mark{},
-                 fmt::format("the contact stated at t = {:.6g} s is not within the samples, which are from {:.6g} "
-                             "to {:.6g} s of the run's clock",
-                             one.begin, times.from, times.to));
+      faults.add(Mark{}, fmt::format("the contact stated from t = {:.6g} to {:.6g} s is not within the samples, which "
+                                     "are from {:.6g} to {:.6g} s of the run's clock",
+                                     one.begin, one.end, times.from, times.to));
     if (i > 0 && !(one.begin > contacts[i - 1].end))
       faults.add(Mark{}, fmt::format("the contacts stated at t = {:.6g} s and {:.6g} s coincide or overlap",
                                      contacts[i - 1].begin, one.begin));
