@@ -59,6 +59,9 @@ int linearize(const LinearizeCommandOptions& options) {
   } catch (const CaptureProblemError& error) {
     to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
+  } catch (const LinearizeError& error) {  // of the time or the scenario
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
+    return kBadInput;
   } catch (const std::runtime_error& error) {
     to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kSimulationFailed;

@@ -38,7 +38,8 @@ template <>
 struct Described<LinearModel::Stability> {
   using Stability = LinearModel::Stability;
   static constexpr Choice choices[] = {choice(Stability::stable, "stable"), choice(Stability::marginal, "marginal"),
-                                       choice(Stability::unstable, "unstable")};
+                                       choice(Stability::unstable, "unstable"),
+                                       choice(Stability::undecided, "not decided")};
   static constexpr Type type = enumeration<Stability>("LinearStability", choices);
 };
 

@@ -38,7 +38,7 @@ struct LinearModelParts {
     std::optional<double> damping_ratio;        // absent: zero eigenvalue
     std::string state;                          // with the largest component of its eigenvector
   };
-  enum class Stability { stable, marginal, unstable };
+  enum class Stability { stable, marginal, unstable, undecided };
   struct Modes {
     Stability verdict = Stability::stable;
     std::string reason;

@@ -98,6 +98,20 @@ double base_rate(const OperatingPoint& point) {
   return std::hypot(w[0], w[1], w[2]);
 }
 
+// The rate with which the linear model changes: the fastest rotation of the base, of a joint, or twice that of the
+// orbit, whose tidal field turns as fast.
+double motion_rate(const OperatingPoint& point) {
+  double rate = base_rate(point);
+  for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
+    const Body& body = point.model().joint_body(j);
+    const bool is_wheel = body.description.joint.name.find(':') != std::string::npos;  // "wheel:NAME", "gyro:NAME"
+    if (is_wheel || body.description.joint.type != JointType::revolute) continue;
+    rate = std::max(rate, std::abs(point.state.v[static_cast<std::size_t>(body.v)]));
+  }
+  if (point.setup().orbit) rate = std::max(rate, 2 * mean_motion(*point.setup().orbit));
+  return rate;
+}
+
 // --- Closed loop ---
 
 // Entries below the error of their column's differences count as zero.
@@ -202,13 +216,16 @@ void add_held_notes(const OperatingPoint& point, const std::vector<std::uint8_t>
   if (point.setup().held_root >= 0) notes.push_back("the base is held at its pose");
 }
 
-void add_saturation_notes(const OperatingPoint& point, const Eigen::VectorXd& commands,
-                          std::vector<std::string>& notes) {
+// Notes, which are doubts about the verdict as well.
+void add_saturation_notes(const OperatingPoint& point, const Eigen::VectorXd& commands, std::vector<std::string>& notes,
+                          std::vector<std::string>& doubts) {
+  if (point.setup().actuators.thrusters) doubts.push_back("the limits of the thrusters are not contained");
   for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
     const JointDescription& joint = point.model().joint_body(j).description.joint;
     if (std::abs(commands[static_cast<Eigen::Index>(j)]) < joint.limits.effort * (1 - 1e-9)) continue;
     notes.push_back(fmt::format("the effort of joint '{}' is at its limit of {:.6g}: its law has no gain there",
                                 joint.name, joint.limits.effort));
+    doubts.push_back(fmt::format("the effort of joint '{}' is at its limit", joint.name));
   }
 }
 
@@ -236,17 +253,31 @@ void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eige
   LinearLoop whole{
       parts.plant.A, parts.plant.B, parts.K, parts.plant.error, names_of(states_of(point, coordinates)), {}};
   if (point.setup().clock) whole.timing = point.setup().clock->timing();
+  constexpr double kMostPeriods = 200;  // in a delay: each is a state per input
+  if (whole.timing && whole.timing->delay > kMostPeriods * whole.timing->period) {
+    model.closed_loop_absent = fmt::format("the delay of the laws has more than {} periods", kMostPeriods);
+    return;
+  }
   if (!point.setup().attitude && !point.setup().controller) whole.free_rotation = base_rate(point);
+  whole.motion_rate = motion_rate(point);
+  add_saturation_notes(point, commands, model.notes, whole.doubts);
   loop.sampled = whole.timing.has_value();
   const auto positions = static_cast<int>(coordinates.independent().size());
   const ReducedLoop reduced =
       reduced_loop(whole, conserved_momentum(point, coordinates, parts.torque_is_external), positions);
   loop.stability = modes_of(reduced);
-  add_saturation_notes(point, commands, model.notes);
-  if (loop.stability.verdict == LinearModel::Stability::unstable) {
-    loop.margins_absent = "the closed loop is unstable";
+  const auto has = [&](LinearModel::Kind kind) {
+    return std::ranges::any_of(loop.stability.eigenvalues, [kind](const auto& e) { return e.kind == kind; });
+  };
+  if (loop.stability.verdict == LinearModel::Stability::unstable)
     model.warnings.push_back("the controlled system is unstable: " + loop.stability.reason);
+  if (loop.stability.verdict == LinearModel::Stability::undecided)
+    model.warnings.push_back("the stability of the controlled system is not decided: " + loop.stability.reason);
+  if (has(LinearModel::Kind::grows)) {
+    loop.margins_absent = "an eigenvalue of the closed loop grows";
   } else {
+    if (has(LinearModel::Kind::tumbles))
+      model.notes.push_back("margins are to growth faster than the free rotation of the base");
     std::vector<LoopChannel> channels = channels_of(inputs, parts.K, parts.torque);
     for (LoopChannel& channel : channels) channel.gain = channel.gain * reduced.map;
     loop.margins = margins_of(reduced.loop, channels);
@@ -260,6 +291,11 @@ void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eige
 LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& options) {
   if (options.sample_time && !(*options.sample_time > 0)) throw LinearizeError("the sample time must be above 0 s");
   if (!(options.delay >= 0)) throw LinearizeError("the delay must be at least 0 s");
+  if (options.delay > 0 && !options.sample_time) throw LinearizeError("a delay needs a sample time");
+  constexpr double kMostPeriods = 1000;
+  if (options.sample_time && options.delay > kMostPeriods * *options.sample_time)
+    throw LinearizeError(fmt::format("the delay of {:.6g} s has more than {} periods of {:.6g} s", options.delay,
+                                     kMostPeriods, *options.sample_time));
   const CaptureProblem modelled = is_flexible(problem.robot) ? flexible_problem(problem) : problem;
   const OperatingPoint point(problem, modelled, options.time);
   LinearModel model;
@@ -307,7 +343,7 @@ LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& opt
   const auto positions = static_cast<int>(coordinates.independent().size());
   LinearLoop open{
       plant.A, plant.B, Eigen::MatrixXd::Zero(plant.B.cols(), plant.A.rows()), plant.error, names_of(model.states), {}};
-  open.free_rotation = base_rate(point);
+  open.free_rotation = base_rate(point), open.motion_rate = motion_rate(point);
   model.open_loop = modes_of(reduced_loop(open, conserved_momentum(point, coordinates, false), positions));
 
   // The scenario's own laws.

@@ -76,6 +76,7 @@ class BrokenLoop {
     if (loop_.timing) w.back() = end;
     return w;
   }
+  double period() const { return loop_.timing->period; }
   double nyquist() const { return std::numbers::pi / loop_.timing->period; }
 
   bool is_stable_with(std::size_t channel, double factor) const {
@@ -165,11 +166,14 @@ void set_gain_margin(const BrokenLoop& loop, const Crossings& found, std::size_t
 }
 
 // The smallest added delay of a sampled channel with which the loop is unstable, near the estimate of the phase margin,
-// by bisection on the eigenvalues.
-double sampled_delay_margin(const BrokenLoop& loop, std::size_t channel, double estimate) {
+// by bisection on the eigenvalues. Each period of delay is a state, so the estimate is taken where it has many, as the
+// sampled loop is nearly continuous then. Absent: the loop is stable far beyond the estimate.
+std::optional<double> sampled_delay_margin(const BrokenLoop& loop, std::size_t channel, double estimate) {
+  constexpr double kMostPeriods = 40;
+  if (estimate > kMostPeriods * loop.period()) return estimate;
   double stable = 0, unstable = 1.5 * estimate;
   for (int i = 0; i < 4 && loop.is_stable_with_delay(channel, unstable); ++i) stable = unstable, unstable *= 1.5;
-  if (loop.is_stable_with_delay(channel, unstable)) return estimate;
+  if (loop.is_stable_with_delay(channel, unstable)) return std::nullopt;
   if (stable == 0 && !loop.is_stable_with_delay(channel, 0.5 * estimate)) unstable = 0.5 * estimate;
   while (unstable - stable > 1e-5 * unstable) {
     const double middle = 0.5 * (stable + unstable);

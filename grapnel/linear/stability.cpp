@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "grapnel/linear/sampled_system.hpp"
@@ -77,6 +78,11 @@ ReducedLoop reduced_loop(LinearLoop loop, const std::optional<ConservedRows>& ro
   ReducedLoop reduced;
   reduced.map = Eigen::MatrixXd::Identity(loop.A.rows(), loop.A.rows());
   if (rows) {
+    // (L x)' = turning L x holds in A + B K if the motion is steady.
+    constexpr double kSteady = 1e-6;
+    const Eigen::MatrixXd closed = loop.K.size() > 0 ? Eigen::MatrixXd(loop.A + loop.B * loop.K) : loop.A;
+    const double unsteady =
+        (rows->L * closed - rows->turning * rows->L).norm() / std::max(rows->L.norm() * closed.norm(), 1e-300);
     std::vector<int> kept;
     for (int i = 0; i < static_cast<int>(loop.A.rows()); ++i) {
       if (std::find(rows->solved.begin(), rows->solved.end(), i) == rows->solved.end()) kept.push_back(i);
@@ -88,6 +94,11 @@ ReducedLoop reduced_loop(LinearLoop loop, const std::optional<ConservedRows>& ro
     map += reduced.map(Eigen::all, rows->solved) * X;
     reduced.map = map;
     reduced.conserved = eigenvalues_of(rows->turning);
+    if (unsteady > kSteady)
+      loop.doubts.push_back(
+          fmt::format("the motion is not steady: momentum is conserved in the model only to {:.1g}, "
+                      "and the eigenvalues are those of this instant",
+                      unsteady));
   }
   const std::vector<bool> idle = idle_positions(loop, positions);
   std::vector<int> removed, kept;
@@ -253,6 +264,55 @@ bool is_free_of_growth(const LinearLoop& loop, const SampledSystem& system) {
   return none_grows(s, loop.free_rotation);
 }
 
+namespace {
+
+// Eigenvalues in their order => verdict and reason. A growth or decay that is slower than the motion changes, and a
+// growth that may be tumbling, decide nothing.
+void judge(LinearModel::Modes& modes, const ReducedLoop& reduced, double scale) {
+  using Kind = LinearModel::Kind;
+  using Stability = LinearModel::Stability;
+  const auto find = [&](auto&& is) { return std::ranges::find_if(modes.eigenvalues, is); };
+  const auto end = modes.eigenvalues.end();
+  const auto grows = find([](const auto& e) { return e.kind == Kind::grows; });
+  const auto swings = find([](const auto& e) { return e.kind == Kind::oscillates; });
+  const auto turns = find([&](const auto& e) { return e.kind == Kind::tumbles && e.real > kGrowth * scale; });
+  std::size_t decaying = 0;
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const LinearModel::Eigenvalue& e : modes.eigenvalues) {
+    if (e.kind == Kind::decays) ++decaying, slowest = std::min(slowest, -e.real);
+  }
+  const double rate = reduced.loop.motion_rate;
+  const std::string count = fmt::format("{} of {} eigenvalues decay, none grows", decaying,
+                                        modes.eigenvalues.size() + reduced.drift.size() + reduced.conserved.size());
+  const auto decide = [&](Stability verdict, std::string reason) {
+    modes.verdict = verdict, modes.reason = std::move(reason);
+  };
+  if (grows != end && grows->real < rate)
+    decide(Stability::undecided, fmt::format("the eigenvalue {} grows, mainly in {}, but slower than the motion turns, "
+                                             "{:.4g} rad/s",
+                                             text_of(*grows), grows->state, rate));
+  else if (grows != end)
+    decide(Stability::unstable, fmt::format("the eigenvalue {} grows, mainly in {}", text_of(*grows), grows->state));
+  else if (turns != end)
+    decide(Stability::undecided, fmt::format("the eigenvalue {} grows within the rate of the free rotation, mainly in "
+                                             "{}: tumbling, or a joint that its law does not hold",
+                                             text_of(*turns), turns->state));
+  else if (swings != end)
+    decide(Stability::marginal,
+           fmt::format("the eigenvalue {} neither grows nor decays, mainly in {}", text_of(*swings), swings->state));
+  else if (decaying == 0)
+    decide(Stability::marginal, count);
+  else if (slowest < rate)
+    decide(Stability::undecided,
+           fmt::format("{}, but {:.4g} 1/s is slower than the motion turns, {:.4g} rad/s", count, slowest, rate));
+  else
+    decide(Stability::stable, count);
+  if (modes.verdict == Stability::stable && !reduced.loop.doubts.empty()) modes.verdict = Stability::undecided;
+  for (const std::string& doubt : reduced.loop.doubts) modes.reason += "; " + doubt;
+}
+
+}  // namespace
+
 LinearModel::Modes modes_of(const ReducedLoop& reduced) {
   using Kind = LinearModel::Kind;
   LinearModel::Modes modes;
@@ -272,19 +332,7 @@ LinearModel::Modes modes_of(const ReducedLoop& reduced) {
   const auto is_of = [](Kind kind) { return [kind](const LinearModel::Eigenvalue& e) { return e.kind == kind; }; };
   const auto tumbling = static_cast<std::size_t>(std::ranges::count_if(modes.eigenvalues, is_of(Kind::tumbles)));
   const auto of_drift = static_cast<std::size_t>(std::ranges::count_if(modes.eigenvalues, is_of(Kind::drift)));
-  const auto first = std::ranges::find_if(modes.eigenvalues, is_of(Kind::grows));
-  const auto swings = std::ranges::find_if(modes.eigenvalues, is_of(Kind::oscillates));
-  if (first != modes.eigenvalues.end()) {
-    modes.verdict = LinearModel::Stability::unstable;
-    modes.reason = fmt::format("the eigenvalue {} grows, mainly in {}", text_of(*first), first->state);
-  } else if (swings != modes.eigenvalues.end()) {
-    modes.verdict = LinearModel::Stability::marginal;
-    modes.reason =
-        fmt::format("the eigenvalue {} neither grows nor decays, mainly in {}", text_of(*swings), swings->state);
-  } else {
-    modes.reason = fmt::format("{} of {} eigenvalues decay, none grows", found.s.size() - of_drift - tumbling,
-                               found.s.size() + reduced.drift.size() + reduced.conserved.size());
-  }
+  judge(modes, reduced, scale);
   if (const std::size_t drift = of_drift + reduced.drift.size(); drift + tumbling + reduced.conserved.size() > 0)
     modes.reason += fmt::format("; {} of drift, {} of tumbling and {} of conserved momenta do not count", drift,
                                 tumbling, reduced.conserved.size());

@@ -18,10 +18,12 @@ namespace grapnel {
 /// x' = A x + B u and u = K x.
 struct LinearLoop {
   Eigen::MatrixXd A, B, K;
-  Eigen::MatrixXd error;                // of the entries of A; empty: none
-  std::vector<std::string> states;      // names
-  std::optional<ControlTiming> timing;  // absent: continuous
-  double free_rotation = 0;             // rate of a base whose rotation no law controls [rad/s]; else 0
+  Eigen::MatrixXd error;                     // of the entries of A; empty: none
+  std::vector<std::string> states;           // names
+  std::optional<ControlTiming> timing = {};  // absent: continuous
+  double free_rotation = 0;                  // rate of a base whose rotation no law controls [rad/s]; else 0
+  double motion_rate = 0;                    // with which A changes: the fastest rotation of the motion [rad/s]
+  std::vector<std::string> doubts = {};      // why the loop differs from that of the scenario
 };
 
 /// Linearly independent conserved momenta L x, whose components turn with a body: (L x)' = turning L x. `solved`:

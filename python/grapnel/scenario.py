@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -242,8 +243,14 @@ class Problem:
         """The linear model of the system at a time [s], and the stability of the scenario's controllers, as `grapnel linearize`.
 
         `sample_time` and `delay` [s] are those of the sampled model; None: those of the scenario's controllers, if they are
-        sampled. Raises RuntimeError if no motion begins or continues at that time.
+        sampled. Raises ValueError for impossible arguments, RuntimeError if no motion begins or continues at that time.
         """
+        for name, value, is_valid in (("time", time, time >= 0), ("sample_time", sample_time, sample_time is None or sample_time > 0),
+                                      ("delay", delay, delay >= 0)):
+            if value is not None and not (is_valid and math.isfinite(value)):
+                raise ValueError(f"{name} is {value!r}; expected a finite number of seconds, {'above' if name == 'sample_time' else 'at least'} 0")
+        if delay > 0 and sample_time is None:
+            raise ValueError(f"delay is {delay!r} without a sample_time; expected both")
         return LinearModel(_grapnel.linearize(self._core, float(time), None if sample_time is None else float(sample_time),
                                               float(delay)))
 

@@ -63,7 +63,7 @@ TEST(LinearClosedForms, OfAHingeUnderPd) {
 TEST(LinearClosedForms, OfAFreeHingeDrift) {
   const LinearModel model = linear_model(hinge(20, 1.6));
   ASSERT_EQ(model.open_loop.eigenvalues.size(), 2u);
-  EXPECT_EQ(model.open_loop.verdict, Stability::stable);
+  EXPECT_EQ(model.open_loop.verdict, Stability::marginal) << model.open_loop.reason;
   for (const auto& e : model.open_loop.eigenvalues) EXPECT_EQ(e.kind, Kind::drift);
 }
 
@@ -200,6 +200,34 @@ TEST(LinearClosedForms, SaturatedEffortHasNoGain) {
   ASSERT_TRUE(model.closed_loop) << model.closed_loop_absent;
   EXPECT_THAT(model.notes, Contains(HasSubstr("at its limit of 5")));
   EXPECT_EQ(matrix_of(model.closed_loop->K).norm(), 0);
+  EXPECT_NE(model.closed_loop->stability.verdict, Stability::stable) << model.closed_loop->stability.reason;
+  EXPECT_THAT(model.closed_loop->stability.reason, HasSubstr("is at its limit"));
+}
+
+// A spring too weak to hold a link that centrifugal force pulls outwards: growth that could be tumbling, not "stable".
+TEST(LinearClosedForms, AWeakLawOnARotatingBaseIsNotCalledStable) {
+  const std::string text =
+      "schema: grapnel-scenario/1\n"
+      "name: spinning arm\n"
+      "robot:\n"
+      "  name: r\n"
+      "  base: {name: bus, mass: 1000, inertia: [500, 500, 800]}\n"
+      "  links:\n"
+      "    - {name: link, parent: bus, mass: 5, com: [0.5, 0, 0], inertia: [0.01, 0.3, 0.3],\n"
+      "       joint: {name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [1.5, 0, 0]}}}\n"
+      "initial: {joints: [180 deg], base: {angular_velocity: [0, 0, 0.5]}}\n"
+      "motion: [{name: hold, duration: 60, joints: pd, kp: 0.6, kd: 0.2}]\n";
+  const LinearModel model = linear_model(text);
+  ASSERT_TRUE(model.closed_loop) << model.closed_loop_absent;
+  EXPECT_EQ(model.closed_loop->stability.verdict, Stability::undecided) << model.closed_loop->stability.reason;
+  EXPECT_GT(model.closed_loop->stability.eigenvalues[0].real, 0.3);
+  EXPECT_THAT(model.warnings, Contains(HasSubstr("not decided")));
+}
+
+TEST(LinearClosedForms, DelaysOfManyPeriodsAreErrors) {
+  const CaptureProblem problem = problem_of(hinge(20, 1.6));
+  EXPECT_THROW(linearize(problem, {0, 1e-9, 10}), LinearizeError);
+  EXPECT_THROW(linearize(problem, {0, {}, 1}), LinearizeError);
 }
 
 }  // namespace linear_closed_forms_test

@@ -117,7 +117,10 @@ TEST(LinearPrediction, VerdictWithoutConservedMomentaAndDrift) {
   const auto count = [&](Kind kind) {
     return std::ranges::count_if(modes.eigenvalues, [&](const auto& e) { return e.kind == kind; });
   };
-  EXPECT_EQ(modes.verdict, Stability::stable) << modes.reason;
+  // The base tumbles freely: growth within its rate decides nothing.
+  EXPECT_EQ(modes.verdict, Stability::undecided) << modes.reason;
+  EXPECT_THAT(modes.reason, ::testing::HasSubstr("within the rate of the free rotation"));
+  EXPECT_EQ(count(Kind::grows), 0);
   EXPECT_EQ(count(Kind::conserved), 6);
   EXPECT_GE(count(Kind::drift), 3);
   EXPECT_EQ(modes.eigenvalues.size(), 16u);
