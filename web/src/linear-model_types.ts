@@ -124,7 +124,7 @@ export const kLinearModes: FieldNote[] = [
   ["eigenvalues","","the least stable first, then drift and conserved ones"],
 ];
 
-export type LinearStability = "stable" | "marginal" | "unstable";
+export type LinearStability = "stable" | "marginal" | "unstable" | "not decided";
 
 // an eigenvalue.
 export interface LinearEigenvalue {
