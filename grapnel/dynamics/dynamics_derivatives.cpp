@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -15,11 +16,26 @@ namespace {
 
 using namespace recursion;
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // packs are only passed to functions that are inlined
 // Numbers of eight neighbouring velocities. Rows are padded, so that the last pack of a range may exceed it.
 using Pack = double __attribute__((vector_size(64)));
 using Mask = std::int64_t __attribute__((vector_size(64), may_alias));
-using LoosePack = double __attribute__((vector_size(64), aligned(8), may_alias));
 constexpr int kPack = 8;
+// A pack at any double. Copies, since Clang takes the alignment of a vector type for granted behind a reference.
+struct LoosePack {
+  double numbers[kPack];
+
+  GRAPNEL_INLINE operator Pack() const {
+    Pack pack;
+    std::memcpy(&pack, numbers, sizeof pack);
+    return pack;
+  }
+  GRAPNEL_INLINE void operator=(const Pack& pack) { std::memcpy(numbers, &pack, sizeof pack); }
+  GRAPNEL_INLINE void operator*=(double x) { *this = x * Pack(*this); }
+  GRAPNEL_INLINE void operator-=(const Pack& pack) { *this = Pack(*this) - pack; }
+  GRAPNEL_INLINE friend Pack operator*(double x, const LoosePack& pack) { return x * Pack(pack); }
+};
 constexpr int padded(int n) { return (n + kPack - 1) / kPack * kPack + kPack; }
 // Zeros that begin at a cache line, so that a pack at a multiple of eight numbers lies in one.
 class PackedNumbers {
@@ -671,7 +687,7 @@ GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Produ
   }
   clear(row + end, row + n_);
   clear(lines + end, lines + n_);
-  for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = pack_at(lines + j);
+  for (int j = 0; j < n_; j += kPack) pack_at(row + n_ + j) = Pack(pack_at(lines + j));
   const int first = tree_->links[n].v;
   for (const Range& range : ranges_[n]) {
     double* to = rows_.data() + range.begin * row_ + i;
