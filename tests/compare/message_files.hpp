@@ -8,6 +8,7 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <bit>
 #include <boost/crc.hpp>
 #include <cstdint>
@@ -20,7 +21,7 @@ namespace grapnel::message_files {
 
 inline std::string bytes_of(std::uint64_t value, int size, bool big = false) {
   std::string out(static_cast<std::size_t>(size), '\0');
-  for (int i = 0; i < size; ++i)
+  for (int i = 0; i < std::min(size, 8); ++i)  // the others are zero
     out[static_cast<std::size_t>(big ? size - 1 - i : i)] = static_cast<char>((value >> (8 * i)) & 0xff);
   return out;
 }
