@@ -98,14 +98,22 @@ double base_rate(const OperatingPoint& point) {
   return std::hypot(w[0], w[1], w[2]);
 }
 
+// Whether a joint is that of a reaction wheel or of the rotor of a gyro.
+bool is_rotor(const OperatingPoint& point, int joint) {
+  const std::string& name = point.model().joint_body(static_cast<std::size_t>(joint)).description.joint.name;
+  const auto& wheels = point.problem.robot.wheels;
+  return std::ranges::any_of(wheels, [&](const WheelSetup& wheel) { return name == wheel_body_name(wheel.name); }) ||
+         std::ranges::any_of(point.setup().gyros, [&](const MomentGyro& gyro) { return gyro.rotor == joint; });
+}
+
 // The rate with which the linear model changes: the fastest rotation of the base, of a joint, or twice that of the
 // orbit, whose tidal field turns as fast.
 double motion_rate(const OperatingPoint& point) {
   double rate = base_rate(point);
   for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
     const Body& body = point.model().joint_body(j);
-    const bool is_wheel = body.description.joint.name.find(':') != std::string::npos;  // "wheel:NAME", "gyro:NAME"
-    if (is_wheel || body.description.joint.type != JointType::revolute) continue;
+    // A rotor is symmetric about its axis, so the model does not change with its angle.
+    if (body.description.joint.type != JointType::revolute || is_rotor(point, static_cast<int>(j))) continue;
     rate = std::max(rate, std::abs(point.state.v[static_cast<std::size_t>(body.v)]));
   }
   if (point.setup().orbit) rate = std::max(rate, 2 * mean_motion(*point.setup().orbit));
@@ -292,10 +300,6 @@ LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& opt
   if (options.sample_time && !(*options.sample_time > 0)) throw LinearizeError("the sample time must be above 0 s");
   if (!(options.delay >= 0)) throw LinearizeError("the delay must be at least 0 s");
   if (options.delay > 0 && !options.sample_time) throw LinearizeError("a delay needs a sample time");
-  constexpr double kMostPeriods = 1000;
-  if (options.sample_time && options.delay > kMostPeriods * *options.sample_time)
-    throw LinearizeError(fmt::format("the delay of {:.6g} s has more than {} periods of {:.6g} s", options.delay,
-                                     kMostPeriods, *options.sample_time));
   const CaptureProblem modelled = is_flexible(problem.robot) ? flexible_problem(problem) : problem;
   const OperatingPoint point(problem, modelled, options.time);
   LinearModel model;
@@ -336,6 +340,10 @@ LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& opt
   if (point.setup().clock) timing = point.setup().clock->timing();
   if (options.sample_time) timing = ControlTiming{*options.sample_time, options.delay};
   if (timing) {
+    constexpr double kMostPeriods = 1000;
+    if (timing->delay > kMostPeriods * timing->period)
+      throw LinearizeError(fmt::format("the delay of {:.6g} s has more than {} periods of {:.6g} s", timing->delay,
+                                       kMostPeriods, timing->period));
     const HeldInput held = hold_inputs(plant.A, plant.B, *timing);
     model.sampled = LinearModel::Sampled{timing->period,   timing->delay,     static_cast<std::size_t>(held.whole),
                                          rows_of(held.Ad), rows_of(held.now), rows_of(held.previous)};

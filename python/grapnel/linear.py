@@ -79,7 +79,7 @@ class LinearModel:
 
     @property
     def verdict(self) -> str | None:
-        """Of the controlled system: 'stable', 'marginal' or 'unstable'; None without a closed loop."""
+        """Of the controlled system: 'stable', 'marginal', 'unstable' or 'not decided'; None without a closed loop."""
         loop = self.values.get("closed_loop")
         return None if loop is None else str(loop["stability"]["verdict"])
 

@@ -127,6 +127,17 @@ TEST(LinearPrediction, VerdictWithoutConservedMomentaAndDrift) {
   EXPECT_EQ(model.closed_loop->margins.size(), 2u);
 }
 
+// Growth that is slower than the motion turns, and thrusters without their limits, decide nothing.
+TEST(LinearPrediction, SlowGrowthAndThrustersLeaveStabilityUndecided) {
+  const LinearModel coast = linearize(load_scenario(shipped("coast.yaml")), {.time = 0});  // tides of an orbit
+  EXPECT_EQ(coast.open_loop.verdict, Stability::undecided) << coast.open_loop.reason;
+  EXPECT_THAT(coast.open_loop.reason, ::testing::HasSubstr("slower than the motion turns"));
+  const LinearModel thrusters = linearize(load_scenario(shipped("attitude-manoeuvre.yaml")), {.time = 0});
+  ASSERT_TRUE(thrusters.closed_loop) << thrusters.closed_loop_absent;
+  EXPECT_EQ(thrusters.closed_loop->stability.verdict, Stability::undecided) << thrusters.closed_loop->stability.reason;
+  EXPECT_THAT(thrusters.closed_loop->stability.reason, ::testing::HasSubstr("limits of the thrusters"));
+}
+
 // Wheels that hold the attitude: one channel per axis of the base, and the momentum that they store is no instability.
 TEST(LinearPrediction, WheelsAreChannelsOfTheBase) {
   const CaptureProblem problem = load_scenario(shipped("wheels-keep-attitude.yaml"));
