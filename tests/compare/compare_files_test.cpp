@@ -8,6 +8,7 @@
 #include <string>
 
 #include "grapnel/compare/compare_log.hpp"
+#include "grapnel/compare/log_folder.hpp"
 #include "grapnel/compare/measured_log.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
@@ -85,6 +86,20 @@ TEST_F(CompareFiles, TheRunsOwnExportsAgreeInAllFormats) {
     EXPECT_THAT(comparison.report.warnings, testing::IsEmpty()) << log;
     EXPECT_EQ(comparison.report.verdict, Verdict::not_checked);
   }
+}
+
+TEST_F(CompareFiles, AStopLeavesTheFolderUnchanged) {
+  const std::filesystem::path csv = folder_.path() / "log.csv";
+  write_timeseries_csv(run_series(), csv);
+  std::stop_source stop;
+  LogFolderOptions options;
+  options.folder = folder_.path() / "results", options.no_report = true, options.stop = stop.get_token();
+  Listener listener;
+  EXPECT_EQ(run_comparison_folder({folder_.path(), csv, {}}, options, listener), Ending::done);
+  std::filesystem::remove(options.folder / "comparison.csv");
+  stop.request_stop();
+  EXPECT_EQ(run_comparison_folder({folder_.path(), csv, {}}, options, listener), Ending::interrupted);
+  EXPECT_FALSE(std::filesystem::exists(options.folder / "comparison.csv"));
 }
 
 TEST_F(CompareFiles, DriftOfTheClock) {

@@ -311,14 +311,14 @@ TEST(Impulses, AWrongMassIsDetected) {
   EXPECT_THAT(none.reason, HasSubstr("not checked"));
 }
 
+const Override kCompliantImpact{"impact",
+                                "{law: compliant, grasp: {linear_stiffness: 2e6, linear_damping: 1e4, "
+                                "angular_stiffness: 2e5, angular_damping: 900}}"};
+
 // Forces of the grasps during a contact with a duration agree with the momentum balance and add to
 // it.
 TEST(Impulses, ForcesOfACompliantContact) {
-  const Recorded& run =
-      recorded("open-loop-case-1.yaml",
-               {{"impact",
-                 "{law: compliant, grasp: {linear_stiffness: 2e6, linear_damping: 1e4, angular_stiffness: 2e5, "
-                 "angular_damping: 900}}"}});
+  const Recorded& run = recorded("open-loop-case-1.yaml", {kCompliantImpact});
   const RunModel model(run.folder.path(), {}, {});
   ASSERT_EQ(model.contacts().size(), 1u);
   EXPECT_GT(model.contacts()[0].end, model.contacts()[0].time + 0.01);
@@ -354,11 +354,7 @@ TEST(Impulses, ForcesOfACompliantContact) {
 
 // A wrist sensor, in the end-effector's axes, gives what the force of the grasp in W gives.
 TEST(Impulses, WristSensorsOfACompliantContact) {
-  const Recorded& run =
-      recorded("open-loop-case-1.yaml",
-               {{"impact",
-                 "{law: compliant, grasp: {linear_stiffness: 2e6, linear_damping: 1e4, angular_stiffness: 2e5, "
-                 "angular_damping: 900}}"}});
+  const Recorded& run = recorded("open-loop-case-1.yaml", {kCompliantImpact});
   const RunModel model(run.folder.path(), {}, {});
   const auto estimate = [&](bool in_own_axes) {
     std::vector<Sensor> sensors{{"base/angular_velocity", 2e-5}, {"joints/velocity", 2e-4}, {"joints/effort", 0.01}};

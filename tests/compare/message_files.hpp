@@ -51,19 +51,19 @@ inline std::string packed(const std::string& compression, const std::string& byt
 // ---- Messages ----
 
 /// Writes the fields of a message. CDR aligns numbers to their size.
-class Message {
+class EncodedMessage {
  public:
   enum class Kind { ros1, little_cdr, big_cdr };
-  explicit Message(Kind kind) : kind_(kind) {
+  explicit EncodedMessage(Kind kind) : kind_(kind) {
     if (kind != Kind::ros1) out_ = std::string{'\0', kind == Kind::little_cdr ? '\1' : '\0', '\0', '\0'};
   }
-  Message& number(std::uint64_t value, int size) {
+  EncodedMessage& number(std::uint64_t value, int size) {
     while (kind_ != Kind::ros1 && (out_.size() - 4) % static_cast<std::size_t>(size) != 0) out_ += '\0';
     out_ += bytes_of(value, size, kind_ == Kind::big_cdr);
     return *this;
   }
-  Message& real(double value) { return number(std::bit_cast<std::uint64_t>(value), 8); }
-  Message& text(const std::string& value) {
+  EncodedMessage& real(double value) { return number(std::bit_cast<std::uint64_t>(value), 8); }
+  EncodedMessage& text(const std::string& value) {
     const bool has_end = kind_ != Kind::ros1;
     number(value.size() + (has_end ? 1 : 0), 4);
     out_ += value + (has_end ? std::string(1, '\0') : "");

@@ -26,7 +26,7 @@ using namespace message_files;  // NOLINT: the file's words
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using Kind = Message::Kind;
+using Kind = EncodedMessage::Kind;
 
 const std::string kLine(80, '=');
 // As rosbag and rosbag2 write it: the message, then the types that it contains.
@@ -89,7 +89,7 @@ constexpr std::uint64_t kSecond = 1'000'000'000;
 double rate(int k, int axis) { return std::sin(0.37 * k + axis) + 1e-7 * k; }
 
 std::string imu(int k, Kind kind) {
-  Message m(kind);
+  EncodedMessage m(kind);
   if (kind == Kind::ros1) m.number(static_cast<std::uint64_t>(k), 4);
   m.number(100 + static_cast<std::uint64_t>(k) / 10, 4).number(static_cast<std::uint64_t>(k) % 10 * kSecond / 10, 4);
   m.text(k % 2 == 0 ? "imu" : "imu_link");
@@ -216,7 +216,7 @@ TEST(MessageLogs, RosbagInAllCompressionsAndNotClosed) {
 }
 
 std::string joints(int k, const std::vector<std::string>& names) {
-  Message m(Kind::ros1);
+  EncodedMessage m(Kind::ros1);
   m.number(0, 4).number(static_cast<std::uint64_t>(k), 4).number(0, 4).text("");
   m.number(names.size(), 4);
   for (const std::string& name : names) m.text(name);
@@ -363,7 +363,7 @@ TEST(MessageLogs, LargeColumnsAndSchemasCauseErrors) {
 
 TEST(MessageLogs, BytesHaveASignInRos1Only) {
   const auto value = [](const std::string& encoding, const std::string& schema_encoding, Kind kind) {
-    Message m(kind);
+    EncodedMessage m(kind);
     m.number(0xff, 1).number(0xff, 1).number(0xff, 1);
     const MessageLog log =
         read_mcap_log(mcap_file(mcap_schema(7, "p/A", schema_encoding, "byte b\nchar c\nint8 i\n") +

@@ -49,7 +49,7 @@ async function closeShared() {
 }
 after(closeShared);
 
-// Seconds after which a test counts as hung; the longest test takes a fifth of this.
+// Seconds after which a test counts as hung.
 const kHung = 180;
 
 // A test that opens pages. Chromium occasionally stops answering, for which its interface has no timeout. Such a test is
