@@ -186,6 +186,17 @@ Eigen::MatrixXd matrix_of(const LinearModel::Matrix& rows, std::size_t columns) 
   return matrix;
 }
 
+LinearModel::Matrix gain_of_all_states(const LinearModel& model) {
+  const LinearModel::ClosedLoop& loop = model.closed_loop.value();
+  LinearModel::Matrix K(loop.K.size(), std::vector<double>(model.states.size(), 0.0));
+  for (std::size_t i = 0; i < model.states.size(); ++i) {
+    const auto own = std::find(loop.states.begin(), loop.states.end(), model.states[i].name);
+    if (own == loop.states.end()) continue;
+    for (std::size_t u = 0; u < K.size(); ++u) K[u][i] = loop.K[u][static_cast<std::size_t>(own - loop.states.begin())];
+  }
+  return K;
+}
+
 std::string linear_model_json(const LinearModel& model) { return json_text(json_of(model)); }
 
 // --- Text ---

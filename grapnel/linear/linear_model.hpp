@@ -82,6 +82,9 @@ LinearModel::Matrix rows_of(const Eigen::MatrixXd& matrix);
 /// `columns`: of a matrix without rows.
 Eigen::MatrixXd matrix_of(const LinearModel::Matrix& rows, std::size_t columns = 0);
 
+/// K of the closed loop by all states of A: zero for those that its own states lack, since they move as prescribed.
+LinearModel::Matrix gain_of_all_states(const LinearModel& model);
+
 std::string linear_model_json(const LinearModel& model);
 /// The tables of the terminal.
 std::string linear_model_text(const LinearModel& model);

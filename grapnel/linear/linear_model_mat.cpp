@@ -78,7 +78,7 @@ std::vector<MatVariable> variables_of(const LinearModel& model) {
     all.push_back(matrix_variable("Bd", model.sampled->Bd, m));
     all.push_back(matrix_variable("Bd_previous", model.sampled->Bd_previous, m));
   }
-  if (model.closed_loop) all.push_back(matrix_variable("K", model.closed_loop->K, n));
+  if (model.closed_loop) all.push_back(matrix_variable("K", gain_of_all_states(model), n));
   return all;
 }
 

@@ -224,6 +224,15 @@ TEST(LinearClosedForms, AWeakLawOnARotatingBaseIsNotCalledStable) {
   EXPECT_THAT(model.warnings, Contains(HasSubstr("not decided")));
 }
 
+TEST(LinearClosedForms, GainsOfAllStates) {
+  LinearModel model;
+  model.states = {{"a", "", {}}, {"b", "", {}}, {"c", "", {}}};
+  model.closed_loop.emplace();
+  model.closed_loop->states = {"c", "a"};
+  model.closed_loop->K = {{1, 2}, {3, 4}};
+  EXPECT_EQ(gain_of_all_states(model), (LinearModel::Matrix{{2, 0, 1}, {4, 0, 3}}));
+}
+
 TEST(LinearClosedForms, DelaysOfManyPeriodsAreErrors) {
   const CaptureProblem problem = problem_of(hinge(20, 1.6));
   EXPECT_THROW(linearize(problem, {0, 1e-9, 10}), LinearizeError);
