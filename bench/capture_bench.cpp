@@ -10,6 +10,8 @@
 #include "bench/dynamics_bench.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/simulate/tracking_noise.hpp"
+#include "grapnel/spatial/scalar.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -24,6 +26,28 @@ void capture(benchmark::State& state, const CaptureWorkload& workload) {
     evaluations = result.cost[0].rhs_evaluations + result.cost[1].rhs_evaluations;
   }
   state.counters["rhs"] = static_cast<double>(evaluations);
+}
+
+// n, n', n'' of the tracking noise of one joint; the baseline evaluates one tone after the other.
+void tracking_noise(benchmark::State& state, bool by_tone) {
+  const NoiseSignal noise(TrackingNoise{.position = 2e-5, .bandwidth = 5, .seed = 1}, 0);
+  double t = 0;
+  for (auto _ : state) {
+    JointPoint n;
+    if (by_tone) {
+      for (const NoiseSignal::Tone& tone : noise.tones()) {
+        const double w = tone.angular_frequency;
+        const auto [sine, cosine] = sine_cosine(w * t + tone.phase);
+        n.position += noise.amplitude() * cosine;
+        n.rate -= w * (noise.amplitude() * sine);
+        n.acceleration -= w * w * (noise.amplitude() * cosine);
+      }
+    } else {
+      n = noise.at(t);
+    }
+    benchmark::DoNotOptimize(n);
+    t += 1e-3;
+  }
 }
 
 // The cost of a case without its motion: the same capture with phases of one or two steps.
@@ -100,6 +124,8 @@ void register_capture() {
   }
   benchmark::RegisterBenchmark("capture/thesis1", [workload](benchmark::State& state) { capture(state, *workload); });
   register_controlled(workload->problem);
+  benchmark::RegisterBenchmark("tracking_noise/joint", [](benchmark::State& state) { tracking_noise(state, false); });
+  benchmark::RegisterBenchmark("tracking_noise/by_tone", [](benchmark::State& state) { tracking_noise(state, true); });
   benchmark::RegisterBenchmark("capture_without_motion/thesis1",
                                [workload](benchmark::State& state) { capture_alone(state, workload->problem); });
 }

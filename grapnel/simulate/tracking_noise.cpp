@@ -3,6 +3,7 @@
 #include <Random123/philox.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -16,6 +17,23 @@ namespace {
 double unit_interval(std::uint32_t high, std::uint32_t low) {
   const std::uint64_t bits = (std::uint64_t{high} << 32 | low) >> 11;
   return static_cast<double>(bits + 1) * 0x1p-53;
+}
+
+// Sines and cosines of angles of at most this magnitude, by the functions for one angle.
+void sine_cosine(const std::array<double, NoiseSignal::kTones>& angles, double largest,
+                 std::array<double, NoiseSignal::kTones>& sines, std::array<double, NoiseSignal::kTones>& cosines) {
+  constexpr int kCount = NoiseSignal::kTones;
+  if (!(largest <= sine_cosine_detail::kLimit)) {
+    for (int k = 0; k < kCount; ++k) {
+      const auto [sine, cosine] = grapnel::sine_cosine(angles[k]);
+      sines[k] = sine, cosines[k] = cosine;
+    }
+    return;
+  }
+  for (int k = 0; k < kCount; ++k) {  // without a branch
+    const auto [sine, cosine] = sine_cosine_detail::reduced(angles[k]);
+    sines[k] = sine, cosines[k] = cosine;
+  }
 }
 
 }  // namespace
@@ -48,12 +66,17 @@ double NoiseSignal::rate_change(double duration) const {
   return amplitude_ * std::min(2 * rate, acceleration * duration);
 }
 
+// t => n, n', n''. The sines and cosines of all tones are evaluated in SIMD registers, and summed in the tones' order.
 JointPoint NoiseSignal::at(double t) const {
   JointPoint n;
-  for (const Tone& tone : tones_) {
-    const double w = tone.angular_frequency, angle = w * t + tone.phase;
-    const auto [sine, cosine] = sine_cosine(angle);
-    const double c = amplitude_ * cosine, s = amplitude_ * sine;
+  if (tones_.empty()) return n;
+  std::array<double, kTones> angles, sines, cosines;
+  double largest = 0;
+  for (int k = 0; k < kTones; ++k) angles[k] = tones_[k].angular_frequency * t + tones_[k].phase;
+  for (const double angle : angles) largest = std::max(largest, std::abs(angle));
+  sine_cosine(angles, largest, sines, cosines);
+  for (int k = 0; k < kTones; ++k) {
+    const double w = tones_[k].angular_frequency, c = amplitude_ * cosines[k], s = amplitude_ * sines[k];
     n.position += c;
     n.rate -= w * s;
     n.acceleration -= w * w * c;
