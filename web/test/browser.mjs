@@ -92,9 +92,20 @@ export function scenario(name) {
   return path.join(source, "scenarios", name);
 }
 
-// Opens a file as a user does. `faults`: console errors, exceptions and requests; tests expect none.
-export async function open(file, options = {}, browser = undefined) {
+// Options of open() for tests without the replay: its drawing without a graphics card takes half of a page's time.
+export const kUndrawn = { webgl: false };
+
+// Opens a file as a user does. `faults`: console errors, exceptions and requests; tests expect none. `webgl` false: no
+// canvas has WebGL, so the page has no replay. The other options are those of the browser's context.
+export async function open(file, { webgl = true, ...options } = {}, browser = undefined) {
   const context = await (browser ?? (await (shared ??= launch()))).newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+  if (!webgl)
+    await context.addInitScript(() => {
+      const original = HTMLCanvasElement.prototype.getContext;
+      HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+        return /webgl/.test(kind) ? null : original.call(this, kind, ...more);
+      };
+    });
   const page = await context.newPage();
   const faults = [];
   page.on("console", (message) => {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { before, describe } from "node:test";
-import { axeContrastFaults, axeFaults, downloaded, grapnel, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
+import { axeContrastFaults, axeFaults, downloaded, grapnel, kUndrawn, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
 
 const folder = scratch();
 let handles, planned, comparison;
@@ -39,7 +39,7 @@ const seen = (page, selector) => page.locator(selector).evaluateAll((all) => all
 describe("letters", () => {
   for (const ratio of [1, 1.5, 2, 3]) {
     test(`of axes have 12 px on a screen with ${ratio} pixels per px`, async () => {
-      const { page, context } = await open(handles, { deviceScaleFactor: ratio, viewport: { width: 800, height: 600 } });
+      const { page, context } = await open(handles, { ...kUndrawn, deviceScaleFactor: ratio, viewport: { width: 800, height: 600 } });
       const sizes = await page.evaluate(async () => {
         const met = new Set();
         const fill = CanvasRenderingContext2D.prototype.fillText;
@@ -138,7 +138,7 @@ describe("accessibility", () => {
 
 describe("layout", () => {
   test("six plots initially, the others in collapsed groups", async () => {
-    const { page, context } = await open(handles, { viewport: { width: 1600, height: 1000 } });
+    const { page, context } = await open(handles, { ...kUndrawn, viewport: { width: 1600, height: 1000 } });
     await page.waitForSelector(".plot");
     const titles = await seen(page, ".plot h3");
     assert.deepEqual(titles, ["Distance and relative speed", "Grasp force", "Base rate", "Minimum clearance", "Energy and work", "Worst margin to a rating"]);
@@ -173,7 +173,7 @@ describe("layout", () => {
   });
 
   test("published values of the thesis are shown only in their section", async () => {
-    const { page, context } = await open(changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)));
+    const { page, context } = await open(changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)), kUndrawn);
     assert.equal(await page.locator("#published").count(), 0);
     assert.doesNotMatch(await page.locator("body").innerText(), /as published/i);
     await context.close();
@@ -248,7 +248,7 @@ describe("the scenario", () => {
 
   test("is shown on the page as text", async () => {
     const file = changed(handles, "texts.html", (data) => (data.runs[0].source = texts("name: x\n# <script>\n", ["approach.duration=10"])));
-    const { page, context } = await open(file);
+    const { page, context } = await open(file, kUndrawn);
     assert.match(await page.locator(".page-head").innerText(), /Two hands & <b>one<\/b> satellite/);
     await page.locator("#scenario summary").click();
     assert.match(await page.locator("#scenario pre").innerText(), /# <script>/);
@@ -261,10 +261,10 @@ describe("the scenario", () => {
       data.runs[0].source = texts("a: 1\nb: 2\nc: 3\n");
       data.runs[1].source = texts("a: 1\nb: 5\nc: 3\n");
     });
-    const one = await open(file);
+    const one = await open(file, kUndrawn);
     assert.deepEqual(await one.page.locator(".diff-a code, .diff-b code").allTextContents(), ["b: 2", "b: 5"]);
     await one.context.close();
-    const two = await open(changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)));
+    const two = await open(changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)), kUndrawn);
     assert.match(await two.page.locator("#verdict").innerText(), /does not contain its scenario's text/);
     assert.deepEqual(two.faults, []);
     await two.context.close();
@@ -293,7 +293,7 @@ describe("files", () => {
     assert.doesNotMatch(/script-src ([^;]*)/.exec(text)[1], /unsafe/);
     const file = path.join(folder, "planted.html");
     writeFileSync(file, text.replace("</head>", "<script>window.planted = 1</script></head>").replace("<main", "<img src=x onerror='window.planted = 2'><main"));
-    const { page, context } = await open(file);
+    const { page, context } = await open(file, kUndrawn);
     await page.waitForTimeout(200);
     assert.equal(await page.evaluate(() => window.planted), undefined);
     assert.equal(await page.locator(".fault").count(), 0);
@@ -308,7 +308,7 @@ describe("capture window", () => {
     const { window } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).approach.plan;
     const reached = window.points.filter((point) => point.reachable).length;
     assert.ok(reached > 0 && reached < window.points.length);
-    const { page, faults } = await open(path.join(out, "report.html"));
+    const { page, faults } = await open(path.join(out, "report.html"), kUndrawn);
     // Share of the reach, direction, speed and, where there is a plan, objective.
     assert.equal(await page.locator(".window-chart .reached").count(), 4 * reached);
     assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { cpSync, mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { describe } from "node:test";
-import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
+import { axeFaults, grapnel, kUndrawn, launch, open, scenario, scratch, scrollThrough, source, test } from "./browser.mjs";
 
 const folder = scratch();
 
@@ -115,7 +115,7 @@ describe("every kind of report opens without errors and requests, and runs end a
 describe("the page matches the results", () => {
   test("the verdict has the impulses of summary.json", async () => {
     const out = openLoop();
-    const { page, context } = await open(reportOf(out));
+    const { page, context } = await open(reportOf(out), kUndrawn);
     const text = await page.locator("body").innerText();
     for (const grasp of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).impact.grasps)
       assert.ok(text.includes(String(Number(grasp.impulse_magnitude.toPrecision(4)))), grasp.impulse_magnitude);
@@ -127,7 +127,7 @@ describe("the verdicts are those of the summary", () => {
   const verdictText = async (page) => (await page.locator("#verdict").innerText()).replace(/\s+/g, " ");
   test("of a run, with their remarks", async () => {
     for (const name of ["open loop", "a rebound", "reaction wheels", "a run that failed"]) {
-      const { page, context } = await open(reportOf(kinds[name]()));
+      const { page, context } = await open(reportOf(kinds[name]()), kUndrawn);
       const text = await verdictText(page);
       const { verdicts } = JSON.parse(readFileSync(path.join(kinds[name](), "summary.json"), "utf8"));
       assert.equal(verdicts.length, 4);
@@ -139,7 +139,7 @@ describe("the verdicts are those of the summary", () => {
   });
 
   test("of two runs", async () => {
-    const { page, context } = await open(comparison());
+    const { page, context } = await open(comparison(), kUndrawn);
     const text = await verdictText(page);
     for (const out of [openLoop(), kinds["closed loop"]()])
       for (const { sentence } of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).verdicts)
@@ -151,7 +151,7 @@ describe("the verdicts are those of the summary", () => {
 describe("control and actuators", () => {
   test("wheels against their capacity, by numbers and over time", async () => {
     const out = kinds["reaction wheels"]();
-    const { page, context } = await open(reportOf(out));
+    const { page, context } = await open(reportOf(out), kUndrawn);
     const text = await page.locator("#driven").innerText();
     const { wheels } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8"));
     assert.equal(wheels.length, 4);
@@ -167,7 +167,7 @@ describe("control and actuators", () => {
   });
 
   test("a run with only ideal joints has no such section", async () => {
-    const { page, context } = await open(reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()), kUndrawn);
     assert.equal(await page.locator("#driven").count(), 0);
     await context.close();
   });
@@ -190,7 +190,7 @@ describe("contacts between shapes", () => {
   };
 
   test("the section lists the pairs that touched, with units and a warning", async () => {
-    const { page, context, faults } = await open(touching());
+    const { page, context, faults } = await open(touching(), kUndrawn);
     const section = page.locator("#contacts");
     const text = (await section.innerText()).replace(/\s+/g, " ");
     for (const part of ["finger – debris", "12.3", "0.875", "Peak force [N]", "Largest depth [m]", "too deep for the contact model", "1 pair did not touch"])
@@ -202,7 +202,7 @@ describe("contacts between shapes", () => {
   });
 
   test("a run without such pairs has no such section", async () => {
-    const { page, context } = await open(reportOf(openLoop()));
+    const { page, context } = await open(reportOf(openLoop()), kUndrawn);
     assert.equal(await page.locator("#contacts").count(), 0);
     await context.close();
   });
@@ -277,7 +277,7 @@ describe("replay and plots share an instant", () => {
 
 describe("plots show the series", () => {
   test("each group of figures that the scenario has", async () => {
-    const { page, context } = await open(reportOf(kinds["closed loop"]()));
+    const { page, context } = await open(reportOf(kinds["closed loop"]()), kUndrawn);
     const ids = await page.evaluate(() => window.__grapnel.plots.map((plot) => plot.id));
     for (const expected of [
       "joints-position-arm-1", "joints-velocity-arm-2", "joints-effort-arm-1", "end-effector-velocity-tip-1", "relative-speed",
@@ -346,7 +346,7 @@ describe("size", () => {
     );
     writeFileSync(path.join(out, "table.csv"), [head.join(","), ...rows, ""].join("\n"));
     grapnel(["report", out]);
-    const { page, context, faults } = await open(reportOf(out));
+    const { page, context, faults } = await open(reportOf(out), kUndrawn);
     await scrollThrough(page);
     assert.equal(await page.evaluate(() => window.__grapnel.study.points), 1e5);
     assert.deepEqual(faults, []);
@@ -375,7 +375,7 @@ describe("damage is reported, never a blank page", () => {
   };
   for (const [name, change] of Object.entries(changes)) {
     test(name, async () => {
-      const { page, context } = await open(damaged(name, change));
+      const { page, context } = await open(damaged(name, change), kUndrawn);
       assert.match(await page.locator(".fault").innerText(), /cannot be shown/);
       await context.close();
     });
@@ -387,7 +387,7 @@ describe("damage is reported, never a blank page", () => {
       data.runs[0].series.series[3].data = data.runs[0].series.series[3].data.slice(0, 400);
       return JSON.stringify(data).replaceAll("<", "\\u003c");
     });
-    const { page, context } = await open(file);
+    const { page, context } = await open(file, kUndrawn);
     const text = await page.locator("body").innerText();
     assert.match(text, /time series is damaged and not shown/);
     assert.match(text, /ledger/i);
@@ -400,7 +400,7 @@ describe("damage is reported, never a blank page", () => {
       data.runs[0].summary = { schema: "grapnel-summary/1" };
       return JSON.stringify(data).replaceAll("<", "\\u003c");
     });
-    const { page, context } = await open(file);
+    const { page, context } = await open(file, kUndrawn);
     assert.ok((await page.locator("body").innerText()).length > 200);
     assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
     await context.close();
@@ -410,7 +410,7 @@ describe("damage is reported, never a blank page", () => {
     const text = readFileSync(comparison(), "utf8");
     const file = path.join(folder, "earlier.html");
     writeFileSync(file, text.replaceAll(/"verdicts": ?\[/g, '"something":['));
-    const { page, context, faults } = await open(file);
+    const { page, context, faults } = await open(file, kUndrawn);
     assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
     assert.deepEqual(faults, []);
     await context.close();
@@ -427,7 +427,7 @@ describe("damage is reported, never a blank page", () => {
     };
     walk(plain, []);
     // One page, rebuilt for every missing key.
-    const { page, context, faults } = await open(reportOf(openLoop()));
+    const { page, context, faults } = await open(reportOf(openLoop()), kUndrawn);
     const viewer = await page.evaluate(() => [...document.scripts].at(-1).textContent);
     await page.evaluate(`window.viewerAgain = function () {\n${viewer}\n}; undefined`); // compiled once for all pages
     const blank = await page.evaluate(async (all) => {
@@ -466,7 +466,7 @@ describe("damage is reported, never a blank page", () => {
       .replaceAll("target-1", "t<b>1<b>");
     writeFileSync(file, text);
     const out = result("hostile", ["run", file]);
-    const { page, context, faults } = await open(reportOf(out));
+    const { page, context, faults } = await open(reportOf(out), kUndrawn);
     await scrollThrough(page);
     assert.equal(await page.evaluate(() => window.hacked), undefined);
     assert.ok((await page.locator("body").innerText()).includes("<img src=x"));
