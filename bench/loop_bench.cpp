@@ -8,6 +8,7 @@
 #include "bench/dynamics_bench.hpp"
 #include "bench/loop_workload.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/constraint/loop_derivatives.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -30,6 +31,19 @@ void add_loops(const SharedLoops& loops) {
       i = (i + 1) % Workload::kCases;
     }
   });
+  benchmark::RegisterBenchmark(("loop_dynamics_derivatives/" + loops->base.name).c_str(),
+                               [loops](benchmark::State& timer) {
+                                 const Workload& w = loops->base;
+                                 LoopDerivatives derivatives(w.model, loops->closures);
+                                 LoopDynamicsDerivatives result;
+                                 int i = 0;
+                                 for (auto _ : timer) {
+                                   derivatives.evaluate(w.states[i], w.forces[i], {}, 0, result);
+                                   benchmark::DoNotOptimize(result.motion.dq.data());
+                                   benchmark::ClobberMemory();
+                                   i = (i + 1) % Workload::kCases;
+                                 }
+                               });
   benchmark::RegisterBenchmark(("loop_impact/" + loops->base.name).c_str(), [loops](benchmark::State& timer) {
     const Workload& w = loops->base;
     LoopSolver solver(w.model, loops->closures);

@@ -142,6 +142,65 @@ ClosedCase random_closed(int index) {
   }
 }
 
+ClosedCase coupled_case(int index) {
+  ClosedCase c = random_closed(index);
+  Random random(700'000 + index);
+  std::vector<int> joints = c.model.joints();
+  ModelBuilder builder(c.model);
+  for (int k = 0; k < 1 + index % 2; ++k) {
+    const auto take = [&] {
+      const auto at = joints.begin() + random.integer(0, static_cast<int>(joints.size()) - 1);
+      const int body = *at;
+      joints.erase(at);
+      return body;
+    };
+    const BodyDescription& dependent = c.model.bodies()[take()].description;
+    JointDescription joint = dependent.joint;
+    for (int term = 0; term < 1 + index % 3 / 2; ++term)
+      joint.mimic.push_back({c.model.bodies()[take()].description.joint.name, random.uniform(-2, 2), 0.1});
+    builder.attach(dependent.name, dependent.parent, dependent.X_PF, joint);
+  }
+  c.model = std::move(builder).build();
+  return c;
+}
+
+ClosedCase random_trees(int index) {
+  for (int draw = 0;; ++draw) {
+    Random random(index + 1'000'000 * (draw + 1));
+    RobotOptions options;
+    options.min_bodies = 8, options.max_bodies = 16;
+    options.free_root = index % 3 != 2;
+    options.spherical_joints = index % 4 == 1;
+    options.targets = 1 + index % 3;
+    ClosedCase c{random_model(options, random), {}, {}, {}};
+    c.state = random_state(c.model, random);
+    const Kinematics k = forward_kinematics(c.model, c.state);
+    std::vector<int> links, targets;
+    for (int i = 0; i < static_cast<int>(c.model.bodies().size()); ++i) {
+      (c.model.bodies()[i].description.name[0] == 't' ? targets : links).push_back(i);
+    }
+    for (int t : targets) {
+      for (int g = random.integer(1, 2); g > 0; --g) {
+        const GraspModel models[] = {GraspModel::rigid, GraspModel::hinge, GraspModel::point};
+        LoopClosure l;
+        l.name = "hold";
+        l.body_a = links[random.integer(0, static_cast<int>(links.size()) - 1)], l.body_b = t;
+        if (index % 5 == 0) std::swap(l.body_a, l.body_b);
+        l.model = models[random.integer(0, 2)];
+        l.hinge_C = random.direction();
+        const Posed X_WC{random.rotation(), k.X_WB[l.body_a].p + random.vector(0.5)};
+        l.X_AC = inverse(k.X_WB[l.body_a]) * X_WC;
+        l.X_BD = inverse(k.X_WB[l.body_b]) * X_WC;
+        c.closures.push_back(l);
+      }
+    }
+    c.loads.tau = random.values(c.model.velocities(), 5);
+    c.loads.gravity = random.vector(5);
+    const DenseLoops dense(c.model, c.state, c.closures);
+    if (dense.clear && dense.least > 1e-2 && dense.rank > 0) return c;
+  }
+}
+
 oracle::MaximalLoads with_prescribed(const ClosedCase& c, int index) {
   const DenseLoops all(c.model, c.state, c.closures);
   for (int draw_number = 0; draw_number < 40; ++draw_number) {

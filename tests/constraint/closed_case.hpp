@@ -29,6 +29,14 @@ struct ClosedCase {
 /// target, two pairs on two targets, and arms with separate targets.
 ClosedCase random_closed(int index);
 
+/// The system with one or two coupled joints, of any arms, the dependent ones anywhere between base and hand.
+ClosedCase coupled_case(int index);
+
+/// A branched robot with a free or fixed root, and one to three targets. Each target is held once or twice by closures
+/// that are closed in position at random angles; sometimes two bodies of the robot are connected too. Cases with a
+/// target held by the base alone, held twice by one link, or near a singular configuration are drawn again.
+ClosedCase random_trees(int index);
+
 /// Prescribed joints, or a prescribed base, drawn such that the closures remain feasible. None for some cases.
 oracle::MaximalLoads with_prescribed(const ClosedCase& c, int index);
 

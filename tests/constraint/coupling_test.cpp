@@ -19,29 +19,6 @@ namespace coupling_test {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// The system with one or two coupled joints, of any arms, the dependent ones anywhere between base and hand.
-ClosedCase coupled_case(int index) {
-  ClosedCase c = random_closed(index);
-  Random random(700'000 + index);
-  std::vector<int> joints = c.model.joints();
-  ModelBuilder builder(c.model);
-  for (int k = 0; k < 1 + index % 2; ++k) {
-    const auto take = [&] {
-      const auto at = joints.begin() + random.integer(0, static_cast<int>(joints.size()) - 1);
-      const int body = *at;
-      joints.erase(at);
-      return body;
-    };
-    const BodyDescription& dependent = c.model.bodies()[take()].description;
-    JointDescription joint = dependent.joint;
-    for (int term = 0; term < 1 + index % 3 / 2; ++term)
-      joint.mimic.push_back({c.model.bodies()[take()].description.joint.name, random.uniform(-2, 2), 0.1});
-    builder.attach(dependent.name, dependent.parent, dependent.X_PF, joint);
-  }
-  c.model = std::move(builder).build();
-  return c;
-}
-
 Eigen::MatrixXd coupling_rows(const Model& model) {
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model.couplings().size()), model.velocities());
   for (Eigen::Index row = 0; const JointCoupling& coupling : model.couplings()) {

@@ -17,60 +17,13 @@ namespace two_trees_test {
 
 constexpr int kCases = 200;
 
-struct TreeCase {
-  Model model;
-  State state;
-  std::vector<LoopClosure> closures;
-  oracle::MaximalLoads loads;
-};
-
-// A branched robot with a free or fixed root, and one to three targets. Each target is held once or twice by closures
-// that are closed in position at random angles; sometimes two bodies of the robot are connected too. Cases with a
-// target held by the base alone, held twice by one link, or near a singular configuration are drawn again.
-TreeCase random_trees(int index) {
-  for (int draw = 0;; ++draw) {
-    Random random(index + 1'000'000 * (draw + 1));
-    RobotOptions options;
-    options.min_bodies = 8, options.max_bodies = 16;
-    options.free_root = index % 3 != 2;
-    options.spherical_joints = index % 4 == 1;
-    options.targets = 1 + index % 3;
-    TreeCase c{random_model(options, random), {}, {}, {}};
-    c.state = random_state(c.model, random);
-    const Kinematics k = forward_kinematics(c.model, c.state);
-    std::vector<int> links, targets;
-    for (int i = 0; i < static_cast<int>(c.model.bodies().size()); ++i) {
-      (c.model.bodies()[i].description.name[0] == 't' ? targets : links).push_back(i);
-    }
-    for (int t : targets) {
-      for (int g = random.integer(1, 2); g > 0; --g) {
-        const GraspModel models[] = {GraspModel::rigid, GraspModel::hinge, GraspModel::point};
-        LoopClosure l;
-        l.name = "hold";
-        l.body_a = links[random.integer(0, static_cast<int>(links.size()) - 1)], l.body_b = t;
-        if (index % 5 == 0) std::swap(l.body_a, l.body_b);
-        l.model = models[random.integer(0, 2)];
-        l.hinge_C = random.direction();
-        const Posed X_WC{random.rotation(), k.X_WB[l.body_a].p + random.vector(0.5)};
-        l.X_AC = inverse(k.X_WB[l.body_a]) * X_WC;
-        l.X_BD = inverse(k.X_WB[l.body_b]) * X_WC;
-        c.closures.push_back(l);
-      }
-    }
-    c.loads.tau = random.values(c.model.velocities(), 5);
-    c.loads.gravity = random.vector(5);
-    const DenseLoops dense(c.model, c.state, c.closures);
-    if (dense.clear && dense.least > 1e-2 && dense.rank > 0) return c;
-  }
-}
-
 TEST(TwoTrees, AgreeWithCoordinatePartitioning) {
   // Measured 2e-12, 1e-12 and 1e-13.
   Worst accelerations("accelerations"), force("J^T lambda"), inertia("J M^-1 J^T");
   int deficient = 0;
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const TreeCase c = random_trees(i);
+    const ClosedCase c = random_trees(i);
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
     // Velocities that satisfy the closures; otherwise the accelerations of redundant rows contradict each other.
@@ -102,7 +55,7 @@ TEST(TwoTrees, CloseInVelocityAndConserveMomentum) {
   int free_roots = 0;
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const TreeCase c = random_trees(i);
+    const ClosedCase c = random_trees(i);
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
     std::vector<double> v = c.state.v;
@@ -127,7 +80,7 @@ TEST(TwoTrees, AreProjectedTogether) {
   Worst after("what a projection leaves open [m, rad]"), center("centre of mass, free roots [m]");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const TreeCase c = random_trees(i);
+    const ClosedCase c = random_trees(i);
     const DenseLoops dense(c.model, c.state, c.closures);
     if (dense.rank < dense.J.rows()) continue;
     Random random(7000 + i);
