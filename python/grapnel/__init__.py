@@ -18,6 +18,7 @@ from .controller import Controller, ControllerAccess, ControllerInput, Controlle
 from .identify import Identification, identify
 from .linear import LinearModel
 from .logs import Comparison, FittedParameters, GraspImpulse, MeasuredContact, MeasuredImpulses, Residuals, compare, identify_from_logs, impulses
+from .progress import Progress
 from .result import Ledger, Result, SimulationError
 from .robot import ForwardDynamicsDerivatives, Impact, InverseDynamicsDerivatives, Loops, Robot, Rollout, rollout
 from .scenario import Problem, Scenario, Values, check, load, simulate_many
@@ -26,8 +27,8 @@ from .tables import read_columns, read_table
 __all__ = [
     "Check", "CommandError", "Comparison", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup",
     "Fault", "FittedParameters", "ForwardDynamicsDerivatives", "GraspImpulse", "Identification", "Impact", "InputError",
-    "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Residuals",
-    "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare", "env",
-    "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimize", "read_columns", "read_table",
+    "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Progress",
+    "Residuals", "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare",
+    "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimize", "read_columns", "read_table",
     "report", "rollout", "simulate_many", "success_map", "sweep",
 ]

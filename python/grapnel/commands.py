@@ -11,6 +11,7 @@ from typing import Any
 
 from . import _grapnel
 from ._arguments import Path, file_path, thread_count, whole_number
+from .progress import ProgressChoice, reported
 from .scenario import Problem
 
 
@@ -57,44 +58,57 @@ def _file_and_folder(what: Path | Mapping[str, Any], kind: str, out: Path | None
 
 
 def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True,
-             extend: int = 0) -> _Path:
+             extend: int = 0, progress: ProgressChoice = None) -> _Path:
     """Runs a campaign file (docs/formats/campaign.md) and returns its folder with table.h5, table.csv, campaign.json and the
     report, byte for byte as the program writes them. Repeat the call with the same file and folder to resume a campaign that was
     stopped, for example by Ctrl-C.
 
-    `extend`: number of cases to add. `out`: None is out/ plus the file's name. Messages, including the number of cases that are
-    not ok, are Python warnings. `read_table` reads the table. Raises InputError for errors in the file, else CommandError.
+    `extend`: number of cases to add. `out`: None is out/ plus the file's name. `progress`: None shows a line on a terminal and a
+    bar in a notebook, False nothing; a function gets a `Progress` several times per second. Messages, including the number of
+    cases that are not ok, are Python warnings. `read_table` reads the table. Raises InputError for errors in the file, else
+    CommandError.
 
     `file` may be a dictionary with the keys of a campaign file, whose `scenario` may be a Problem. The function writes it to
     campaign.yaml in `out`, and the problem to scenario.yaml beside it."""
     more, threads = whole_number("extend", extend, 0, 2**53), thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
-    _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False), (0, 3))
+    with reported(progress, "cases") as report_progress:
+        done = _grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False, report_progress)
+    _report_outcome(done, (0, 3))
     return folder
 
 
-def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True) -> _Path:
+def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True,
+                progress: ProgressChoice = None) -> _Path:
     """Runs a campaign at every point of one or two design values, as `grapnel map`; success_map.csv has the probabilities."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
-    _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True), (0, 3))
+    with reported(progress, "cases") as report_progress:
+        done = _grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True, report_progress)
+    _report_outcome(done, (0, 3))
     return folder
 
 
-def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
+def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True,
+          progress: ProgressChoice = None) -> _Path:
     """Runs a study file, a grid of captures (docs/formats/study.md), and returns its folder. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "study", out)
-    _report_outcome(_grapnel.sweep(file, folder, threads, bool(report)), (0, 3))
+    with reported(progress, "points") as report_progress:
+        done = _grapnel.sweep(file, folder, threads, bool(report), report_progress)
+    _report_outcome(done, (0, 3))
     return folder
 
 
-def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
+def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True,
+             progress: ProgressChoice = None) -> _Path:
     """Searches the best of many captures (docs/formats/optimization.md) and returns the folder; best.yaml is the best
     scenario. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "optimization", out)
-    _report_outcome(_grapnel.optimize(file, folder, threads, bool(report)), (0,))
+    with reported(progress, "evaluations") as report_progress:
+        done = _grapnel.optimize(file, folder, threads, bool(report), report_progress)
+    _report_outcome(done, (0,))
     return folder
 
 

@@ -13,6 +13,7 @@ from . import _grapnel
 from ._arguments import Path, file_path, thread_count
 from .controller import Controller, _given
 from .linear import LinearModel
+from .progress import ProgressChoice, reported
 from .result import Result
 
 
@@ -296,12 +297,13 @@ def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = No
 
 
 def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False,
-                  controller: type[Controller] | None = None) -> list[Result]:
+                  controller: type[Controller] | None = None, progress: ProgressChoice = None) -> list[Result]:
     """Simulates captures in parallel. Results have the order of the problems, with the same bits for any number of threads.
 
     `controller`: a class as for `Problem.simulate`; each run creates an object of it. Python runs their updates one at a time.
     `threads`: 0 for one per processor. Other Python threads continue to run. Ctrl-C ends all runs. `strict` as for
-    `Problem.simulate`. For thousands of cases with drawn values, `grapnel.campaign` is faster and keeps less data per case.
+    `Problem.simulate`, `progress` as for `grapnel.campaign`. For thousands of cases with drawn values, `grapnel.campaign` is
+    faster and keeps less data per case.
     """
     if isinstance(problems, Problem):
         raise TypeError("problems is one grapnel.Problem; expected several, such as a list; use problem.simulate() for one")
@@ -311,12 +313,14 @@ def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = 
             raise TypeError(f"{problem!r} is not a grapnel.Problem")
     if controller is not None and not inspect.isclass(controller):
         raise TypeError("controller is one object for several runs; expected its class, of which each run creates an object")
-    return _simulate(problems, threads, strict, [controller] * len(problems))
+    return _simulate(problems, threads, strict, [controller] * len(problems), progress)
 
 
-def _simulate(problems: list[Problem], threads: int, strict: bool, controllers: list[Any]) -> list[Result]:
-    results = [Result(run) for run in _grapnel.simulate_many([problem._core for problem in problems], thread_count(threads),
-                                                             [_given(controller) for controller in controllers])]
+def _simulate(problems: list[Problem], threads: int, strict: bool, controllers: list[Any],
+              progress: ProgressChoice = False) -> list[Result]:
+    cores, count, given = [problem._core for problem in problems], thread_count(threads), [_given(controller) for controller in controllers]
+    with reported(progress, "problems") as report:
+        results = [Result(run) for run in _grapnel.simulate_many(cores, count, given, report)]
     if strict:
         for result in results:
             result.raise_if_failed()

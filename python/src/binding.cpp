@@ -35,10 +35,18 @@ void Unlocked::lock(const std::function<void()>& abandon) noexcept {
   }
 }
 
-bool Unlocked::signals_raise(const std::function<void()>& abandon) {
+bool Unlocked::python_raises(const std::function<void()>& abandon, const std::function<void()>& report) {
   lock(abandon);
   // Only the main thread runs signal handlers.
-  const bool raised = PyErr_CheckSignals() != 0;
+  bool raised = PyErr_CheckSignals() != 0;
+  if (!raised && report) {
+    try {
+      report();
+    } catch (py::error_already_set& error) {
+      error.restore();
+      raised = true;
+    }
+  }
   state_ = PyEval_SaveThread();
   return raised;
 }
@@ -49,7 +57,7 @@ void Unlocked::with_lock(void (*act)()) {
   state_ = PyEval_SaveThread();
 }
 
-void run_interruptibly(const std::function<void(const std::stop_token&)>& work) {
+void run_interruptibly(const std::function<void(const std::stop_token&)>& work, const std::function<void()>& report) {
   constexpr std::chrono::milliseconds kBetweenChecks(20);
   std::mutex mutex;
   std::condition_variable ended;
@@ -73,10 +81,12 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work) 
     while (!ended.wait_for(lock, kBetweenChecks, [&] { return done; })) {
       lock.unlock();
       if (!interrupted) {
-        interrupted = unlocked.signals_raise([&] {
-          thread.request_stop();
-          thread.join();
-        });
+        interrupted = unlocked.python_raises(
+            [&] {
+              thread.request_stop();
+              thread.join();
+            },
+            report);
         if (interrupted) thread.request_stop();
       } else {
         unlocked.with_lock(&interrupt_controllers);

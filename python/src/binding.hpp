@@ -28,9 +28,9 @@ class Unlocked {
   ~Unlocked() { lock({}); }
   Unlocked(const Unlocked&) = delete;
   Unlocked& operator=(const Unlocked&) = delete;
-  /// Takes the lock briefly to run signal handlers; returns whether a handler raised an exception. If the interpreter
-  /// has ended, `abandon` is called and this function does not return.
-  bool signals_raise(const std::function<void()>& abandon);
+  /// Takes the lock briefly to run signal handlers and `report`, if there is one; returns whether one of them raised a
+  /// Python exception. If the interpreter has ended, `abandon` is called and this function does not return.
+  bool python_raises(const std::function<void()>& abandon, const std::function<void()>& report);
   /// Takes the lock briefly and calls `act`.
   void with_lock(void (*act)());
 
@@ -41,8 +41,10 @@ class Unlocked {
 
 /// Runs `work` on a separate thread without the interpreter's lock, and checks for signals during this time. If a
 /// Python handler raises an exception, as on Ctrl-C, it requests a stop of the work and rethrows the exception after
-/// its end. Exceptions of `work` propagate, too. Called with the lock held.
-void run_interruptibly(const std::function<void(const std::stop_token&)>& work);
+/// its end. Exceptions of `work` propagate, too. Called with the lock held. `report` runs in the calling thread with
+/// the lock, every 20 ms until the work ends; a Python exception of it stops the work as a signal does.
+void run_interruptibly(const std::function<void(const std::stop_token&)>& work,
+                       const std::function<void()>& report = {});
 
 /// Thrown by work after a stop request. It has no base class, so handlers that turn exceptions into results ignore it.
 struct Stopped {};

@@ -5,6 +5,8 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
+#include <utility>
 
 #include "binding.hpp"
 #include "grapnel/campaign/campaign_folder.hpp"
@@ -21,34 +23,72 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Collects the messages of work.
-struct Messages : Listener {
+// Collects the messages of work, and holds its latest progress for another thread.
+class Messages : public Listener {
+ public:
   void message(const Message& message) override {
-    texts.push_back(printable_lines(message.text));
-    has_error = has_error || message.kind == Message::Kind::error;
+    messages_.push_back({message.kind, printable_lines(message.text)});
+    has_error_ = has_error_ || message.kind == Message::Kind::error;
   }
-  std::vector<std::string> texts;
-  bool has_error = false;
+  void points(const CaseProgress& at) override { take(at); }
+  void cases(const CaseProgress& at) override { take(at); }
+
+  bool has_error() const { return has_error_; }
+  std::vector<std::string> texts() const {
+    std::vector<std::string> texts;
+    for (const Message& message : messages_) texts.push_back(message.text);
+    return texts;
+  }
+  /// The progress since the last call. Any thread may call it.
+  std::optional<CaseProgress> news() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(latest_, std::nullopt);
+  }
+
+ private:
+  void take(const CaseProgress& at) {
+    // Remarks before the first case state the expected duration, which the progress shows.
+    if (at.total == 0)
+      std::erase_if(messages_, [](const Message& message) { return message.kind == Message::Kind::remark; });
+    const std::lock_guard lock(mutex_);
+    if (at.total > 0) latest_ = at;
+  }
+
+  std::vector<Message> messages_;
+  bool has_error_ = false;
+  std::mutex mutex_;
+  std::optional<CaseProgress> latest_;
 };
 
 // How work ended, as the exit code of the program's command, and its messages.
 using Outcome = std::pair<int, std::vector<std::string>>;
 
 // On Ctrl-C the work ends and keeps its complete results, and the exception propagates. Exceptions of `work` propagate.
-Outcome outcome_of(const std::function<Ending(Messages& messages, const std::stop_token& stop)>& work) {
-  Outcome outcome;
+// `progress`: None, or a function of numbers of cases: done, total, successes, not ok, and done at the start.
+Outcome outcome_of(const std::function<Ending(Messages& messages, const std::stop_token& stop)>& work,
+                   const py::object& progress = py::none()) {
   constexpr std::chrono::milliseconds kBetweenChecks(20);
   static std::timed_mutex one_at_a_time;  // the inputs of a command are those of the process
-  run_interruptibly([&](const std::stop_token& stop) {
-    std::unique_lock lock(one_at_a_time, std::defer_lock);
-    while (!lock.try_lock_for(kBetweenChecks))
-      if (stop.stop_requested()) throw Stopped{};
-    const InputFiles inputs;
-    Messages messages;
-    outcome.first = static_cast<int>(work(messages, stop));
-    outcome.second = std::move(messages.texts);
-  });
-  return outcome;
+  int code = 0;
+  Messages messages;
+  std::function<void()> report;
+  if (!progress.is_none()) {
+    report = [&] {
+      if (const std::optional<CaseProgress> at = messages.news())
+        progress(at->done, at->total, at->successes, at->not_ok, at->begun_with);
+    };
+  }
+  run_interruptibly(
+      [&](const std::stop_token& stop) {
+        std::unique_lock lock(one_at_a_time, std::defer_lock);
+        while (!lock.try_lock_for(kBetweenChecks))
+          if (stop.stop_requested()) throw Stopped{};
+        const InputFiles inputs;
+        code = static_cast<int>(work(messages, stop));
+      },
+      report);
+  if (report) report();
+  return {code, messages.texts()};
 }
 
 // What `load` reads; the listener gets the warnings. @throws InputError
@@ -60,44 +100,50 @@ Read loaded(const fs::path& file, Read (*load)(const fs::path&, std::vector<Faul
   return read;
 }
 
-FolderOptions folder_options(int threads, bool report, const std::stop_token& stop) {
-  return {.threads = threads, .quiet = true, .no_report = !report, .stop = stop};
+FolderOptions folder_options(int threads, bool report, const std::stop_token& stop, bool quiet = true) {
+  return {.threads = threads, .quiet = quiet, .no_report = !report, .stop = stop};
 }
 
 Outcome campaign(const fs::path& file, const fs::path& folder, int threads, bool report, bool csv, std::uint64_t extend,
-                 bool map) {
-  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+                 bool map, const py::object& progress) {
+  const bool quiet = progress.is_none();
+  const auto work = [&](Listener& listener, const std::stop_token& stop) {
     Campaign campaign = loaded(file, load_campaign, listener);
     if (!can_run(campaign, map, listener) || !results_folder(folder, file, Outputs::campaign, listener))
       return Ending::bad_input;
     CampaignFolderOptions options;
-    static_cast<FolderOptions&>(options) = folder_options(threads, report, stop);
+    static_cast<FolderOptions&>(options) = folder_options(threads, report, stop, quiet);
     options.no_csv = !csv, options.extend = extend;
     options.command = options.resume = "repeat the call with the same file and folder";
     return run_campaign_folder(std::move(campaign), folder, options, listener);
-  });
+  };
+  return outcome_of(work, progress);
 }
 
-Outcome sweep(const fs::path& file, const fs::path& folder, int threads, bool report) {
-  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+Outcome sweep(const fs::path& file, const fs::path& folder, int threads, bool report, const py::object& progress) {
+  const bool quiet = progress.is_none();
+  const auto work = [&](Listener& listener, const std::stop_token& stop) {
     const Campaign study = loaded(file, load_study, listener);
     if (!results_folder(folder, file, Outputs::sweep, listener)) return Ending::bad_input;
-    return run_sweep_folder(study, folder, folder_options(threads, report, stop), listener);
-  });
+    return run_sweep_folder(study, folder, folder_options(threads, report, stop, quiet), listener);
+  };
+  return outcome_of(work, progress);
 }
 
-Outcome optimize(const fs::path& file, const fs::path& folder, int threads, bool report) {
-  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+Outcome optimize(const fs::path& file, const fs::path& folder, int threads, bool report, const py::object& progress) {
+  const bool quiet = progress.is_none();
+  const auto work = [&](Listener& listener, const std::stop_token& stop) {
     const Optimization optimization = loaded(file, load_optimization, listener);
     if (!results_folder(folder, file, Outputs::optimization, listener) || !may_replace(folder / "best.yaml", listener))
       return Ending::bad_input;
-    return run_optimization_folder(optimization, folder, folder_options(threads, report, stop), listener);
-  });
+    return run_optimization_folder(optimization, folder, folder_options(threads, report, stop, quiet), listener);
+  };
+  return outcome_of(work, progress);
 }
 
 // A disagreement with the model is a result, not an error.
 Ending without_verdict(Ending ending, const Messages& messages) {
-  return ending == Ending::failed && !messages.has_error ? Ending::done : ending;
+  return ending == Ending::failed && !messages.has_error() ? Ending::done : ending;
 }
 
 Outcome compare(const RunAndLog& input, LogFolderOptions options) {
@@ -173,9 +219,11 @@ py::list read_table(const fs::path& folder) {
 
 void bind_commands(py::module_& module) {
   module.def("campaign", &campaign, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"),
-             py::arg("csv"), py::arg("extend"), py::arg("map"));
-  module.def("sweep", &sweep, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
-  module.def("optimize", &optimize, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
+             py::arg("csv"), py::arg("extend"), py::arg("map"), py::arg("progress"));
+  module.def("sweep", &sweep, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"),
+             py::arg("progress"));
+  module.def("optimize", &optimize, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"),
+             py::arg("progress"));
   const auto options_of = [](const fs::path& folder, bool report) {
     LogFolderOptions options;
     options.folder = folder, options.quiet = true, options.no_report = !report;

@@ -2,8 +2,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <tuple>
@@ -85,19 +87,29 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
 }
 
 std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads,
-                                                const std::vector<Given>& controllers) {
+                                                const std::vector<Given>& controllers, const py::object& progress) {
   // Other threads may change a scenario during its simulation: copy its present state.
   std::vector<Scenario> now;
   for (const auto& scenario : scenarios) now.push_back(*scenario);
   const std::vector<GivenController> given = given_controllers(now, controllers);
   std::vector<std::shared_ptr<Run>> runs(now.size());
-  run_interruptibly([&](const std::stop_token& stop) {
+  std::atomic<std::size_t> done = 0;
+  std::function<void()> report;  // `progress` is None, or a function of the numbers of simulated and of all problems
+  if (!progress.is_none()) {
+    report = [&, last = std::size_t{0}]() mutable {
+      if (const std::size_t count = done; count != last) progress(last = count, now.size());
+    };
+  }
+  const auto work = [&](const std::stop_token& stop) {
     for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i, std::int64_t) {
       const Scenario& scenario = now[static_cast<std::size_t>(i)];
       runs[static_cast<std::size_t>(i)] =
           simulate(scenario, scenario.shared_problem(), &given[static_cast<std::size_t>(i)], stop);
+      ++done;
     });
-  });
+  };
+  run_interruptibly(work, report);
+  if (report) report();
   return runs;
 }
 
@@ -248,7 +260,8 @@ void bind_result(py::module_& module) {
           py::arg("name"))
       .def("save", &save, py::arg("folder"), py::arg("report"))
       .def("report", &report, py::arg("file"));
-  module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"), py::arg("controllers"));
+  module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"), py::arg("controllers"),
+             py::arg("progress"));
   module.def("has_reports", [] { return why_no_reports().empty(); });
 }
 
