@@ -85,14 +85,13 @@ def _quaternions_of(robot: Any) -> list[int]:
 class VectorCaptureEnv:
     """`n` simultaneous captures of one problem.
 
-    Observation of a case: joint values [rad, m], joint rates, the base's angular velocity [rad/s], and for each grasp the vector
-    from the end-effector to its grasp point [m] and the grasp point's velocity relative to the end-effector [m/s], all in the
-    base's axes.
+    Observation of a case: joint values [rad, m], joint rates, and the base's angular velocity [rad/s]. For each grasp follow the
+    vector from the end-effector to its grasp point [m] and the relative velocity of the grasp point [m/s]. All are in the base's
+    axes.
 
     Action: an effort per joint as a fraction of `effort_scale`, between -1 and 1, held for `period` [s]. Joints have the order of
-    `env.robot.joints`. They are the joints of the arms and, if the robot has them, the reaction wheels (`wheel:NAME`), the gimbals
-    and rotors of control moment gyros (`gyro:NAME`, `gyro-rotor:NAME`) and joints with springs, which accept efforts here like all
-    other joints. Send 0 for no effort.
+    `env.robot.joints`. They are the joints of the arms, reaction wheels (`wheel:NAME`), gimbals and rotors of control moment gyros
+    (`gyro:NAME`, `gyro-rotor:NAME`), and joints with springs. All of them accept efforts; send 0 for no effort.
 
     Names and units: `observation_names`, `observation_units`, `action_names`, `action_units`.
 
@@ -100,8 +99,8 @@ class VectorCaptureEnv:
     defaults are those of its envelope, or 0.05 m and 0.05 m/s without an envelope. Angles of envelopes are not evaluated. All
     grasps then close in a plastic impact (`Robot.impact`), rigidly, at the end-effectors; the state is that after it. Entries
     of step()'s dictionary: 'impulse' (n, grasps, 6), [angular N m s; linear N s] in W on the robot, 'energy_loss' (n,) [J], and
-    'ledger' (n,): 'yes' or 'no', whether the grasps are at rest after the impact, its energy is that of the impulses, and
-    momentum agrees within the bounds of this module; a smaller `step` reduces the error of the approach. 'momentum_drift' (n,)
+    'ledger' (n,): 'yes' or 'no'. It states whether the grasps are at rest after the impact, its energy is that of the
+    impulses, and momentum agrees. The bounds are those of this module; a smaller `step` reduces the error of the approach. 'momentum_drift' (n,)
     is the change of momentum about the centre of mass since the reset, relative to masses and moments at the largest kinetic
     energy; nan with gravity or a fixed or held base, since momentum changes then, and the ledger judges the impact alone. These
     entries are nan, or 'not checked', for cases without a capture in this step.
@@ -116,8 +115,8 @@ class VectorCaptureEnv:
 
     End of a case: at the capture (terminated), at `duration` (truncated), or terminated when it diverges or its action has values
     that are not finite; 'reason' (n,) in the dictionary states it ('captured', 'duration', 'diverged', 'invalid action', or ''
-    before the end), until the case is reset. A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state is not valid. It then keeps its
-    last valid state. A case that has ended keeps its state, with rewards of 0, until it is reset.
+    before the end), until the case is reset. A case diverges if a speed exceeds `RUNAWAY` (rad/s or m/s) or its state
+    is not valid. It then keeps its last valid state. A case that has ended keeps its state, with rewards of 0, until it is reset.
     """
 
     def __init__(self, problem: Problem, n: int, period: float = 0.1, step: float = 0.02, duration: float | None = None,
@@ -230,8 +229,8 @@ class VectorCaptureEnv:
     # ---- Geometry ----
 
     def relative(self, state: Array) -> tuple[Array, Array, Array]:
-        """For states (n, nstate): vectors from end-effectors to grasp points [m], and the grasp points' velocity [m/s] and the
-        targets' angular velocity [rad/s] relative to the end-effectors, (n, grasps, 3) each, in W."""
+        """For states (n, nstate): vectors from end-effectors to grasp points [m], in W. Then, relative to the end-effectors, the
+        velocity of the grasp points [m/s] and the angular velocity of the targets [rad/s], in W. (n, grasps, 3) each."""
         q, v = self.rollout.split(np.atleast_2d(state))
         distances, velocities, turns = [], [], []
         for grasp in self.grasps:
@@ -380,9 +379,9 @@ class VectorCaptureEnv:
 
     def step(self, action: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Advances by one period under actions (n, joints), clipped to -1 and 1. Returns observations (n, size), rewards,
-        terminated, truncated (n,) and, in a dictionary, 'captured' and 'diverged' (n,), 'distance' (n, grasps) [m] and 'speed'
-        (n, grasps) [m/s] before an impact, and the entries that the class documents. No action raises an exception but one of
-        a wrong shape."""
+        terminated, truncated (n,) and a dictionary. It has 'captured' and 'diverged' (n,), and 'distance' [m] and 'speed' [m/s]
+        before an impact (n, grasps). The class documents its other entries. Only an action with a wrong shape raises an
+        exception."""
         if not self._is_reset:
             raise RuntimeError("step() before the first reset(): there is no initial state")
         action = np.asarray(action, dtype=float)

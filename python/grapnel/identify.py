@@ -46,8 +46,8 @@ class Identification:
 def identify(robot: Robot, frame: str, q: ArrayLike, v: ArrayLike, *, impulse: ArrayLike | None = None, base: str = "twist",
              momentum: ArrayLike | None = None, angular_velocity: float = 0.0, velocity: float = 0.0,
              joint_rate: float = 0.0) -> Identification:
-    """Estimates mass, centre of mass and inertia of the body that carries `frame` and that the robot holds, by weighted least
-    squares on the momentum of samples (docs/theory, section 16).
+    """Estimates mass, centre of mass and inertia of the held body that carries `frame`, by weighted least squares on the momentum
+    of samples (docs/theory, section 16).
 
     `robot`: the joined system with the masses of all other bodies, such as `Robot(problem, targets=True).holding(q)`; its mass
     properties of the held body are not used.

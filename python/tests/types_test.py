@@ -1,9 +1,11 @@
 """Stubs and documentation are complete: the stub has all functions of the compiled module, and all public names have docstrings."""
 
 import ast
+import functools
 import inspect
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -112,6 +114,69 @@ def test_public_functions_have_types():
             assert function.returns is not None, place
             arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
             assert all(argument.annotation is not None or argument.arg in ("self", "cls") for argument in arguments), place
+
+
+def public_functions():
+    """Name and function, class or property of everything that users of the package call or read."""
+    things = {f"grapnel.{name}": getattr(grapnel, name) for name in grapnel.__all__}
+    for module in (grapnel.env, grapnel.data):
+        things |= {f"{module.__name__}.{name}": thing for name, thing in vars(module).items()
+                   if not name.startswith("_") and callable(thing) and getattr(thing, "__module__", None) == module.__name__}
+    for name, thing in things.items():
+        if inspect.ismodule(thing) or isinstance(thing, str):
+            continue
+        yield name, thing
+        for key, member in vars(thing).items() if inspect.isclass(thing) else ():
+            is_documented = callable(member) or isinstance(member, (property, functools.cached_property, classmethod, staticmethod))
+            if not key.startswith("_") and (is_documented or inspect.isdatadescriptor(member)):
+                yield f"{name}.{key}", member
+
+
+def sentences(text):
+    """Sentences and items of lists of a docstring, without code and parentheses."""
+    text = re.sub(r"\([^()]*\)", "", re.sub(r"`[^`]*`", "code", text))
+    for paragraph in re.split(r"\n\s*\n|\n\s*(?=code|\w+:)", text):
+        yield from filter(None, re.split(r"(?<=[.!?:;])\s+", " ".join(paragraph.split())))
+
+
+def faults_of_docstring(text):
+    """What the rules of CONTRIBUTING.md do not permit in a docstring."""
+    faults = [f"a sentence has {len(one.split())} words: {one}" for one in sentences(text) if len(one.split()) > 25]
+    if not re.search(r"[.:\]`]$", text.rstrip()) and "->" not in text:
+        faults.append(f"it ends without a full stop: {text[-40:]}")
+    return faults
+
+
+def test_docstrings_follow_the_rules_of_language():
+    """help() gives text for every public name, in sentences of at most 25 words. scripts/prose checks the terms."""
+    names, missing, faults = [], [], []
+    for name, thing in public_functions():
+        names.append(name)
+        text = inspect.getdoc(thing)
+        if not text or text.startswith(("Alias for field", "partial(")):
+            missing.append(name)
+        else:
+            faults += [f"{name}: {fault}" for fault in faults_of_docstring(text)]
+    assert not missing and not faults, "\n".join(missing + faults)
+    assert len(names) > 200 and {"grapnel.Problem.simulate", "grapnel.data.scenario", "grapnel.env.CaptureEnv.step"} <= set(names)
+    assert faults_of_docstring("Word " * 26 + "end.") and faults_of_docstring("No full stop") and not faults_of_docstring("Good.")
+
+
+def test_help_shows_types():
+    """help() of a function shows the types of its arguments and result."""
+    seen = 0
+    for name, thing in public_functions():
+        function = getattr(thing, "__func__", thing)
+        if inspect.isfunction(function):
+            signature = inspect.signature(function)
+            untyped = [key for key, argument in signature.parameters.items()
+                       if key not in ("self", "cls") and argument.annotation is inspect.Parameter.empty]
+            assert not untyped and signature.return_annotation is not inspect.Signature.empty, f"{name}: {untyped}"
+            seen += 1
+        elif inspect.isbuiltin(function) or type(function).__name__ == "instancemethod":
+            assert "->" in (function.__doc__ or ""), name
+            seen += 1
+    assert seen > 60
 
 
 def test_docstrings_of_array_functions_have_shapes():
