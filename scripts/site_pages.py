@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Writes the pages of the documentation's site for Sphinx. Standard library only.
 
-usage: scripts/site_pages.py PROGRAM OUT [--python FOLDER] [--katex FOLDER] [--stills FOLDER] [--sample]     (scripts/docs calls it)
+usage: scripts/site_pages.py PROGRAM OUT [--python FOLDER] [--katex FOLDER] [--stills FOLDER] [--sample] [--notebooks FOLDER]
+       (scripts/docs calls it)
 
 OUT/source receives the pages of the repository, with links rewritten to their place on the site and equations typeset where
 --katex names the folder that has the package KaTeX in node_modules. Generated pages follow: the gallery, which runs every shipped
-scenario; a page for each scenario; the commands; the references of the stable C++ headers and of the Python module, if it is
+scenario; a page for each scenario; a page for each notebook, with the outputs of the executed copies in --notebooks; the commands; the references of the stable C++ headers and of the Python module, if it is
 built. --stills names the folder of the packages that a browser needs to draw pictures of scenarios. With --sample most scenarios
 run without report and pictures.
 
@@ -27,6 +28,7 @@ sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 MAIN = "docs/README.md"
 GALLERY = "docs/gallery.md"  # where it exists
+NOTEBOOKS = "examples/notebooks"
 # The folders of scenarios and their titles, in the order of the gallery.
 FOLDERS = [("scenarios", "Scenarios"), ("scenarios/thesis", "Cases of the thesis")]
 REPORT = "dual-arm-satellite-handles"  # the scenario whose report pages show
@@ -34,6 +36,7 @@ SAMPLE = 8  # with --sample, one scenario of so many is drawn
 
 sys.path.insert(0, str(ROOT / "docs" / "site"))
 import equations  # noqa: E402
+from site_notebooks import NotebookPage, with_download  # noqa: E402
 
 
 def pages_of_repository():
@@ -43,6 +46,8 @@ def pages_of_repository():
         name = page.relative_to(ROOT).as_posix()
         place = page.relative_to(ROOT / "docs")
         pages.setdefault(name, (place.with_name("index.md") if place.name == "README.md" else place).as_posix())
+    for notebook in sorted((ROOT / NOTEBOOKS).glob("*.ipynb")):
+        pages[notebook.relative_to(ROOT).as_posix()] = f"notebooks/{notebook.stem}.md"
     return pages
 
 
@@ -101,10 +106,16 @@ class Site:
             return re.sub(r"(\]\()([^) ]+)\)", lead, line)  # except in the text of a link
         return "".join(part if part.startswith("`") else re.sub(r"(\]\()([^) ]+)\)", lead, part) for part in parts)
 
-    def take_pages(self, made, gallery, katex):
+    def take_pages(self, made, gallery, katex, executed):
+        """`executed`: the folder of executed notebooks."""
         self.made = made
-        texts = {}
-        for page in self.pages:
+        texts, seconds = {}, {}
+        for page, place in self.pages.items():
+            if page.endswith(".ipynb"):
+                notebook = NotebookPage(ROOT / page, executed / pathlib.Path(page).name, (self.source / place).parent, self.source.parent / "reports")
+                texts[page] = notebook.text()
+                seconds[page] = notebook.seconds
+                continue
             text = (ROOT / page).read_text()
             if page == MAIN:
                 text = re.sub(r"<!-- on the site:\n(.*?)\n?-->", r"\1", text, flags=re.DOTALL)
@@ -117,6 +128,11 @@ class Site:
                 text = home(text) + contents(text)
             elif page == GALLERY:
                 text = gallery.with_cards(text)
+            elif page.endswith(".ipynb"):
+                copy = self.source / "files" / page
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(ROOT / page, copy)
+                text = with_download(text, f"../files/{page}", seconds[page])
             elif page.startswith("docs/"):
                 text += children(text, place, self.pages.values())
             self.write(place, text)
@@ -449,7 +465,7 @@ def cpp_reference():
 
 def main():
     words = sys.argv[1:]
-    options = {name: words[words.index(name) + 1] if name in words else None for name in ("--python", "--katex", "--stills")}
+    options = {name: words[words.index(name) + 1] if name in words else None for name in ("--python", "--katex", "--stills", "--notebooks")}
     module = options["--python"]
     program, out = pathlib.Path(words[0]).resolve(), pathlib.Path(words[1]).resolve()
     site = Site(out)
@@ -471,7 +487,7 @@ def main():
         reference = "\n".join("```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n   :imported-members:\n```\n" if name == "grapnel" else
                               "## " + name + "\n\n```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n```\n" for name in modules)
     site.write("python-reference.md", "# Python reference\n\n" + reference)
-    typesetting = site.take_pages(made, gallery, options["--katex"])
+    typesetting = site.take_pages(made, gallery, options["--katex"], pathlib.Path(options["--notebooks"] or out / "notebooks"))
     if gallery.report:
         shutil.copyfile(gallery.report, out / "source" / "images" / "report.jpg")
     print(f"{len(gallery.scenarios)} scenarios, {sum(s.file('.jpg').exists() for s in gallery.scenarios.values())} pictures, "

@@ -121,6 +121,43 @@ test("equations are typeset", { skip: !existsSync(path.join(site, "_static", "ka
   await close();
 });
 
+const notebooks = readdirSync(path.join(process.env.GRAPNEL_SOURCE ?? ".", "examples", "notebooks")).filter((name) => name.endsWith(".ipynb")).map((name) => name.replace(".ipynb", ""));
+const text = (name) => readFileSync(path.join(site, "notebooks", `${name}.html`), "utf8");
+
+test("every notebook has a page, which leads to the next and to its file", () => {
+  assert.ok(notebooks.length >= 5);
+  for (const name of notebooks) {
+    assert.match(text(name), new RegExp(`href="[^"]*/${name}\\.ipynb"`), name);
+    assert.ok(!/(src|href)="https?:[^"]*\.(js|css)"/.test(text(name)), `${name} loads from the network`);
+  }
+  assert.match(text("first-capture"), /<a [^>]*href="your-urdf\.html"/);
+});
+
+test("notebooks show their outputs and replays from disk", { skip: !text(notebooks[0]).includes("notebook-output") }, async () => {
+  for (const name of notebooks) {
+    const { page, faults, close } = await open(address(`notebooks/${name}.html`));
+    const images = page.locator('.notebook-output img[alt^="Figure"]'); // copy buttons have pictures, too
+    assert.ok(await images.count(), `${name} has no figure`);
+    const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
+      await image.decode();
+      return [image.naturalWidth, image.getBoundingClientRect().width];
+    })));
+    assert.ok(sizes.every(([width, shown]) => width > 400 && shown > 200), `${name}: ${sizes}`);
+    assert.ok(await page.locator(".notebook-output", { hasText: "Conservation checks: passed" }).count(), name);
+    await takeScreenshot(page, `notebook-${name}`);
+    const frame = page.locator(".notebook-output iframe").first();
+    await frame.scrollIntoViewIfNeeded();
+    const report = await (await frame.elementHandle()).contentFrame();
+    await report.waitForFunction(() => window.__grapnel?.replay, undefined, { timeout: 60000 });
+    const drawn = await report.evaluate(() => window.__grapnel.replay.renderCount());
+    await report.evaluate(() => { window.__grapnel.clock.time = 0.5 * window.__grapnel.clock.end; });
+    await report.waitForFunction((n) => window.__grapnel.replay.renderCount() > n, drawn, { timeout: 60000 });
+    await takeScreenshot(page, `notebook-${name}-replay`);
+    assert.deepEqual(faults, [], name);
+    await close();
+  }
+});
+
 test("no page scrolls sideways", async () => {
   const pages = readdirSync(site, { recursive: true }).map((name) => name.replaceAll("\\", "/"))
     .filter((name) => name.endsWith(".html") && !/^(doxygen|reports|_static|scenarios)\//.test(name));
