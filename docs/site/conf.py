@@ -66,13 +66,16 @@ html_theme_options = {
 
 def mend_furo(app, failed):
     """Debian's furo loads a style from the web server's /javascript and a script as a module, which do not work from disk. Both are
-    inserted into the files that request them."""
+    inserted into the files that request them. It is dark only on request; the colours of a dark system are added."""
     static = pathlib.Path(app.outdir) / "_static"
     style, script = static / "styles" / "furo.css", static / "scripts" / "furo.js"
     request, name = "@import url(/javascript/normalize.css/normalize.css);", "import Gumshoe from \"./gumshoe-patched.js\";"
     if not failed and style.exists() and request in style.read_text():
         normalize = pathlib.Path("/usr/share/javascript/normalize.css/normalize.css").read_text()
-        style.write_text(style.read_text().replace(request, normalize))
+        text = style.read_text().replace(request, normalize)
+        # Its compiler omitted the dark colours of readers whose system is dark.
+        dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', text, re.DOTALL)[1]
+        style.write_text(f'{text}\n@media screen and (prefers-color-scheme: dark) {{ body[data-theme="auto"] {{{dark}}} }}\n')
     if not failed and script.exists() and name in script.read_text():
         script.write_text((static / "scripts" / "gumshoe-patched.js").read_text() + script.read_text().replace(name, ""))
 

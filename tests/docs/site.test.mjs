@@ -174,10 +174,12 @@ test("no page scrolls sideways", async () => {
 });
 
 test("pages are readable on a phone and in dark mode", async () => {
-  for (const name of ["index.html", "formats/scenario.html", "formats/scenario/impact.html", theory]) {
+  for (const name of ["index.html", "formats/scenario.html", "formats/scenario/impact.html", "notebooks/first-capture.html", theory]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
+    const [text, background] = await page.evaluate(() => ["color", "backgroundColor"].map((key) => getComputedStyle(document.body)[key].match(/\d+/g).map(Number)));
+    assert.ok(background[0] < 60 && text[0] > 150, `${name}: ${text} on ${background}`);
     await takeScreenshot(page, `phone-${name.replace(/\W/g, "-")}`);
     assert.deepEqual(faults, []);
     await close();
