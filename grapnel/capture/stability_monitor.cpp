@@ -31,6 +31,10 @@ constexpr double kGrowsForced = 4, kGrowsForcedEach = 1.3;
 constexpr double kEnergyGrows = 1.05;
 // Sustained oscillation: peaks of the last third over the second, and the share of time at the limit.
 constexpr double kSustained = 0.8, kSaturated = 0.2;
+// Forced oscillations between both limits: minimum number of half-cycles, reversals of the limit per half-cycle, and
+// per step in which the excitation reverses.
+constexpr long kMinAlternating = 15;
+constexpr double kReversals = 0.5, kReversalsPerExcitation = 3;
 // Peaks below this fraction of the phase's maximum have settled.
 constexpr double kSettled = 0.02;
 // A phase has decayed if the maximum of its last third is below this fraction of that of its first.
@@ -54,24 +58,38 @@ long touches_in(const ContactSet* contacts) {
 
 // ---- Oscillation ----
 
+// Durations, counts and saturated times add up; peaks and energies are maxima.
+void Oscillation::Content::append(const Content& later) {
+  peak = std::max(peak, later.peak), energy = std::max(energy, later.energy);
+  saturated += later.saturated, count += later.count;
+  reversals += later.reversals, excited += later.excited;
+}
+
 // Step and the value at its end => extends the current half-cycle, or begins one at a change of sign; updates its peak,
-// energy and saturated time, and the envelope. At kMaxHalves, half-cycles are merged.
-void Oscillation::add(double t0, double t1, double value, bool saturated, double energy) {
-  const int sign = value > 0 ? 1 : value < 0 ? -1 : sign_;
+// energy, saturated time and reversals, and the envelope. At kMaxHalves, half-cycles are merged.
+void Oscillation::add(const Step& step) {
+  const double size = std::abs(step.value), duration = step.end - step.begin;
+  const int sign = step.value > 0 ? 1 : step.value < 0 ? -1 : sign_;
   if (halves_.empty() || sign != sign_) {
     if (halves_.size() >= kMaxHalves) merge_halves();
-    halves_.push_back({t0, t1, 0, 0, 0, 1});
+    Half& half = halves_.emplace_back();
+    half.begin = step.begin, half.count = 1;
     sign_ = sign;
   }
   Half& half = halves_.back();
-  half.end = t1;
-  half.peak = std::max(half.peak, std::abs(value)), half.energy = std::max(half.energy, energy);
-  if (saturated) half.saturated += t1 - t0;
-  if (std::isnan(start_)) start_ = t0, width_ = std::max(t1 - t0, 1e-9) / 4;
-  bin(t1, std::abs(value));
+  half.end = step.end;
+  half.peak = std::max(half.peak, size), half.energy = std::max(half.energy, step.energy);
+  if (step.excited) ++half.excited;
+  if (step.limit != 0) {
+    half.saturated += duration;
+    if (limit_ != 0 && step.limit != limit_) ++half.reversals;
+    limit_ = step.limit;
+  }
+  if (std::isnan(start_)) start_ = step.begin, width_ = std::max(duration, 1e-9) / 4;
+  bin(step.end, size);
 }
 
-// Half-cycles => every three in one: durations, counts and saturated times add up, peaks and energies are maxima.
+// Half-cycles => every three in one.
 void Oscillation::merge_halves() {
   std::vector<Half> merged;
   for (std::size_t i = 0; i < halves_.size(); ++i) {
@@ -79,10 +97,8 @@ void Oscillation::merge_halves() {
       merged.push_back(halves_[i]);
       continue;
     }
-    Half& all = merged.back();
-    const Half& one = halves_[i];
-    all.end = one.end, all.count += one.count, all.saturated += one.saturated;
-    all.peak = std::max(all.peak, one.peak), all.energy = std::max(all.energy, one.energy);
+    merged.back().append(halves_[i]);
+    merged.back().end = halves_[i].end;
   }
   halves_ = std::move(merged);
 }
@@ -119,10 +135,14 @@ std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
   const Half &last = halves_.back(), &before = halves_[halves_.size() - 2];
   for (std::size_t i = rest; i < halves_.size(); ++i) {
     Third& third = thirds[(i - rest) / size];
-    const Half& half = halves_[i];
-    third.peak = std::max(third.peak, half.peak), third.energy = std::max(third.energy, half.energy);
-    if (&half == &last) continue;  // it is incomplete
-    third.duration += half.end - half.begin, third.saturated += half.saturated, third.count += half.count;
+    Half half = halves_[i];
+    if ((i - rest) % size == 0) third.begin = half.begin;
+    if (i + 1 == halves_.size()) {  // it is incomplete
+      half.end = half.begin;
+      half.saturated = 0, half.count = half.reversals = half.excited = 0;
+    }
+    third.append(half);
+    third.duration += half.end - half.begin;
   }
   const auto mean = [](const Half& half) { return (half.end - half.begin) / static_cast<double>(half.count); };
   const double usual = std::max(mean(before), thirds[2].duration / static_cast<double>(std::max(1L, thirds[2].count)));
@@ -137,7 +157,13 @@ std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double
   }
   const Half &first = halves_[begin], &last = halves_[end - 1];
   const double period = 2 * (last.end - first.begin) / static_cast<double>(count);
-  return Growth{first.peak, last.peak, last.energy / first.energy, period};
+  return Growth{first.peak, last.peak, last.energy / first.energy, period, first.begin};
+}
+
+double Oscillation::saturated_since() const {
+  std::size_t first = halves_.size() - 1;  // incomplete
+  while (first > 0 && halves_[first - 1].saturated > 0) --first;
+  return halves_[first].begin;
 }
 
 bool Oscillation::diverges(int parts, double factor) const {
@@ -152,6 +178,21 @@ bool Oscillation::diverges(int parts, double factor) const {
 }
 
 // ---- The verdict ----
+
+namespace {
+
+// Whether the actuators alternate between their limits in the second and the last third, by themselves.
+bool alternates(const std::vector<Oscillation::Third>& thirds) {
+  Oscillation::Content late = thirds[1];
+  late.append(thirds[2]);
+  const auto reverses = [](const Oscillation::Content& part) {
+    return static_cast<double>(part.reversals) >= kReversals * static_cast<double>(part.count);
+  };
+  return thirds[0].count + late.count >= kMinAlternating && reverses(thirds[1]) && reverses(thirds[2]) &&
+         static_cast<double>(late.reversals) > kReversalsPerExcitation * static_cast<double>(late.excited);
+}
+
+}  // namespace
 
 // Oscillation, sensor noise, conditions => verdict with reason, period [s] and amplitudes. In this order: growth over
 // the thirds or saturation, fast growth of the last half-cycles, exponential growth, decay.
@@ -168,10 +209,14 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
     const double early = forced ? kGrowsForced : kGrowsEarly, late = forced ? kGrowsForced : kGrowsLate;
     const bool grows = middle.peak > early * first.peak && last.peak > late * middle.peak &&
                        (!stores_energy || last.energy > kEnergyGrows * middle.energy);
-    const bool is_sustained = !forced && last.peak > kSustained * middle.peak && report.saturated_share > kSaturated;
+    const bool is_sustained =
+        last.peak > kSustained * middle.peak && report.saturated_share > kSaturated && (!forced || alternates(thirds));
     if (is_large && (grows || is_sustained)) {
       report.verdict = Stability::unstable;
-      report.reason = grows ? "the oscillation grows" : "the oscillation does not decay and the actuator saturates";
+      report.since = grows ? first.begin : o.saturated_since();
+      report.reason = grows     ? "the oscillation grows"
+                      : !forced ? "the oscillation does not decay and the actuator saturates"
+                                : "the oscillation does not decay and the actuator alternates between its limits";
       return report;
     }
   }
@@ -180,13 +225,13 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
   if (growth && growth->last > std::max(floor, kSettled * o.largest()) &&
       (!stores_energy || growth->energy_factor > kEnergyGrows)) {
     report.period = growth->period, report.amplitude_before = growth->first, report.amplitude_after = growth->last;
-    report.verdict = Stability::unstable, report.reason = "the oscillation grows";
+    report.verdict = Stability::unstable, report.reason = "the oscillation grows", report.since = growth->begin;
     return report;
   }
   report.period = 0, report.saturated_share = 0;
   report.amplitude_before = o.first(), report.amplitude_after = o.last();
   if (!forced && o.last() > floor && o.diverges(kParts, kDiverges)) {
-    report.verdict = Stability::unstable, report.reason = "the rate grows exponentially";
+    report.verdict = Stability::unstable, report.reason = "the rate grows exponentially", report.since = o.start();
     return report;
   }
   if (forced) {
@@ -208,12 +253,13 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
 StabilityMonitor::StabilityMonitor(const CaptureProblem& problem) : problem_(problem) {}
 
 // Phase => signals to observe, with limits and sensor noise: base rates under attitude control, rates of joints that
-// control moves by efforts (not by a law that moves them together); also the criteria of rest after the impact.
+// control moves by efforts; also the criteria of rest after the impact.
 void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                                    bool moved_by_law, bool after_impact) {
   name_ = name, system_ = &system, dynamics_ = &dynamics, moved_by_law_ = moved_by_law;
   touches_ = touches_in(dynamics.setup().contacts.get()), disturbed_ = false;
   signals_.clear();
+  pulls_.assign(system.robot_joints.size(), 0.0), reference_reverses_ = false;
   const PhaseSetup& setup = dynamics.setup();
   const Model& model = system.model;
   const double period = problem_.control ? problem_.control->timing.period : 0;
@@ -233,9 +279,10 @@ void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem&
     const bool is_robots = std::count(system.robot_joints.begin(), system.robot_joints.end(), static_cast<int>(j)) > 0;
     const ControlOutput output = setup.drives.empty() ? ControlOutput::none : output_of(setup.drives[j].control);
     stores_energy_ = stores_energy_ || yields(joint) || (is_robots && output == ControlOutput::none);
-    if (!is_robots || !works_by_effort(output) || (output == ControlOutput::command && moved_by_law)) continue;
+    if (!is_robots || !works_by_effort(output)) continue;
     Signal signal;
     signal.of = joint.name, signal.joint = static_cast<int>(j);
+    signal.of_law = output == ControlOutput::command && moved_by_law;
     signal.velocity = model.joint_body(j).v;
     signal.limit = joint.limits.effort;
     if (sensors.joints && period > 0)
@@ -261,23 +308,29 @@ double StabilityMonitor::energy(const State& state) const {
   return q.kinetic_energy + q.elastic_energy;
 }
 
-// Whether a joint reference moves in a step, or a joint follows noise.
-bool StabilityMonitor::is_forced(double begin, double end) const {
+// Whether a joint reference moves in a step, or a joint follows noise. Also sets whether an acceleration of a reference
+// changes its sign in the step.
+bool StabilityMonitor::is_forced(double begin, double end) {
   constexpr double kMoves = 1e-9;  // [rad/s or m/s]
   const PhaseSetup& setup = dynamics_->setup();
-  for (const int joint : system_->robot_joints) {
-    if (setup.drives.empty()) return false;
-    const JointDrive& drive = setup.drives[joint];
+  reference_reverses_ = false;
+  bool moves = false;
+  for (std::size_t i = 0; i < system_->robot_joints.size() && !setup.drives.empty(); ++i) {
+    const JointDrive& drive = setup.drives[static_cast<std::size_t>(system_->robot_joints[i])];
     if (drive.control == JointControl::free) continue;
-    if (drive.noise.amplitude() != 0) return true;
     const JointPoint at = evaluate(drive.trajectory, end, 0.5 * (begin + end));
-    if (std::abs(at.rate) > kMoves || std::abs(at.acceleration) > kMoves) return true;
+    if (std::abs(at.acceleration) > kMoves) {
+      if (at.acceleration * pulls_[i] < 0) reference_reverses_ = true;
+      pulls_[i] = at.acceleration;
+    }
+    if (drive.noise.amplitude() != 0) moves = reference_reverses_ = true;
+    if (std::abs(at.rate) > kMoves || std::abs(at.acceleration) > kMoves) moves = true;
   }
-  return false;
+  return moves;
 }
 
 // Step => deviation of each rate from its reference added to its oscillation, or to the forced one if references move
-// or joints follow noise; saturated if the effort is at its limit.
+// or joints follow noise; at a limit if the effort is.
 void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_is_saturated) {
   constexpr double kAtLimit = 1 - 1e-9;
   const PhaseSetup& setup = dynamics_->setup();
@@ -286,20 +339,28 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
     forget_before_contact();
   }
   const double now = stores_energy_ ? energy(reached.state) : 0;
-  const bool forced = moved_by_law_ || is_forced(begin, reached.time);
+  const bool forced = is_forced(begin, reached.time) || moved_by_law_;
   for (Signal& signal : signals_) {
-    double value = reached.state.v[signal.velocity];
-    bool saturated = false;
+    double value = reached.state.v[signal.velocity], command = 0;
     if (signal.joint < 0) {
-      const double commanded = reached.dynamics->base().commanded_torque()[signal.axis];
-      saturated = base_is_saturated || (std::isfinite(signal.limit) && std::abs(commanded) >= kAtLimit * signal.limit);
+      command = reached.dynamics->base().commanded_torque()[signal.axis];
     } else {
       const auto j = static_cast<std::size_t>(signal.joint);
       const JointTrajectory& trajectory = setup.drives[j].trajectory;
-      value -= evaluate(trajectory, reached.time, 0.5 * (begin + reached.time)).rate;
-      saturated = std::isfinite(signal.limit) && std::abs(reached.motor[j]) >= kAtLimit * signal.limit;
+      if (!signal.of_law) value -= evaluate(trajectory, reached.time, 0.5 * (begin + reached.time)).rate;
+      command = reached.motor[j];
     }
-    (forced ? signal.forced : signal.oscillation).add(begin, reached.time, value, saturated, now);
+    const bool saturated = (signal.joint < 0 && base_is_saturated) ||
+                           (std::isfinite(signal.limit) && std::abs(command) >= kAtLimit * signal.limit);
+    (forced ? signal.forced : signal.oscillation)
+        .add({.begin = begin,
+              .end = reached.time,
+              .value = value,
+              .limit = !saturated    ? 0
+                       : command < 0 ? -1
+                                     : 1,
+              .energy = now,
+              .excited = reference_reverses_});
   }
 }
 
@@ -364,13 +425,14 @@ void StabilityMonitor::end_phase() {
   double ratio = -1;
   for (const Signal& signal : signals_) {
     const StabilityReport report = judge(signal);
+    if (signal.of_law && report.verdict != Stability::unstable) continue;
     const double own = report.amplitude_before > 0 ? report.amplitude_after / report.amplitude_before : 0;
     if (ratio >= 0 && (report.verdict > decides.verdict || (report.verdict == decides.verdict && own <= ratio)))
       continue;
     decides = report, ratio = own;
   }
   signals_.clear();
-  reports_.push_back(decides);
+  if (ratio >= 0) reports_.push_back(decides);
 }
 
 void StabilityMonitor::write(CaptureResult& result) const {

@@ -19,14 +19,29 @@ namespace grapnel {
 /// merged by threes, time bins by twos.
 class Oscillation {
  public:
-  /// Adds a step from t0 to t1 that ends with the value; `saturated`: the actuators of the signal were at their limits;
-  /// `energy`: of the motion [J].
-  void add(double t0, double t1, double value, bool saturated, double energy);
+  /// A step of the signal. `limit`: 1 or -1 if its actuators were at their upper or lower limit, else 0; `energy`: of
+  /// the motion [J]; `excited`: something else reversed in the step, or is noise.
+  struct Step {
+    double begin = 0, end = 0;  // [s]
+    double value = 0;           // at the end
+    int limit = 0;
+    double energy = 0;
+    bool excited = false;
+  };
+  void add(const Step& step);
 
-  struct Third {
-    double peak = 0, energy = 0;         // largest
-    double duration = 0, saturated = 0;  // [s]
-    long count = 0;                      // half-cycles
+  /// What half-cycles have in common.
+  struct Content {
+    double begin = 0;             // [s]
+    double peak = 0, energy = 0;  // largest
+    double saturated = 0;         // time at a limit [s]
+    long count = 0;               // half-cycles
+    long reversals = 0;           // of the limit, from one to the other
+    long excited = 0;             // steps
+    void append(const Content& later);
+  };
+  struct Third : Content {
+    double duration = 0;  // [s]
   };
   /// The thirds of all half-cycles; empty if there are fewer than `least`, or if the oscillation has ended: the last
   /// half-cycle is longer than three previous ones.
@@ -35,10 +50,15 @@ class Oscillation {
   struct Growth {
     double first = 0, last = 0;  // peaks
     double energy_factor = 0, period = 0;
+    double begin = 0;  // [s]
   };
   std::optional<Growth> growth(std::size_t count, double factor) const;
   /// Whether the maximum grows by more than the factor from each of the parts of equal duration to the next.
   bool diverges(int parts, double factor) const;
+  /// The start of the half-cycles that all saturate, up to the last complete one [s].
+  double saturated_since() const;
+  /// The time of the first value [s].
+  double start() const { return start_; }
   /// Maximum in the first and in the last third of the time, and overall.
   bool empty() const { return halves_.empty(); }
   double first() const { return in_bins(0, 1.0 / 3); }
@@ -46,16 +66,15 @@ class Oscillation {
   double largest() const { return in_bins(0, 1); }
 
  private:
-  struct Half {
-    double begin = 0, end = 0, peak = 0, energy = 0, saturated = 0;
-    long count = 1;
+  struct Half : Content {
+    double end = 0;
   };
   void merge_halves();
   void bin(double t, double value);
   double in_bins(double from, double to) const;
 
   std::vector<Half> halves_;
-  int sign_ = 0;
+  int sign_ = 0, limit_ = 0;  // the last ones
   double start_ = std::numeric_limits<double>::quiet_NaN(), end_ = 0, width_ = 0;
   std::vector<double> bins_;
 };
@@ -65,8 +84,9 @@ class Oscillation {
 /// Unstable: it oscillates, and its peaks grow, or do not decay while the actuators are at their limits; or it
 /// grows exponentially without oscillation. Stable: it has decayed.
 ///
-/// `forced`: something else excites the oscillation, such as joints that follow a reference. Decay is then no evidence,
-/// and only large growth is unstable.
+/// `forced`: something else excites the oscillation, such as joints that follow a reference. Decay is then no evidence.
+/// Unstable is only large growth, and an oscillation in which the actuators alternate between their limits, more often
+/// than the excitation reverses.
 StabilityReport evaluate_oscillation(const Oscillation& oscillation, double noise, bool stores_energy,
                                      bool forced = false);
 
@@ -97,6 +117,8 @@ class StabilityMonitor {
     int axis = 0;
     double limit = 0;  // of the drive [N m or N]; of base control about the axis
     double noise = 0;  // of the sensor [rad/s or m/s]
+    /// A law that moves joints together commands it: the rate is no error, and decides only if it is unstable.
+    bool of_law = false;
     Oscillation oscillation;
     Oscillation forced;  // in steps in which joints follow a moving reference, or noise
     // Before the last contact began:
@@ -106,15 +128,17 @@ class StabilityMonitor {
   StabilityReport judge(const Signal& signal) const;
   void forget_before_contact();
   double energy(const State& state) const;
-  bool is_forced(double begin, double end) const;
+  bool is_forced(double begin, double end);
 
   const CaptureProblem& problem_;
   std::string name_;
   const CaptureSystem* system_ = nullptr;
   const PhaseDynamics* dynamics_ = nullptr;
   bool stores_energy_ = false, moved_by_law_ = false;
-  long touches_ = 0;        // contacts between shapes that have begun, impacts included
-  bool disturbed_ = false;  // one has begun in this phase
+  std::vector<double> pulls_;        // per joint of the robot: the last acceleration of its reference that is not zero
+  bool reference_reverses_ = false;  // in the current step, or a joint follows noise
+  long touches_ = 0;                 // contacts between shapes that have begun, impacts included
+  bool disturbed_ = false;           // one has begun in this phase
   std::vector<Signal> signals_;
   std::vector<StabilityReport> reports_;
   bool seeks_rest_ = false;

@@ -106,6 +106,9 @@ const Type& type_of<StabilityReport>() {
       field<&S::amplitude_after>("amplitude_after", "rad/s or m/s", "largest amplitude in the last third"),
       field<&S::saturated_share>("saturated_share", "1",
                                  "share of the last third in which the actuators of this rate saturated"),
+      field<&S::since>("since", "s",
+                       "start of the growth, or of the saturated oscillation; null: the verdict is not `unstable`")
+          .or_null(),
   };
   static constexpr Type type =
       structure<S>("StabilityReport", "stability of the control loops in one phase of motion.", fields);

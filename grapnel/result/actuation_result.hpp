@@ -54,6 +54,7 @@ struct StabilityReport {
   double period = 0;
   double amplitude_before = 0, amplitude_after = 0;
   double saturated_share = 0;
+  double since = std::numeric_limits<double>::quiet_NaN();  // unstable since this time [s]
 };
 
 /// Whether the motion after the impact came to rest within stated rates.

@@ -39,7 +39,7 @@ std::string verdict(const CaptureResult& result) {
       text = "not run";
       break;
     case CaptureStatus::completed:
-      text = "completed";
+      text = stability_of(result) == Stability::unstable ? "completed, but control is UNSTABLE" : "completed";
       break;
     case CaptureStatus::failed:
       text = "FAILED: " + result.failure;

@@ -354,16 +354,18 @@ Stability stability_of(const CaptureResult& result) {
 std::string instability_text(const StabilityReport& s) {
   const std::string rate = s.of.starts_with("base ") ? "the angular velocity of the base about " + s.of.substr(5)
                                                      : "the rate error of joint " + s.of;
+  const std::string since = std::isnan(s.since) ? "" : fmt::format(" since t = {} s", short_number(s.since));
   if (!(s.period > 0))
     return fmt::format(
         "control is unstable in {}: {} grows without oscillation, from {} in the first third to {} in the "
-        "last; {}",
-        s.phase, rate, short_number(s.amplitude_before), short_number(s.amplitude_after), s.reason);
+        "last; {}{}",
+        s.phase, rate, short_number(s.amplitude_before), short_number(s.amplitude_after), s.reason, since);
   return fmt::format(
       "control is unstable in {}: {} oscillates with a period of {} s, at most {} in the first third and {} in the "
-      "last; {}{}",
+      "last; {}{}{}",
       s.phase, rate, short_number(s.period), short_number(s.amplitude_before), short_number(s.amplitude_after),
-      s.reason, s.saturated_share > 0 ? fmt::format(" ({:.0f} % of the last third)", 100 * s.saturated_share) : "");
+      s.reason, since,
+      s.saturated_share > 0 ? fmt::format(" ({:.0f} % of the last third)", 100 * s.saturated_share) : "");
 }
 
 std::string stability_sentence(const CaptureResult& result) {

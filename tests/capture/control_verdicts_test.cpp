@@ -43,7 +43,7 @@ StabilityReport verdict_on(const std::function<Point(double t)>& signal, double 
   for (int k = 0; t < 100; ++k) {
     const double next = t + 0.05 * (1 + 0.5 * std::sin(0.7 * k));
     const Point at = signal(next);
-    oscillation.add(t, next, at.value, at.saturated, at.energy);
+    oscillation.add({.begin = t, .end = next, .value = at.value, .limit = at.saturated ? 1 : 0, .energy = at.energy});
     t = next;
   }
   return evaluate_oscillation(oscillation, noise, stores_energy);
@@ -98,13 +98,40 @@ TEST(Stability, OfSignals) {
 TEST(Stability, OfForcedOscillations) {
   const auto forced = [](const std::function<double(double)>& signal) {
     Oscillation oscillation;
-    for (int k = 0; k < 2000; ++k) oscillation.add(0.05 * k, 0.05 * (k + 1), signal(0.05 * (k + 1)), k > 500, 1);
+    for (int k = 0; k < 2000; ++k)
+      oscillation.add({0.05 * k, 0.05 * (k + 1), signal(0.05 * (k + 1)), k > 500 ? 1 : 0, 1});
     return evaluate_oscillation(oscillation, 0, false, true).verdict;
   };
   EXPECT_EQ(forced([](double t) { return std::sin(0.025 * t) * wave(t); }), Stability::not_evaluated);
   EXPECT_EQ(forced([](double t) { return wave(t); }), Stability::not_evaluated);
   EXPECT_EQ(forced([](double t) { return std::exp(-0.1 * t) * wave(t); }), Stability::not_evaluated);
   EXPECT_EQ(forced([](double t) { return std::exp(0.1 * t) * wave(t); }), Stability::unstable);
+}
+
+// A limit cycle beside a reference: the actuator alternates between its limits, and the reference does not.
+TEST(Stability, OfForcedLimitCycles) {
+  const auto verdict = [](const std::function<int(double)>& limit, double period_of_excitation, double decay = 0) {
+    Oscillation oscillation;
+    double before = 1;
+    for (int k = 0; k < 2000; ++k) {
+      const double t = 0.05 * (k + 1);
+      const double excitation = std::cos(2 * std::numbers::pi * t / period_of_excitation);
+      oscillation.add({t - 0.05, t, std::exp(-decay * t) * wave(t), limit(wave(t)), 1, excitation * before < 0});
+      before = excitation;
+    }
+    return evaluate_oscillation(oscillation, 0, false, true);
+  };
+  const auto both = [](double x) { return x > 0.3 ? -1 : x < -0.3 ? 1 : 0; };
+  const auto one = [](double x) { return x > 0.3 ? -1 : 0; };
+  const StabilityReport cycle = verdict(both, 100);
+  EXPECT_EQ(cycle.verdict, Stability::unstable);
+  EXPECT_THAT(cycle.reason, HasSubstr("alternates between its limits"));
+  EXPECT_LT(cycle.since, 1);
+  EXPECT_EQ(verdict(one, 100).verdict, Stability::not_evaluated);
+  // The reference reverses as often as the limit.
+  EXPECT_EQ(verdict(both, 3).verdict, Stability::not_evaluated);
+  // A response that decays.
+  EXPECT_EQ(verdict(both, 100, 0.02).verdict, Stability::not_evaluated);
 }
 
 TEST(Stability, ReportsThePeriodAndThePeaks) {
@@ -117,7 +144,7 @@ TEST(Stability, ReportsThePeriodAndThePeaks) {
 
 TEST(Stability, MemoryBoundedForManyCycles) {
   Oscillation fast;
-  for (int k = 0; k < 200'000; ++k) fast.add(0.01 * k, 0.01 * (k + 1), k % 2 == 0 ? 1 : -1, true, 0);
+  for (int k = 0; k < 200'000; ++k) fast.add({0.01 * k, 0.01 * (k + 1), k % 2 == 0 ? 1.0 : -1.0, 1, 0});
   const StabilityReport r = evaluate_oscillation(fast, 0, false);
   EXPECT_EQ(r.verdict, Stability::unstable);
   EXPECT_NEAR(r.period, 0.02, 1e-6);

@@ -2367,6 +2367,8 @@ export interface StabilityReport {
   amplitude_after: number;
   /** share of the last third in which the actuators of this rate saturated [1] */
   saturated_share: number;
+  /** start of the growth, or of the saturated oscillation; null: the verdict is not `unstable` [s] */
+  since: number | null;
 }
 export const kStabilityReport: FieldNote[] = [
   ["phase","","phase of motion"],
@@ -2377,6 +2379,7 @@ export const kStabilityReport: FieldNote[] = [
   ["amplitude_before","rad/s or m/s","largest amplitude in the first third of the oscillation, or of the phase"],
   ["amplitude_after","rad/s or m/s","largest amplitude in the last third"],
   ["saturated_share","1","share of the last third in which the actuators of this rate saturated"],
+  ["since","s","start of the growth, or of the saturated oscillation; null: the verdict is not `unstable`"],
 ];
 
 export type Stability = "unstable" | "not_evaluated" | "stable";
