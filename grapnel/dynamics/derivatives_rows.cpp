@@ -9,49 +9,72 @@ namespace grapnel {
 
 using namespace derivatives;
 
-// psi_ddot of (28.3), in a sweep before the packs that contain it are read.
-void DerivativesWorkspace::accelerate_directions() {
+// psi_ddot of (28.3), and the factors of (28.7) and (28.8).
+void DerivativesWorkspace::form_factors() {
   for (std::size_t n = 0; n < links_.size(); ++n) {
     if (tree_->links[n].parent < 0) continue;  // move_root()
-    const LinkTerms& parent = links_[static_cast<std::size_t>(tree_->links[n].parent)];
+    const Motion& A = links_[static_cast<std::size_t>(tree_->links[n].parent)].A;
     const Range mine = own(n);
-    for (int i = mine.begin; i < mine.end; ++i)
-      put(kPsi2, i, cross(parent.A, at(kS, i)) + cross(parent.V, at(kPsi, i)));
+    for (int i = mine.begin; i < mine.end; ++i) put(kParentA, i, A);
+  }
+  for (int b = 0; b < pack_count(); ++b) {
+    double* const D = lane(0, b * kPack);
+    const PackMotion S = load_motion(D, kS), psi = load_motion(D, kPsi), T = load_motion(D, kT);
+    const PackMotion psi2 = cross(load_motion(D, kParentA), S) + cross(load_motion(D, kParentV), psi);
+    store(D, kPsi2, psi2);
+    const PackInertia I = load_inertia(D, kTree);
+    const auto K = [&](int k) GRAPNEL_INLINE_LAMBDA { return Pack(pack_at(D + (kK + k) * kPack)); };
+    const Pack3 &w = S.angular, &p = psi.angular;
+    const Pack3 half = load(D, kL), l = half + half, f = cross(w, l);
+    store(D, kQ,
+          Pack3{K(0) * w[0] + K(3) * w[1] + K(6) * w[2], K(1) * w[0] + K(4) * w[1] + K(7) * w[2],
+                K(2) * w[0] + K(5) * w[1] + K(8) * w[2]} +
+              cross(l, S.linear));
+    PackLoad by_q = times(I, psi2) + cross_load(S, load_load(D, kLoad)), by_v = times(I, T);
+    by_q += PackLoad{{K(0) * p[0] + K(1) * p[1] + K(2) * p[2], K(3) * p[0] + K(4) * p[1] + K(5) * p[2],
+                      K(6) * p[0] + K(7) * p[1] + K(8) * p[2]},
+                     cross(p, l)};
+    by_v += PackLoad{{K(0) * w[0] + K(1) * w[1] + K(2) * w[2], K(3) * w[0] + K(4) * w[1] + K(5) * w[2],
+                      K(6) * w[0] + K(7) * w[1] + K(8) * w[2]},
+                     f};
+    store(D, kColumnQ, by_q), store(D, kColumnV, by_v);
   }
 }
 
 // One velocity with eight velocities j. Rows: Q . psi_dot_j + P . psi_ddot_j for q, Q . S_j + P . (psi_dot + S_dot)_j
-// for v. Columns: the products of S_j with the two loads of x.
-GRAPNEL_INLINE void DerivativesWorkspace::project(const Products& x, const Block& block, double* row) {
-  const double* const D = directions_.data() + block.first * kRows;
+// for v. Columns: the products of S_j with the two loads. Factors: from P on.
+GRAPNEL_INLINE void DerivativesWorkspace::project(const Block& block, const double* factors, double* row) {
+  const double* const D = lane(0, block.first);
   const auto d = [&](int k) GRAPNEL_INLINE_LAMBDA -> const LoosePack& { return pack_at(D + k * kPack); };
-  const Vector3d &Q = x.Q, &a = x.P.angular, &l = x.P.linear;
-  const Load &q = x.q, &v = x.v;
+  const auto x = [&](int k) GRAPNEL_INLINE_LAMBDA { return factors[(k - kP) * kPack]; };
   const Pack s0 = d(kS), s1 = d(kS + 1), s2 = d(kS + 2), s3 = d(kS + 3), s4 = d(kS + 4), s5 = d(kS + 5);
-  const Pack by_q =
-      (Q[0] * d(kPsi) + Q[1] * d(kPsi + 1) + Q[2] * d(kPsi + 2) + a[0] * d(kPsi2)) +
-      (a[1] * d(kPsi2 + 1) + a[2] * d(kPsi2 + 2) + l[0] * d(kPsi2 + 3) + l[1] * d(kPsi2 + 4) + l[2] * d(kPsi2 + 5));
-  const Pack by_v = (Q[0] * s0 + Q[1] * s1 + Q[2] * s2 + a[0] * d(kT)) +
-                    (a[1] * d(kT + 1) + a[2] * d(kT + 2) + l[0] * d(kT + 3) + l[1] * d(kT + 4) + l[2] * d(kT + 5));
+  const Pack by_q = (x(kQ) * d(kPsi) + x(kQ + 1) * d(kPsi + 1) + x(kQ + 2) * d(kPsi + 2) + x(kP) * d(kPsi2)) +
+                    (x(kP + 1) * d(kPsi2 + 1) + x(kP + 2) * d(kPsi2 + 2) + x(kP + 3) * d(kPsi2 + 3) +
+                     x(kP + 4) * d(kPsi2 + 4) + x(kP + 5) * d(kPsi2 + 5));
+  const Pack by_v = (x(kQ) * s0 + x(kQ + 1) * s1 + x(kQ + 2) * s2 + x(kP) * d(kT)) +
+                    (x(kP + 1) * d(kT + 1) + x(kP + 2) * d(kT + 2) + x(kP + 3) * d(kT + 3) + x(kP + 4) * d(kT + 4) +
+                     x(kP + 5) * d(kT + 5));
   const Mask& mask = *reinterpret_cast<const Mask*>(block.mask);
   double* const to = lines_.data() + block.first;
   pack_at(row + block.first) = reinterpret_cast<Pack>(reinterpret_cast<Mask>(by_q) & mask);
   pack_at(to) = reinterpret_cast<Pack>(reinterpret_cast<Mask>(by_v) & mask);
-  pack_at(to + stride_) = (q.angular[0] * s0 + q.angular[1] * s1 + q.angular[2] * s2) +
-                          (q.linear[0] * s3 + q.linear[1] * s4 + q.linear[2] * s5);
-  pack_at(to + 2 * stride_) = (v.angular[0] * s0 + v.angular[1] * s1 + v.angular[2] * s2) +
-                              (v.linear[0] * s3 + v.linear[1] * s4 + v.linear[2] * s5);
+  const auto with = [&](int k) GRAPNEL_INLINE_LAMBDA {
+    return Pack((x(k) * s0 + x(k + 1) * s1 + x(k + 2) * s2) + (x(k + 3) * s3 + x(k + 4) * s4 + x(k + 5) * s5));
+  };
+  pack_at(to + stride_) = with(kColumnQ);
+  pack_at(to + 2 * stride_) = with(kColumnV);
 }
 
 // Row i and, above it, column i of both blocks. The end of the row of q exceeds it into that of v, which comes last.
-GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Products& x) {
+GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i) {
   double* const lines = lines_.data();
   double* const row = rows_.data() + i * row_;
+  const double* const factors = lane(kP, i);
   int end = 0;
   for (const Block& block : blocks_[n]) {
     clear(row + end, row + block.first);
     clear(lines + end, lines + block.first);
-    project(x, block, row);
+    project(block, factors, row);
     end = block.first + kPack;
   }
   clear(row + end, row + n_);
@@ -67,29 +90,29 @@ GRAPNEL_INLINE void DerivativesWorkspace::fill(std::size_t n, int i, const Produ
 
 // Derivatives of inverse dynamics, (28.7) and (28.8), in ascending order: a row overwrites what follows in it.
 void DerivativesWorkspace::differentiate() {
-  accelerate_directions();
+  form_factors();
   for (std::size_t n = 0; n < links_.size(); ++n) {
     const TreeLink<double>& link = tree_->links[n];
     const LinkTerms& t = links_[n];
     const Range mine = own(n);
     for (int i = mine.begin; i < mine.end; ++i) {
-      const Motion S = at(kS, i), psi = at(kPsi, i), psi2 = at(kPsi2, i), T = at(kT, i);
-      Products x;
-      x.P = P_[i];
-      x.Q = transposed_times(t.K, S.angular) + 2.0 * cross(t.l, S.linear);
-      Load q_load = times(t.I, psi2) + cross_load(S, t.f), v_load = times(t.I, T);
-      q_load += Load{t.K * psi.angular, 2.0 * cross(psi.angular, t.l)};
-      v_load += Load{t.K * S.angular, 2.0 * cross(S.angular, t.l)};
-      if (has_external_) q_load += Load{t.E * S.angular, cross(S.angular, t.external.linear)};
-      const double own_q = dot(x.Q, psi.angular) + product(psi2, x.P);
-      const double own_v = dot(x.Q, S.angular) + product(T, x.P);
-      if (link.has_rotor) {  // (28.11)
-        x.P.angular += t.rotor, x.Q += t.gyration, v_load.angular += t.gyration;
+      if (has_external_) {
+        const Motion S = at(kS, i);
+        increase(kColumnQ, i, t.E * S.angular), increase(kColumnQ + 3, i, cross(S.angular, t.external.linear));
       }
-      x.q = q_load, x.v = v_load;
-      fill(n, i, x);
+      double own_q = 0, own_v = 0;
+      if (link.has_rotor) {  // (28.11)
+        const Motion factor = at(kP, i);
+        const Load P = {factor.angular, factor.linear};
+        const double* const x = lane(kQ, i);
+        const Vector3d Q = {x[0], x[kPack], x[2 * kPack]};
+        own_q = dot(Q, at(kPsi, i).angular) + product(at(kPsi2, i), P);
+        own_v = dot(Q, at(kS, i).angular) + product(at(kT, i), P);
+        increase(kP, i, t.rotor), increase(kQ, i, t.gyration), increase(kColumnV, i, t.gyration);
+      }
+      fill(n, i);
       if (link.has_rotor) rows_.data()[i * row_ + i] = own_q, rows_.data()[i * row_ + n_ + i] = own_v;
-      if (has_external_) add_external_row(n, i, S);
+      if (has_external_) add_external_row(n, i, at(kS, i));
     }
   }
 }

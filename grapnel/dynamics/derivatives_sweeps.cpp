@@ -35,6 +35,25 @@ std::vector<std::vector<int>> ancestors_of(const Tree<double>& tree) {
   return on;
 }
 
+// In the order of load_inertia(), in one lane.
+void put_inertia(const RigidBodyInertiad& I, double* lane) {
+  const Symmetric3d& J = I.rotational;
+  const Vector3d& h = I.first_moment;
+  const double values[] = {I.mass, h[0], h[1], h[2], J.xx, J.yy, J.zz, J.xy, J.xz, J.yz};
+  for (const double value : values) *lane = value, lane += kPack;
+}
+
+// The inertia about another origin, of which the present one is at p.
+GRAPNEL_INLINE PackInertia moved(const PackInertia& I, const Pack3& p) {
+  const Pack3 &h = I.first_moment, g = h + I.mass * p;  // g . p + h . p = 2 h . p + m p . p
+  const Symmetric3<Pack>& J = I.rotational;
+  const Pack x = (g[0] + h[0]) * p[0], y = (g[1] + h[1]) * p[1], z = (g[2] + h[2]) * p[2];
+  return {I.mass,
+          g,
+          {J.xx + (y + z), J.yy + (x + z), J.zz + (x + y), J.xy - (h[0] * p[1] + g[1] * p[0]),
+           J.xz - (h[0] * p[2] + g[2] * p[0]), J.yz - (h[1] * p[2] + g[2] * p[1])}};
+}
+
 }  // namespace
 
 DerivativesWorkspace::DerivativesWorkspace(const Model& model)
@@ -46,11 +65,11 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       root_of_(links_.size()),
       blocks_(links_.size()),
       ranges_(links_.size()),
-      directions_(kRows * stride_),
-      P_(static_cast<std::size_t>(n_)),
+      lanes_(kRows * stride_),
       M_(n_ * stride_),
       rows_(n_ * row_ + kPack),
       lines_(3 * stride_),
+      required_(stride_),
       force_(static_cast<std::size_t>(n_)),
       start_(static_cast<std::size_t>(n_)),
       roots_(links_.size()),
@@ -62,6 +81,7 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
     if (parent >= 0) ranges = ranges_[static_cast<std::size_t>(parent)];
     const Range mine = own(n);
     if (mine.begin == mine.end) continue;
+    put_inertia(tree_->links[n].inertia, lane(kBody, mine.begin));
     if (!ranges.empty() && ranges.back().end > mine.begin)
       throw std::logic_error("dynamics_derivatives: the velocities of a joint precede those of its parent");
     if (!ranges.empty() && ranges.back().end == mine.begin) {
@@ -81,26 +101,6 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
   }
 }
 
-// The wrench that a link requires, (28.2), and its share of (28.6).
-GRAPNEL_INLINE void DerivativesWorkspace::require_load(std::size_t n) {
-  LinkTerms& t = links_[n];
-  const RigidBodyInertiad& I = t.own;
-  const Vector3d &w = t.V.angular, &u = t.V.linear, &h = I.first_moment;
-  const Load momentum = times(I, t.V);
-  t.own_f = times(I, t.A) + cross_load(t.V, momentum);
-  set(t.I, I);
-  t.l = momentum.linear;
-  // K = 2 ([w x] (J - tr(J)/2) - u h^T + (h . u) 1).
-  const Symmetric3d& J = I.rotational;
-  const double half = 0.5 * (J.xx + J.yy + J.zz), hu = dot(h, u);
-  const Vector3d columns[3] = {cross(w, Vector3d{J.xx - half, J.xy, J.xz}), cross(w, Vector3d{J.xy, J.yy - half, J.yz}),
-                               cross(w, Vector3d{J.xz, J.yz, J.zz - half})};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) t.K(r, c) = 2 * (columns[c][r] - u[r] * h[c]);
-    t.K(r, r) += 2 * hu;
-  }
-}
-
 void DerivativesWorkspace::move_root(std::size_t n, const State& state, const Forces& forces,
                                      std::span<const double> vdot) {
   const TreeLink<double>& link = tree_->links[n];
@@ -108,19 +108,25 @@ void DerivativesWorkspace::move_root(std::size_t n, const State& state, const Fo
   const std::span<const double> q = state.q, v = state.v;
   t.R = Rotationd::identity(), t.p = Vector3d::zero();
   t.V = root_velocity(link, v);
-  t.own = link.inertia;
-  const Vector3d g = gravity_in_root(link, q, forces.gravity);
-  t.A = {Vector3d::zero(), -g};
+  t.A = {Vector3d::zero(), -gravity_in_root(link, q, forces.gravity)};
   if (link.joint == JointType::fixed) return;
-  const Motion start = t.A;
   for (int k = 0; k < 6; ++k) {
     Motion S = Motion::zero();
     (k < 3 ? S.angular : S.linear)[k % 3] = 1;
-    put(kS, link.v + k, S);
-    put(kPsi, link.v + k, Motion::zero());
-    put(kPsi2, link.v + k, cross(start, S));
-    put(kT, link.v + k, cross(t.V, S));
-    if (!vdot.empty()) (k < 3 ? t.A.angular : t.A.linear)[k % 3] += vdot[link.v + k];
+    put(kS, link.v + k, S), put(kV, link.v + k, t.V);
+    put(kParentV, link.v + k, Motion::zero()), put(kParentA, link.v + k, t.A);
+  }
+  for (int k = 0; k < 6 && !vdot.empty(); ++k) (k < 3 ? t.A.angular : t.A.linear)[k % 3] += vdot[link.v + k];
+  put_link(n);
+}
+
+GRAPNEL_INLINE void DerivativesWorkspace::put_link(std::size_t n) {
+  const LinkTerms& t = links_[n];
+  const int v = tree_->links[n].v;
+  put(kA, v, t.A), put(kOrigin, v, t.p);
+  double* const R = lane(kR, v);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) R[(3 * r + c) * kPack] = t.R(r, c);
   }
 }
 
@@ -142,39 +148,73 @@ GRAPNEL_INLINE void DerivativesWorkspace::move_link(std::size_t n, std::span<con
         const Motion psi = cross(parent.V, S);  // = S_dot of (28.4), since S x S = 0
         t.V = parent.V + v[link.v] * S;
         t.A = parent.A + v[link.v] * psi;
-        put(kS, link.v, S), put(kPsi, link.v, psi), put(kT, link.v, 2.0 * psi);
+        put(kS, link.v, S), put(kV, link.v, t.V), put(kParentV, link.v, parent.V);
         if (!vdot.empty()) t.A += vdot[link.v] * S;
       } else {
         Motion joint_twist = Motion::zero(), joint_acceleration = Motion::zero();
-        Motion S[Joint::kVelocities];
         for (int k = 0; k < Joint::kVelocities; ++k) {
           const Vector3d axis = t.R.column(k);
-          S[k] = {axis, cross(t.p, axis)};
-          joint_twist += v[link.v + k] * S[k];
-          if (!vdot.empty()) joint_acceleration += vdot[link.v + k] * S[k];
+          const Motion S = {axis, cross(t.p, axis)};
+          put(kS, link.v + k, S), put(kParentV, link.v + k, parent.V);
+          joint_twist += v[link.v + k] * S;
+          if (!vdot.empty()) joint_acceleration += vdot[link.v + k] * S;
         }
         t.V = parent.V + joint_twist;
         t.A = parent.A + cross(parent.V, joint_twist) + joint_acceleration;
-        for (int k = 0; k < Joint::kVelocities; ++k) {
-          const Motion psi = cross(parent.V, S[k]);
-          put(kS, link.v + k, S[k]), put(kPsi, link.v + k, psi), put(kT, link.v + k, psi + cross(t.V, S[k]));
-        }
+        for (int k = 0; k < Joint::kVelocities; ++k) put(kV, link.v + k, t.V);
       }
-      t.own = shift_origin(
-          RigidBodyInertiad{link.inertia.mass, t.R * link.inertia.first_moment, rotate(t.R, link.inertia.rotational)},
-          t.p);
+      put_link(n);
     }
   });
+}
+
+// For all links: inertia in the root's frame, the wrench that they require (28.2), and their share of (28.6). For all
+// velocities: psi_dot, and psi_dot + S_dot.
+void DerivativesWorkspace::require_loads() {
+  for (int b = 0; b < pack_count(); ++b) {
+    double* const D = lane(0, b * kPack);
+    const PackMotion V = load_motion(D, kV), A = load_motion(D, kA), S = load_motion(D, kS);
+    const PackMotion psi = cross(load_motion(D, kParentV), S);
+    store(D, kPsi, psi);
+    store(D, kT, psi + cross(V, S));
+
+    const auto d = [&](int k) GRAPNEL_INLINE_LAMBDA { return Pack(pack_at(D + k * kPack)); };
+    const Rotation<Pack> R{
+        {{d(kR), d(kR + 1), d(kR + 2)}, {d(kR + 3), d(kR + 4), d(kR + 5)}, {d(kR + 6), d(kR + 7), d(kR + 8)}}};
+    const PackInertia body = load_inertia(D, kBody);
+    const PackInertia I = moved({body.mass, R * body.first_moment, rotate(R, body.rotational)}, load(D, kOrigin));
+    store(D, kOwn, I), store(D, kTree, I);
+    const PackLoad momentum = times(I, V);
+    store(D, kLoad, times(I, A) + cross_load(V, momentum));
+    store(D, kL, momentum.linear);
+    // K = 2 ([w x] (J - tr(J)/2) - u h^T + (h . u) 1).
+    const Symmetric3<Pack>& J = I.rotational;
+    const Pack3 &w = V.angular, &u = V.linear, h = I.first_moment + I.first_moment;
+    const Pack trace = J.xx + J.yy + J.zz, hu = dot(h, u);
+    const Pack3 x = cross(w, Pack3{J.xx + J.xx - trace, J.xy + J.xy, J.xz + J.xz});
+    const Pack3 y = cross(w, Pack3{J.xy + J.xy, J.yy + J.yy - trace, J.yz + J.yz});
+    const Pack3 z = cross(w, Pack3{J.xz + J.xz, J.yz + J.yz, J.zz + J.zz - trace});
+    const auto put_K = [&](int k, const Pack& value) GRAPNEL_INLINE_LAMBDA { pack_at(D + (kK + k) * kPack) = value; };
+    put_K(0, x[0] - u[0] * h[0] + hu), put_K(1, y[0] - u[0] * h[1]), put_K(2, z[0] - u[0] * h[2]);
+    put_K(3, x[1] - u[1] * h[0]), put_K(4, y[1] - u[1] * h[1] + hu), put_K(5, z[1] - u[1] * h[2]);
+    put_K(6, x[2] - u[2] * h[0]), put_K(7, y[2] - u[2] * h[1]), put_K(8, z[2] - u[2] * h[2] + hu);
+  }
 }
 
 // A rotor on the parent adds its spin to the parent's momentum: (28.10).
 void DerivativesWorkspace::carry_rotor(std::size_t n, double rate, double acceleration) {
   const TreeLink<double>& link = tree_->links[n];
-  LinkTerms &t = links_[n], &parent = links_[static_cast<std::size_t>(link.parent)];
+  LinkTerms& t = links_[n];
+  const LinkTerms& parent = links_[static_cast<std::size_t>(link.parent)];
   t.rotor = link.sign * (parent.R * link.rotor);
   t.gyration = cross(parent.V.angular, t.rotor);
-  parent.own_f.angular += rate * t.gyration + acceleration * t.rotor;
-  subtract_cross(parent.K, rate * t.rotor);
+  const Range of_parent = own(static_cast<std::size_t>(link.parent));
+  if (of_parent.begin == of_parent.end) return;
+  increase(kLoad, of_parent.begin, rate * t.gyration + acceleration * t.rotor);
+  const Vector3d a = rate * t.rotor;  // K - [a x]
+  double* const K = lane(kK, of_parent.begin);
+  K[kPack] += a[2], K[2 * kPack] -= a[1], K[3 * kPack] -= a[2], K[5 * kPack] += a[0];
+  K[6 * kPack] += a[1], K[7 * kPack] -= a[0];
 }
 
 void DerivativesWorkspace::locate_roots(std::span<const double> q) {
@@ -207,72 +247,92 @@ void DerivativesWorkspace::apply_external(const Model& model, const State& state
     }
     subtract_cross(t.E, F.angular);
   }
-  for (LinkTerms& t : links_) t.own_f -= t.external;
-}
-
-void DerivativesWorkspace::sum_loads() {
-  for (LinkTerms& t : links_) set(t.f, t.own_f);
+  for (std::size_t n = 0; n < links_.size(); ++n) {
+    const Range mine = own(n);
+    if (mine.begin == mine.end) continue;
+    increase(kLoad, mine.begin, -links_[n].external.angular);
+    increase(kLoad + 3, mine.begin, -links_[n].external.linear);
+  }
   for (std::size_t n = links_.size(); n-- > 0;) {
-    const int parent = tree_->links[n].parent;
-    if (parent >= 0) links_[static_cast<std::size_t>(parent)].f += links_[n].f;
+    if (tree_->links[n].parent < 0) continue;
+    LinkTerms& parent = links_[static_cast<std::size_t>(tree_->links[n].parent)];
+    parent.external += links_[n].external;
+    add(parent.E, links_[n].E);
   }
 }
 
-void DerivativesWorkspace::sum_subtrees() {
+// Rows of links => of their subtrees, for every velocity.
+void DerivativesWorkspace::sum_subtrees(int row, int count) {
   for (std::size_t n = links_.size(); n-- > 0;) {
-    if (tree_->links[n].parent < 0) continue;
-    const LinkTerms& t = links_[n];
-    LinkTerms& parent = links_[static_cast<std::size_t>(tree_->links[n].parent)];
-    parent.I += t.I, parent.l += t.l;
-    add(parent.K, t.K);
-    if (!has_external_) continue;
-    parent.external += t.external;
-    add(parent.E, t.E);
+    const Range mine = own(n);
+    if (mine.begin == mine.end) continue;
+    const double* const from = lane(row, mine.begin);
+    const int parent = tree_->links[n].parent;
+    if (parent >= 0 && velocity_count(tree_->links[static_cast<std::size_t>(parent)].joint) > 0) {
+      double* const to = lane(row, tree_->links[static_cast<std::size_t>(parent)].v);
+      for (int k = 0; k < count; ++k) to[k * kPack] += from[k * kPack];
+    }
+    for (int v = mine.begin + 1; v < mine.end; ++v) {
+      double* const to = lane(row, v);
+      for (int k = 0; k < count; ++k) to[k * kPack] = from[k * kPack];
+    }
   }
 }
 
 void DerivativesWorkspace::move(const Model& model, const State& state, const Forces& forces,
                                 std::span<const double> vdot) {
   const std::size_t count = links_.size();
+  bool has_rotors = false;
   for (std::size_t n = 0; n < count; ++n) {
     if (tree_->links[n].parent < 0) {
       move_root(n, state, forces, vdot);
     } else {
       move_link(n, state.q, state.v, vdot);
     }
-    require_load(n);
+    has_rotors = has_rotors || tree_->links[n].has_rotor;
+  }
+  require_loads();
+  for (std::size_t n = 0; has_rotors && n < count; ++n) {
     const TreeLink<double>& link = tree_->links[n];
     if (link.has_rotor) carry_rotor(n, state.v[link.v], vdot.empty() ? 0 : vdot[link.v]);
   }
   has_external_ = !forces.external.empty();
   if (has_external_) apply_external(model, state, forces.external);
-  sum_subtrees();
-  sum_loads();
+  sum_subtrees(kTree, kSums);
 }
 
 // M_ij = S_j . P_i (28.8) and the generalized forces at the accelerations of move().
 void DerivativesWorkspace::form_mass_matrix(std::span<const double> vdot, std::span<double> force) {
+  for (int b = 0; b < pack_count(); ++b) {
+    double* const D = lane(0, b * kPack);
+    const PackMotion S = load_motion(D, kS);
+    store(D, kP, times(load_inertia(D, kTree), S));
+    pack_at(required_.data() + b * kPack) = product(S, load_load(D, kLoad));
+  }
   for (std::size_t n = 0; n < links_.size(); ++n) {
     const TreeLink<double>& link = tree_->links[n];
-    const LinkTerms& t = links_[n];
     const Range mine = own(n);
     for (int i = mine.begin; i < mine.end; ++i) {
-      const Motion S = at(kS, i);
-      const Load P = P_[i] = times(t.I, S);
-      Load F = P;
-      if (link.has_rotor) F.angular += t.rotor;
+      const double* const P = lane(kP, i);
+      const Vector3d upper{P[0], P[kPack], P[2 * kPack]}, lower{P[3 * kPack], P[4 * kPack], P[5 * kPack]};
+      const Vector3d moment = link.has_rotor ? upper + links_[n].rotor : upper;
       double* const row = M_.data() + i * stride_;
       for (const Block& block : blocks_[n]) {
-        const double* const s = directions_.data() + block.first * kRows;
-        pack_at(row + block.first) = F.angular[0] * pack_at(s) + F.angular[1] * pack_at(s + kPack) +
-                                     F.angular[2] * pack_at(s + 2 * kPack) + F.linear[0] * pack_at(s + 3 * kPack) +
-                                     F.linear[1] * pack_at(s + 4 * kPack) + F.linear[2] * pack_at(s + 5 * kPack);
+        const double* const s = lane(kS, block.first);
+        pack_at(row + block.first) =
+            (moment[0] * pack_at(s) + moment[1] * pack_at(s + kPack) + moment[2] * pack_at(s + 2 * kPack)) +
+            (lower[0] * pack_at(s + 3 * kPack) + lower[1] * pack_at(s + 4 * kPack) + lower[2] * pack_at(s + 5 * kPack));
       }
-      force[i] = product(S, t.f);
+      force[i] = required_.data()[i];
       if (mine.end - mine.begin > 1) continue;
-      row[i] = product(S, P) + link.armature;  // without the rotor's spin, which the parent carries
       force[i] += link.armature * vdot[i];
-      if (link.has_rotor) force[i] += dot(t.rotor, links_[static_cast<std::size_t>(link.parent)].A.angular);
+      if (!link.has_rotor) {
+        row[i] += link.armature;
+        continue;
+      }
+      const Motion S = at(kS, i);  // without the rotor's spin, which the parent carries
+      row[i] = dot(S.angular, upper) + dot(S.linear, lower) + link.armature;
+      force[i] += dot(links_[n].rotor, links_[static_cast<std::size_t>(link.parent)].A.angular);
     }
   }
 }
@@ -321,10 +381,23 @@ void DerivativesWorkspace::accelerate(std::span<const double> vdot) {
     t.change = link.parent < 0 ? Motion::zero() : links_[static_cast<std::size_t>(link.parent)].change;
     for (int i = mine.begin; i < mine.end; ++i) t.change += vdot[i] * at(kS, i);
     t.A += t.change;
-    t.own_f += times(t.own, t.change);
-    if (link.has_rotor) links_[static_cast<std::size_t>(link.parent)].own_f.angular += vdot[link.v] * t.rotor;
+    if (mine.begin < mine.end) put(kChange, mine.begin, t.change);
   }
-  sum_loads();
+  for (int b = 0; b < pack_count(); ++b) {
+    double* const D = lane(0, b * kPack);
+    store(D, kChange, times(load_inertia(D, kOwn), load_motion(D, kChange)));
+  }
+  for (std::size_t n = 0; n < links_.size(); ++n) {
+    const TreeLink<double>& link = tree_->links[n];
+    if (!link.has_rotor) continue;
+    const Range of_parent = own(static_cast<std::size_t>(link.parent));
+    if (of_parent.begin < of_parent.end) increase(kChange, of_parent.begin, vdot[link.v] * links_[n].rotor);
+  }
+  sum_subtrees(kChange, 6);
+  for (int b = 0; b < pack_count(); ++b) {
+    double* const D = lane(0, b * kPack);
+    store(D, kLoad, load_load(D, kLoad) + load_load(D, kChange));
+  }
 }
 
 void DerivativesWorkspace::accelerate_freely(const Model& model, const State& state, const Forces& forces,

@@ -23,29 +23,28 @@ using Motion = Twistd;
 using Load = Wrenchd;
 using Matrix3 = Rotationd;  // any 3 x 3 matrix
 
-GRAPNEL_INLINE Motion cross(const Motion& V, const Motion& X) {
+// The same for eight velocities at a time.
+using Pack3 = Vector3<Pack>;
+using PackMotion = Twist<Pack>;
+using PackLoad = Wrench<Pack>;
+using PackInertia = RigidBodyInertia<Pack>;
+
+template <class S>
+GRAPNEL_INLINE Twist<S> cross(const Twist<S>& V, const Twist<S>& X) {
   return {cross(V.angular, X.angular), cross(V.angular, X.linear) + cross(V.linear, X.angular)};
 }
-GRAPNEL_INLINE Load cross_load(const Motion& V, const Load& F) {
+template <class S>
+GRAPNEL_INLINE Wrench<S> cross_load(const Twist<S>& V, const Wrench<S>& F) {
   return {cross(V.angular, F.angular) + cross(V.linear, F.linear), cross(V.angular, F.linear)};
 }
-GRAPNEL_INLINE double product(const Motion& V, const Load& F) {
+template <class S>
+GRAPNEL_INLINE S product(const Twist<S>& V, const Wrench<S>& F) {
   return dot(V.angular, F.angular) + dot(V.linear, F.linear);
 }
-GRAPNEL_INLINE Load times(const RigidBodyInertiad& I, const Motion& X) {
+template <class S>
+GRAPNEL_INLINE Wrench<S> times(const RigidBodyInertia<S>& I, const Twist<S>& X) {
   return {I.rotational * X.angular + cross(I.first_moment, X.linear),
           I.mass * X.linear + cross(X.angular, I.first_moment)};
-}
-// Number by number: a block copy of numbers just stored would wait for the store buffer.
-GRAPNEL_INLINE void set(RigidBodyInertiad& I, const RigidBodyInertiad& from) {
-  const Symmetric3d& J = from.rotational;
-  I.mass = from.mass;
-  for (int k = 0; k < 3; ++k) I.first_moment[k] = from.first_moment[k];
-  I.rotational.xx = J.xx, I.rotational.yy = J.yy, I.rotational.zz = J.zz;
-  I.rotational.xy = J.xy, I.rotational.xz = J.xz, I.rotational.yz = J.yz;
-}
-GRAPNEL_INLINE void set(Load& F, const Load& from) {
-  for (int k = 0; k < 3; ++k) F.angular[k] = from.angular[k], F.linear[k] = from.linear[k];
 }
 GRAPNEL_INLINE void add(Matrix3& A, const Matrix3& B) {
   for (int r = 0; r < 3; ++r) {
@@ -57,15 +56,35 @@ GRAPNEL_INLINE void subtract_cross(Matrix3& A, const Vector3d& a) {
   A(0, 1) += a[2], A(0, 2) -= a[1], A(1, 0) -= a[2], A(1, 2) += a[0], A(2, 0) += a[1], A(2, 1) -= a[0];
 }
 
+// Rows of packs from D on.
+GRAPNEL_INLINE Pack3 load(const double* D, int row) {
+  return {pack_at(D + row * kPack), pack_at(D + (row + 1) * kPack), pack_at(D + (row + 2) * kPack)};
+}
+GRAPNEL_INLINE PackMotion load_motion(const double* D, int row) { return {load(D, row), load(D, row + 3)}; }
+GRAPNEL_INLINE PackLoad load_load(const double* D, int row) { return {load(D, row), load(D, row + 3)}; }
+GRAPNEL_INLINE PackInertia load_inertia(const double* D, int row) {
+  const auto d = [&](int k) GRAPNEL_INLINE_LAMBDA { return Pack(pack_at(D + (row + k) * kPack)); };
+  return {d(0), {d(1), d(2), d(3)}, {d(4), d(5), d(6), d(7), d(8), d(9)}};
+}
+GRAPNEL_INLINE void store(double* D, int row, const Pack3& x) {
+  pack_at(D + row * kPack) = x[0], pack_at(D + (row + 1) * kPack) = x[1], pack_at(D + (row + 2) * kPack) = x[2];
+}
+template <SpatialKind kKind>
+GRAPNEL_INLINE void store(double* D, int row, const SpatialVector<kKind, Pack>& x) {
+  store(D, row, x.angular), store(D, row + 3, x.linear);
+}
+GRAPNEL_INLINE void store(double* D, int row, const PackInertia& I) {
+  const Symmetric3<Pack>& J = I.rotational;
+  pack_at(D + row * kPack) = I.mass;
+  store(D, row + 1, I.first_moment), store(D, row + 4, Pack3{J.xx, J.yy, J.zz});
+  store(D, row + 7, Pack3{J.xy, J.xz, J.yz});
+}
+
 // A link seen from the root of its tree.
 struct LinkTerms {
   Rotationd R;               // of the link's frame
   Vector3d p;                // its origin
   Motion V, A;               // twist; acceleration, gravity counted as an acceleration of the root
-  RigidBodyInertiad own, I;  // of the link, of its subtree
-  Load own_f, f;             // likewise the load that they require, I A + V x* I V - F
-  Matrix3 K;                 // of the subtree: 2 B = [K 0; -2 l x, 0] of (28.6)
-  Vector3d l;
   Vector3d rotor, gyration;  // of (28.10): rho and w_p x rho of the rotor on the parent, for its rate [1]
   Motion change;             // of the acceleration, accelerate()
   Load external;             // of the subtree: external wrenches, and the upper half of (28.9)
@@ -129,10 +148,10 @@ class DerivativesWorkspace {
                       RowMatrix& dwrench) const;
   void inertial_columns(const Model& model, RowMatrix& dphi) const;
 
-  /// S, psi_dot, psi_ddot and psi_dot + S_dot of (28.3) and (28.4), by the number of their first row.
-  enum Row { kS = 0, kPsi = 6, kPsi2 = 12, kT = 18, kRows = 24 };
+  /// S, psi_dot, psi_ddot and psi_dot + S_dot of (28.3) and (28.4), by the number of their first row in lanes_.
+  enum Direction { kS = 0, kPsi = 6, kPsi2 = 12, kT = 18 };
   GRAPNEL_INLINE Motion at(int row, int v) const {
-    const double* from = directions_.data() + place_of(v) + row * kPack;
+    const double* from = lane(row, v);
     return {{from[0], from[kPack], from[2 * kPack]}, {from[3 * kPack], from[4 * kPack], from[5 * kPack]}};
   }
   const LinkTerms& link(int n) const { return links_[static_cast<std::size_t>(n)]; }
@@ -143,32 +162,62 @@ class DerivativesWorkspace {
   }
 
  private:
+  // Further rows of lanes_. Of the link of each velocity: twist, acceleration, those of its parent, orientation,
+  // origin; mass, first moment and rotational inertia in its own axes, and in the root's. From kTree on of its subtree:
+  // inertia, load I A + V x* I V - F, K and l of 2 B = [K 0; -2 l x, 0] (28.6). Then factors of the products of each
+  // velocity with others: P = I S and Q = (2 B)^T S in its row, loads in its columns of q and v; and a change of the
+  // load.
+  enum Row {
+    kV = 24,
+    kA = 30,
+    kParentV = 36,
+    kParentA = 42,
+    kR = 48,
+    kOrigin = 57,
+    kBody = 60,
+    kOwn = 70,
+    kTree = 80,
+    kLoad = 90,
+    kK = 96,
+    kL = 105,
+    kP = 108,
+    kQ = 114,
+    kColumnQ = 117,
+    kColumnV = 123,
+    kChange = 129,
+    kRows = 136
+  };
+  static constexpr int kSums = kP - kTree;
   // Eight velocities together: kRows packs for each eight.
-  static int place_of(int v) { return v / kPack * (kRows * kPack) + v % kPack; }
-  GRAPNEL_INLINE void put(int row, int v, const Motion& X) {
-    double* to = directions_.data() + place_of(v) + row * kPack;
-    for (int k = 0; k < 3; ++k) to[k * kPack] = X.angular[k], to[(k + 3) * kPack] = X.linear[k];
+  GRAPNEL_INLINE double* lane(int row, int v) { return lanes_.data() + (v / kPack * kRows + row) * kPack + v % kPack; }
+  GRAPNEL_INLINE const double* lane(int row, int v) const {
+    return lanes_.data() + (v / kPack * kRows + row) * kPack + v % kPack;
   }
+  GRAPNEL_INLINE void put(int row, int v, const Vector3d& x) {
+    double* to = lane(row, v);
+    to[0] = x[0], to[kPack] = x[1], to[2 * kPack] = x[2];
+  }
+  GRAPNEL_INLINE void put(int row, int v, const Motion& X) { put(row, v, X.angular), put(row + 3, v, X.linear); }
+  GRAPNEL_INLINE void increase(int row, int v, const Vector3d& x) {
+    double* to = lane(row, v);
+    to[0] += x[0], to[kPack] += x[1], to[2 * kPack] += x[2];
+  }
+  int pack_count() const { return (n_ + kPack - 1) / kPack; }
   // Replaces M by Pi M Pi + alpha (1 - Pi), and vectors x by Pi x: modal_chains.hpp.
   void project_modes(std::span<double> force);
   // Separates velocities with given accelerations from the others.
   void isolate(std::span<const std::uint8_t> prescribed);
-  void accelerate_directions();
   void read(int block, double factor, RowMatrix& to) const;
   void move_root(std::size_t n, const State& state, const Forces& forces, std::span<const double> vdot);
   void move_link(std::size_t n, std::span<const double> q, std::span<const double> v, std::span<const double> vdot);
-  void require_load(std::size_t n);
+  void put_link(std::size_t n);
+  void require_loads();
   void carry_rotor(std::size_t n, double rate, double acceleration);
   void apply_external(const Model& model, const State& state, const std::vector<ExternalWrench>& external);
-  void sum_subtrees();
-  void sum_loads();
-  // Factors of one velocity: of rows, and of columns with respect to q and v.
-  struct Products {
-    Vector3d Q;
-    Load P, q, v;
-  };
-  void project(const Products& x, const Block& block, double* row);
-  void fill(std::size_t n, int i, const Products& x);
+  void sum_subtrees(int row, int count);
+  void form_factors();
+  void project(const Block& block, const double* factors, double* row);
+  void fill(std::size_t n, int i);
   void add_external_row(std::size_t n, int i, const Motion& S);
   Range own(std::size_t n) const {
     return {tree_->links[n].v, tree_->links[n].v + velocity_count(tree_->links[n].joint)};
@@ -180,11 +229,11 @@ class DerivativesWorkspace {
   std::vector<int> root_of_;                // per link
   std::vector<std::vector<Block>> blocks_;  // per link: the same velocities in eights
   std::vector<std::vector<Range>> ranges_;  // per link: velocities of its ancestors and itself, ascending
-  PackedNumbers directions_;                // for each eight velocities, kRows packs
-  std::vector<Load> P_;                     // per velocity: I S of the subtree
+  PackedNumbers lanes_;                     // for each eight velocities, kRows packs
   PackedNumbers M_;                         // rows of the lower triangle
   PackedNumbers rows_;                      // n x row_: [d/dq, d/dv, -1]
   PackedNumbers lines_;                     // of one velocity: its row of v, its columns of q and v
+  PackedNumbers required_;                  // per velocity: S . f
   std::vector<double> force_, start_;
   std::vector<Pose<double>> roots_;  // X_WB of the root of each link's tree, at its root
   bool has_external_ = false;
