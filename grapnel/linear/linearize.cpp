@@ -8,6 +8,7 @@
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/linear/linear_variables.hpp"
 #include "grapnel/linear/operating_point.hpp"
+#include "grapnel/linear/plant.hpp"
 #include "grapnel/linear/stability.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/spatial/decompositions.hpp"
@@ -17,39 +18,6 @@ namespace {
 
 using Variable = LinearModel::Variable;
 using Input = LinearInput;
-
-// --- Plant ---
-
-struct Plant {
-  Eigen::MatrixXd A, B, error;
-};
-
-// The system without laws, under the constant generalized forces of the operating point, (27.3) and (27.4).
-Plant plant_of(const OperatingPoint& point, MinimalCoordinates& coordinates, const PhaseSetup& setup,
-               const Eigen::VectorXd& commands, const std::vector<Input>& inputs) {
-  const Model& model = point.model();
-  const Eigen::Index n = model.velocities();
-  Eigen::VectorXd constant = Eigen::VectorXd::Zero(n);
-  for (std::size_t j = 0; j < model.joints().size(); ++j)
-    constant[model.joint_body(j).v] += commands[static_cast<Eigen::Index>(j)];
-  for (int k = 0; k < 3 && point.has_free_base(); ++k)
-    constant[point.base_velocity() + k] += commands[static_cast<Eigen::Index>(model.joints().size()) + k];
-  EvaluatedPhase phase(point, setup);
-  const Derivative rates = derivative_of(coordinates, [&](const State& state) {
-    Eigen::VectorXd all(2 * n);
-    all.head(n) = coordinates.position_rates(coordinates.deviation(state));
-    all.tail(n) = phase.accelerations(state) + coordinates.response(state, constant);
-    return coordinates.independent_of(all);
-  });
-  Plant plant{rates.value, Eigen::MatrixXd::Zero(coordinates.size(), static_cast<Eigen::Index>(inputs.size())),
-              rates.error};
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    Eigen::VectorXd all = Eigen::VectorXd::Zero(2 * n);
-    all.tail(n) = coordinates.response(point.state, inputs[i].force);
-    plant.B.col(static_cast<Eigen::Index>(i)) = coordinates.independent_of(all);
-  }
-  return plant;
-}
 
 // --- Conserved momenta ---
 
@@ -85,10 +53,13 @@ std::optional<ConservedRows> conserved_momentum(const OperatingPoint& point, Min
   const double* w = point.state.v.data() + point.base_velocity();
   Eigen::Matrix3d turning;
   turning << 0, w[2], -w[1], -w[2], 0, w[0], w[1], -w[0], 0;
-  if (torque) return ConservedRows{momentum.value.bottomRows(3), turning, {solved.begin() + 3, solved.end()}};
+  if (torque) {
+    return ConservedRows{
+        momentum.value.bottomRows(3), turning, {solved.begin() + 3, solved.end()}, momentum.error.bottomRows(3)};
+  }
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(6, 6);
   both.topLeftCorner(3, 3) = turning, both.bottomRightCorner(3, 3) = turning;
-  return ConservedRows{momentum.value, both, solved};
+  return ConservedRows{momentum.value, both, solved, momentum.error};
 }
 
 // The rate at which a free base rotates [rad/s].

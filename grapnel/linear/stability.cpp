@@ -89,7 +89,15 @@ ReducedLoop reduced_loop(LinearLoop loop, const std::optional<ConservedRows>& ro
     }
     const Eigen::MatrixXd X =
         -lu_solution(Eigen::MatrixXd(rows->L(Eigen::all, rows->solved)), Eigen::MatrixXd(rows->L(Eigen::all, kept)));
+    Eigen::MatrixXd error;  // of A by that of X
+    if (rows->error.size() > 0) {
+      const Eigen::MatrixXd inverse = lu_solution(Eigen::MatrixXd(rows->L(Eigen::all, rows->solved)),
+                                                  Eigen::MatrixXd(Eigen::MatrixXd::Identity(X.rows(), X.rows())));
+      const Eigen::MatrixXd of_L = rows->error(Eigen::all, kept) + rows->error(Eigen::all, rows->solved) * X.cwiseAbs();
+      error = loop.A(kept, rows->solved).cwiseAbs() * (inverse.cwiseAbs() * of_L);
+    }
     loop = restricted(loop, kept, rows->solved, X);
+    if (error.size() > 0 && loop.error.size() > 0) loop.error += error;
     Eigen::MatrixXd map = reduced.map(Eigen::all, kept);
     map += reduced.map(Eigen::all, rows->solved) * X;
     reduced.map = map;

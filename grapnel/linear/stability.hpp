@@ -27,10 +27,11 @@ struct LinearLoop {
 };
 
 /// Linearly independent conserved momenta L x, whose components turn with a body: (L x)' = turning L x. `solved`:
-/// states that follow from them, as many as rows.
+/// states that follow from them, as many as rows. `error`: estimated, of L.
 struct ConservedRows {
   Eigen::MatrixXd L, turning;
   std::vector<int> solved;
+  Eigen::MatrixXd error = {};
 };
 
 /// A loop without the conserved momenta and the positions on which nothing depends.

@@ -86,10 +86,6 @@ TEST(LinearPrediction, OfAFloatingArmUnderComputedTorqueAndAttitudeControl) {
   EXPECT_LT(prediction_error(problem_of(floating_arm(motion)), 0.7, true), 1e-4);
 }
 
-std::filesystem::path shipped(const std::string& name) {
-  return std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios" / name;
-}
-
 TEST(LinearPrediction, OfAJoinedSystemWithoutLoop) {
   const CaptureProblem problem =
       load_scenario(shipped("thesis/open-loop-case-1.yaml"),

@@ -7,6 +7,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <complex>
+#include <filesystem>
 #include <string>
 
 #include "grapnel/linear/linearize.hpp"
@@ -66,6 +67,10 @@ inline std::string floating_arm(const std::string& motion) {
          "motion:\n"
          "  - {name: move, duration: 10, " +
          motion + "}\n";
+}
+
+inline std::filesystem::path shipped(const std::string& name) {
+  return std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios" / name;
 }
 
 inline CaptureProblem problem_of(const std::string& text) {
