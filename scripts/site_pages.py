@@ -483,7 +483,7 @@ def main():
     site.write("commands.md", manual.stdout)
     reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` again.\n"
     if module:
-        modules = ["grapnel"] + [f"grapnel.{name}" for name in ("env",) if (pathlib.Path(module) / "grapnel" / f"{name}.py").exists()]
+        modules = ["grapnel"] + [f"grapnel.{name}" for name in ("env", "optimal_control") if (pathlib.Path(module) / "grapnel" / f"{name}.py").exists()]
         reference = "\n".join("```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n   :imported-members:\n```\n" if name == "grapnel" else
                               "## " + name + "\n\n```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n```\n" for name in modules)
     site.write("python-reference.md", "# Python reference\n\n" + reference)

@@ -11,7 +11,7 @@ All values are in SI units and radians. Frames: W is the inertial world, B the r
 Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/python.md is the manual.
 """
 
-from . import data, env
+from . import data, env, optimal_control
 from ._grapnel import Check, Fault, InputError, __version__, instruction_set
 from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
 from .controller import Controller, ControllerAccess, ControllerInput, ControllerOutput, ControllerSetup
@@ -29,6 +29,6 @@ __all__ = [
     "Fault", "FittedParameters", "ForwardDynamicsDerivatives", "GraspImpulse", "Identification", "Impact", "InputError",
     "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Progress",
     "Residuals", "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare",
-    "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimize", "read_columns", "read_table",
-    "report", "rollout", "simulate_many", "success_map", "sweep",
+    "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimal_control", "optimize",
+    "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
 ]
