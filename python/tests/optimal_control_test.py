@@ -248,6 +248,24 @@ def test_rows_of_quadratic_programs():
         oc.box_qp(-np.eye(2), [1, 1], [-1, -1], [1, 1])
 
 
+def test_rows_satisfy_the_conditions_of_a_minimum():
+    rng = np.random.default_rng(8)
+    held = 0
+    for _ in range(8):
+        H = rng.standard_normal((20, 20))
+        H, g, A = H @ H.T + 1e-2 * np.eye(20), 10 * rng.standard_normal(20), rng.standard_normal((50, 20))
+        lower, upper = -rng.uniform(0, 1, 50), rng.uniform(0, 1, 50)
+        result = oc.solve_qp(H, g, A, lower, upper)
+        value, y = A @ result.x, result.multipliers
+        assert result.converged and np.all(value > lower - 1e-6) and np.all(value < upper + 1e-6)
+        np.testing.assert_allclose(H @ result.x + g + A.T @ y, 0, atol=1e-5)
+        size = 1e-6 * np.abs(y).max()
+        np.testing.assert_allclose(value[y > size], upper[y > size], atol=1e-6)
+        np.testing.assert_allclose(value[y < -size], lower[y < -size], atol=1e-6)
+        held += int(np.sum(np.abs(y) > size))
+    assert held > 80
+
+
 # ---- Trajectories ----
 
 
