@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "grapnel/campaign/axis.hpp"
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/read_uncertain.hpp"
 #include "grapnel/campaign/sample_points.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
@@ -89,5 +90,12 @@ class CampaignPoints {
   std::map<std::uint64_t, StoredPoint> stored_;  // guarded by mutex_, as order_
   std::deque<std::uint64_t> order_;
 };
+
+/// A campaign from a file with its points, for evaluations at other values than drawn ones. @throws as load_campaign()
+struct CampaignWithPoints {
+  Campaign campaign;
+  std::shared_ptr<CampaignPoints> points;
+};
+CampaignWithPoints load_campaign_with_points(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
 }  // namespace grapnel

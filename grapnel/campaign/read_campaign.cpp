@@ -32,6 +32,8 @@ class CampaignReader {
   explicit CampaignReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<CampaignPoints>()) {}
 
+  std::shared_ptr<CampaignPoints> points() const { return points_; }
+
   Campaign read(std::vector<Fault>* warnings) {
     StudyDocument document = read_document(path_, file_, faults_);
     root_ = std::move(document.root);
@@ -472,7 +474,13 @@ class CampaignReader {
 }  // namespace
 
 Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* warnings) {
-  return CampaignReader(path).read(warnings);
+  return load_campaign_with_points(path, warnings).campaign;
+}
+
+CampaignWithPoints load_campaign_with_points(const std::filesystem::path& path, std::vector<Fault>* warnings) {
+  CampaignReader reader(path);
+  Campaign campaign = reader.read(warnings);
+  return {std::move(campaign), reader.points()};
 }
 
 }  // namespace grapnel

@@ -49,6 +49,8 @@ std::vector<fs::path> files_in(const fs::path& folder, Outputs outputs) {
     case Outputs::optimization:
       names = {"evaluations.csv", "best.yaml", "comparison.json"};
       break;
+    case Outputs::sensitivities:
+      return {folder / "sensitivities.json", folder / "sensitivities.csv"};
     case Outputs::images:
       return {};
   }

@@ -21,6 +21,7 @@ enum class Outputs {
   sweep,
   campaign,  // also of a map and a merge
   optimization,
+  sensitivities,
   images  // files that write_figure() names; checked individually
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "grapnel/spatial/scalar.hpp"
 
@@ -313,6 +314,162 @@ bool replaces(const UncertainValue& value) { return std::visit(Replaces{}, value
 
 DrawnValue draw_value(const UncertainValue& value, std::span<const double> nominal, std::span<const double> point) {
   return std::visit(Drawer(nominal, point), value);
+}
+
+namespace {
+
+double own_number(std::span<const double> nominal, std::size_t i) { return i < nominal.size() ? nominal[i] : 0; }
+
+// Factor on a deviation, by the form of the drawn number.
+double slope_of(ValueForm form, double nominal) { return form == ValueForm::factor ? nominal : 1; }
+
+double normal_density(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2 * std::numbers::pi); }
+
+// P(low < Z < high), also in the upper tail.
+double normal_part(double low, double high) {
+  return low > 0 ? normal_probability(-low) - normal_probability(-high)
+                 : normal_probability(high) - normal_probability(low);
+}
+
+ValueMoments independent(const std::vector<std::array<double, 2>>& numbers) {
+  ValueMoments all;
+  const std::size_t n = numbers.size();
+  all.covariance.assign(n * n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    all.mean.push_back(numbers[i][0]);
+    all.covariance[i * n + i] = numbers[i][1];
+  }
+  return all;
+}
+
+struct MomentsOf {
+  std::span<const double> nominal;
+
+  std::optional<ValueMoments> operator()(const IndependentNumbers& value) const {
+    std::vector<std::array<double, 2>> numbers;
+    for (std::size_t i = 0; i < value.distributions.size(); ++i) {
+      const NumberDistribution& d = value.distributions[i];
+      if (d.is_constant()) continue;
+      if (d.kind == NumberDistribution::Kind::integers) return {};
+      const double own = own_number(nominal, i), slope = slope_of(value.form, own);
+      const auto [mean, variance] = moments_of(d);
+      numbers.push_back({formed(value.form, own, mean), slope * slope * variance});
+    }
+    return independent(numbers);
+  }
+  std::optional<ValueMoments> operator()(const CommonNumber& value) const {
+    if (value.distribution.kind == NumberDistribution::Kind::integers) return {};
+    return independent({moments_of(value.distribution)});
+  }
+  std::optional<ValueMoments> operator()(const CorrelatedNumbers& value) const {
+    const std::size_t n = value.mean.size();
+    ValueMoments all;
+    all.covariance.assign(n * n, 0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+      all.mean.push_back(formed(value.form, own_number(nominal, i), value.mean[i]));
+      for (std::size_t j = 0; j < n; ++j) {
+        double sum = 0;
+        for (std::size_t k = 0; k < n; ++k) sum += value.factor[i * n + k] * value.factor[j * n + k];
+        all.covariance[i * n + j] =
+            sum * slope_of(value.form, own_number(nominal, i)) * slope_of(value.form, own_number(nominal, j));
+      }
+    }
+    return all;
+  }
+  std::optional<ValueMoments> operator()(const SphereVector&) const { return {}; }
+  std::optional<ValueMoments> operator()(const TiltedVector& value) const {
+    std::vector<std::array<double, 2>> numbers;
+    const double variance = value.deviation * value.deviation;
+    if (variance > 0) numbers = {{0, variance}, {0, variance}};
+    if (!value.factor.is_constant()) numbers.push_back(moments_of(value.factor));
+    return independent(numbers);
+  }
+  std::optional<ValueMoments> operator()(const UncertainRotation& value) const {
+    if (value.uniform) return {};
+    const double variance = value.deviation * value.deviation;
+    return independent({{0, variance}, {0, variance}, {0, variance}});
+  }
+  std::optional<ValueMoments> operator()(const ChosenValue&) const { return {}; }
+};
+
+struct NumbersOfScenario {
+  std::span<const double> nominal, varying;
+
+  std::vector<double> operator()(const IndependentNumbers& value) const {
+    std::vector<double> numbers;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < value.distributions.size(); ++i) {
+      const NumberDistribution& d = value.distributions[i];
+      if (varying.empty() && !d.is_constant())
+        numbers.push_back(own_number(nominal, i));
+      else
+        numbers.push_back(d.is_constant() ? formed(value.form, own_number(nominal, i), d.location) : varying[at++]);
+    }
+    return numbers;
+  }
+  std::vector<double> operator()(const CommonNumber& value) const {
+    std::vector<double> numbers;
+    for (const double own : nominal) numbers.push_back(varying.empty() ? own : formed(value.form, own, varying[0]));
+    return numbers;
+  }
+  std::vector<double> operator()(const CorrelatedNumbers&) const { return {varying.begin(), varying.end()}; }
+  std::vector<double> operator()(const TiltedVector& value) const {
+    const bool tilts = value.deviation > 0;
+    const double factor = value.factor.is_constant() ? value.factor.location : varying[tilts ? 2 : 0];
+    const Vector3d own{own_number(nominal, 0), own_number(nominal, 1), own_number(nominal, 2)};
+    const Vector3d v = factor * (tilts ? tilted(own, varying[0], varying[1]) : own);
+    return {v[0], v[1], v[2]};
+  }
+  std::vector<double> operator()(const UncertainRotation&) const {
+    const Quaterniond own{own_number(nominal, 0), own_number(nominal, 1), own_number(nominal, 2),
+                          own_number(nominal, 3)};
+    const Quaterniond q = varying.empty() ? own : own * quaternion_by({varying[0], varying[1], varying[2]});
+    return {q.w, q.x, q.y, q.z};
+  }
+  std::vector<double> operator()(const SphereVector&) const { return {nominal.begin(), nominal.end()}; }
+  std::vector<double> operator()(const ChosenValue& value) const {
+    std::size_t most = 0;
+    double largest = 0, before = 0;
+    for (std::size_t i = 0; i < value.running_sums.size(); ++i) {
+      const double weight = value.running_sums[i] - std::exchange(before, value.running_sums[i]);
+      if (weight > largest) largest = weight, most = i;
+    }
+    return {static_cast<double>(most)};
+  }
+};
+
+}  // namespace
+
+std::array<double, 2> moments_of(const NumberDistribution& d) {
+  using Kind = NumberDistribution::Kind;
+  if (d.kind == Kind::constant) return {d.location, 0};
+  if (d.kind == Kind::uniform) return {0.5 * (d.from + d.to), (d.to - d.from) * (d.to - d.from) / 12};
+  if (d.kind == Kind::integers) return {0.5 * (d.from + d.to), ((d.to - d.from + 1) * (d.to - d.from + 1) - 1) / 12};
+  std::array<double, 2> bounds{-HUGE_VAL, HUGE_VAL};
+  if (d.cut) bounds = d.standard_bounds();
+  const auto [low, high] = bounds;
+  if (d.kind == Kind::log_normal) {
+    // E[X^k] = location^k exp(k^2 s^2 / 2) P(low - k s < Z < high - k s) / P(low < Z < high).
+    const double s = d.scale, part = normal_part(low, high);
+    const double first = std::exp(0.5 * s * s) * normal_part(low - s, high - s) / part;
+    const double second = std::exp(2 * s * s) * normal_part(low - 2 * s, high - 2 * s) / part;
+    return {d.location * first, d.location * d.location * std::max(second - first * first, 0.0)};
+  }
+  if (!d.cut) return {d.location, d.scale * d.scale};
+  const auto term = [](double z) { return std::isfinite(z) ? z * normal_density(z) : 0; };
+  const double part = normal_part(low, high);
+  const double mean = (normal_density(low) - normal_density(high)) / part;
+  const double variance = 1 + (term(low) - term(high)) / part - mean * mean;
+  return {d.location + d.scale * mean, d.scale * d.scale * std::max(variance, 0.0)};
+}
+
+std::optional<ValueMoments> moments_of(const UncertainValue& value, std::span<const double> nominal) {
+  return std::visit(MomentsOf{nominal}, value);
+}
+
+std::vector<double> placed_numbers(const UncertainValue& value, std::span<const double> nominal,
+                                   std::span<const double> varying) {
+  return std::visit(NumbersOfScenario{nominal, varying}, value);
 }
 
 }  // namespace grapnel

@@ -100,6 +100,25 @@ struct ChosenValue {
 using UncertainValue = std::variant<IndependentNumbers, CommonNumber, CorrelatedNumbers, SphereVector, TiltedVector,
                                     UncertainRotation, ChosenValue>;
 
+/// Means and covariance of the numbers that vary. They are numbers for the scenario; of a CommonNumber the drawn
+/// number, of a TiltedVector the tilt about two axes [rad] and the factor, of an UncertainRotation the rotation vector
+/// [rad].
+struct ValueMoments {
+  std::vector<double> mean;
+  std::vector<double> covariance;  // row by row
+};
+/// Empty for values without a mean: of random directions and orientations, whole numbers and choices. `nominal`: the
+/// scenario's own numbers.
+std::optional<ValueMoments> moments_of(const UncertainValue& value, std::span<const double> nominal);
+
+/// The mean and the variance of one number.
+std::array<double, 2> moments_of(const NumberDistribution& distribution);
+
+/// The numbers of the scenario for numbers as those of ValueMoments::mean. None: the value is held at the scenario's
+/// own numbers, a ChosenValue at the number of its most probable choice.
+std::vector<double> placed_numbers(const UncertainValue& value, std::span<const double> nominal,
+                                   std::span<const double> varying);
+
 /// Coordinates of the unit cube that a draw takes.
 std::size_t dimensions(const UncertainValue& value);
 
