@@ -10,6 +10,7 @@
 #include "grapnel/campaign/optimization_report.hpp"
 #include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/campaign/run_scenario.hpp"
+#include "grapnel/campaign/sensitivities.hpp"
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/capture/elastic_report.hpp"
 #include "grapnel/compare/comparison_report.hpp"
@@ -114,7 +115,8 @@ std::span<const ResultContract> result_contracts() {
       {"log-impulses", "impulses", "Grapnel impulses from a log, version 1", &type_of<ImpulseReport>},
       {"identification-result", "identification", "Grapnel identification result, version 1",
        &type_of<FittedLogsReport>},
-      {"linear-model", "linear-model", "Grapnel linear model, version 1", &type_of<LinearModel>}};
+      {"linear-model", "linear-model", "Grapnel linear model, version 1", &type_of<LinearModel>},
+      {"sensitivities", "sensitivities", "Grapnel sensitivities, version 1", &type_of<SensitivityReport>}};
   return all;
 }
 

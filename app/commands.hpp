@@ -100,6 +100,19 @@ struct LinearizeCommandOptions {
 /// The linear model of a scenario at a time, and the stability of its controllers.
 int linearize(const LinearizeCommandOptions& options);
 
+struct SensitivitiesCommandOptions {
+  std::filesystem::path file;          // scenario or campaign
+  std::filesystem::path output;        // folder; empty: the text only
+  std::vector<std::string> by, of;     // paths, and patterns of columns, separated by commas; empty: default ones
+  std::vector<std::string> overrides;  // path=value
+  bool impact_only = false;            // simulate the impact only
+  bool plan_once = false;              // every run follows the plan of the scenario
+  int threads = 0;                     // 0: one per processor
+  bool quiet = false;
+};
+/// Derivatives of the outcomes of a capture by values of its scenario, and first-order uncertainty of a campaign.
+int sensitivities(const SensitivitiesCommandOptions& options);
+
 struct FigureOptions {
   std::filesystem::path folder;
   std::string what;              // empty: see list

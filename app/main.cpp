@@ -187,6 +187,36 @@ int program(int argc, char** argv) {
   linearize_command->add_flag("--quiet", linearize_options.quiet, "Print errors and warnings only");
   linearize_command->callback([&] { code = linearize(linearize_options); });
 
+  SensitivitiesCommandOptions sensitivities_options;
+  CLI::App* sensitivities_command = app.add_subcommand(
+      "sensitivities",
+      "Print derivatives of the outcomes of a capture by values of its scenario; of a campaign also their first-order "
+      "uncertainty");
+  sensitivities_command->add_option("file", sensitivities_options.file, "Scenario or campaign file (YAML)")->required();
+  sensitivities_command
+      ->add_option(
+          "--by", sensitivities_options.by,
+          "Paths of the scenario's values, separated by commas, as of --set (default: masses, inertias, spins, "
+          "closing speed, impact parameters and gains)")
+      ->allow_extra_args(false);
+  sensitivities_command
+      ->add_option("--of", sensitivities_options.of,
+                   "Outcomes: columns of studies, separated by commas, e.g. grasps/*/impulse_magnitude (default: the "
+                   "main ones)")
+      ->allow_extra_args(false);
+  sensitivities_command->add_option("-o,--output", sensitivities_options.output,
+                                    "Folder for sensitivities.json and sensitivities.csv (default: none)");
+  sensitivities_command->add_option("-j,--jobs", sensitivities_options.threads, "Threads (default: one per processor)")
+      ->check(CLI::Range(1, 4096));
+  sensitivities_command->add_flag("--impact", sensitivities_options.impact_only,
+                                  "Simulate the impact only, at the planned final configuration (scenario)");
+  sensitivities_command->add_flag("--plan-once", sensitivities_options.plan_once,
+                                  "Plan the approach once; every run follows that plan (scenario)");
+  sensitivities_command->add_option("--set", sensitivities_options.overrides, "Replace a value: path=value (scenario)")
+      ->allow_extra_args(false);
+  sensitivities_command->add_flag("--quiet", sensitivities_options.quiet, "Print errors and warnings only");
+  sensitivities_command->callback([&] { code = sensitivities(sensitivities_options); });
+
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");
