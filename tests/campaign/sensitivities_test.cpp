@@ -53,7 +53,7 @@ TEST(Differences, OfSmoothFunctionsStayWithinTheirErrors) {
       const DerivativeEntry& one = entries[k][j];
       EXPECT_EQ(one.verdict, Differentiable::yes);
       EXPECT_LE(std::abs(one.derivative - exact[k][j]), one.error + 1e-300) << k << j;
-      EXPECT_LT(one.error, 1e-8);  // measured 4e-10
+      EXPECT_LT(one.error, 1e-8);
     }
   }
 }
@@ -93,8 +93,8 @@ TEST(Differences, AreOneSidedBesideABound) {
   EXPECT_TRUE(one.is_one_sided);
   EXPECT_EQ(one.verdict, Differentiable::yes);
   EXPECT_NEAR(one.derivative, 1, one.error);
-  EXPECT_LT(one.error, 1e-4);  // measured 8e-6
-  at.value = 0.005;            // half a step away: central, with shorter steps
+  EXPECT_LT(one.error, 1e-4);
+  at.value = 0.005;  // half a step away: central, with shorter steps
   EXPECT_FALSE(derivatives(root, {at})[0][0].is_one_sided);
 }
 
@@ -182,7 +182,7 @@ TEST(Sensitivities, OfACentralImpactHaveTheirClosedForms) {
   const double P = (1 + e) * m * v, by_m2 = (1 + e) * v * m * m / (m2 * m2), by_m1 = (1 + e) * v * m * m / (m1 * m1);
   const std::string impulse = "grasps/tip/impulse_magnitude";
   EXPECT_NEAR(report.outcomes.at(0).value, P, 1e-12);
-  expect_derivative(report, impulse, "targets.ball.mass", by_m2, 1e-7);  // measured 1e-10
+  expect_derivative(report, impulse, "targets.ball.mass", by_m2, 1e-7);
   expect_derivative(report, impulse, "robot.base.mass", by_m1, 1e-7);
   expect_derivative(report, impulse, "targets.ball.state.velocity/x", -(1 + e) * m, 1e-9);
   expect_derivative(report, impulse, "impact.restitution", m * v, 1e-9);
@@ -244,7 +244,7 @@ TEST(Sensitivities, OfAnEventContainItsTime) {
   const std::string duration = "phases/slow/duration", rate = "end/joints/rail/velocity",
                     position = "end/joints/rail/position", friction = "robot.links.car.joint.friction.viscous";
   EXPECT_NEAR(report.outcomes.at(0).value, T, 1e-9);
-  expect_derivative(report, duration, friction, -T / c, 1e-6);  // measured 1e-9
+  expect_derivative(report, duration, friction, -T / c, 1e-6);
   expect_derivative(report, duration, "robot.links.car.mass", T / m, 1e-6);
   expect_derivative(report, duration, "initial.joint_rates[0]", m / (c * v0), 1e-6);
   expect_derivative(report, duration, "motion.slow.until.joint_rate", -m / (c * v1), 1e-5);
@@ -315,7 +315,7 @@ TEST(Sensitivities, OfAPlannedCaptureAgreeWithOtherMethods) {
   ASSERT_GT(std::abs(exact->impulse_magnitude.at(0)), 1e-4);
   for (std::size_t g = 0; g < impact.grasps.size(); ++g) {
     const std::string of = "grasps/" + impact.grasps[g].end_effector + "/impulse_magnitude";
-    expect_derivative(report, of, "targets[0].mass", exact->impulse_magnitude.at(g), 1e-8);  // measured 1e-11
+    expect_derivative(report, of, "targets[0].mass", exact->impulse_magnitude.at(g), 1e-8);
   }
   const CaptureResult more = simulate_capture(planned(number(mass + d), 1e-11)),
                       less = simulate_capture(planned(number(mass - d), 1e-11));
@@ -324,7 +324,7 @@ TEST(Sensitivities, OfAPlannedCaptureAgreeWithOtherMethods) {
   ASSERT_GT(std::abs(plain), 1e-5);
   const auto& one = entry(report, "end/base/angular_velocity/z", "targets[0].mass");
   EXPECT_EQ(one.verdict, Differentiable::yes);
-  EXPECT_NEAR(*one.derivative / plain, 1, 1e-3);  // measured 6e-6: the truncation of the plain differences
+  EXPECT_NEAR(*one.derivative / plain, 1, 1e-3);
 }
 
 // ---- First-order uncertainty ----
@@ -343,8 +343,8 @@ TEST(FirstOrder, MomentsAreThoseOfTheDrawnNumbers) {
       sum += x, squares += x * x;
     }
     const auto [mean, variance] = moments_of(d);
-    EXPECT_NEAR(mean, sum / n, 1e-4);                              // measured 2e-6
-    EXPECT_NEAR(variance, squares / n - sum * sum / n / n, 1e-3);  // measured 4e-5
+    EXPECT_NEAR(mean, sum / n, 1e-4);
+    EXPECT_NEAR(variance, squares / n - sum * sum / n / n, 1e-3);
   }
 }
 
@@ -396,9 +396,9 @@ TEST(FirstOrder, AgreesWithACampaignOfSmallUncertainties) {
   }
   const double n = static_cast<double>(campaign.cases), mean = sum / n,
                deviation = std::sqrt(squares / n - mean * mean);
-  EXPECT_NEAR(impulse.value / mean, 1, 2e-3);                   // measured 1e-4
-  EXPECT_NEAR(*impulse.deviation / deviation, 1, 0.05);         // measured 0.005
-  EXPECT_NEAR(*report.limits[0].probability, below / n, 0.05);  // measured 0.006
+  EXPECT_NEAR(impulse.value / mean, 1, 2e-3);
+  EXPECT_NEAR(*impulse.deviation / deviation, 1, 0.05);
+  EXPECT_NEAR(*report.limits[0].probability, below / n, 0.05);
 }
 
 TEST(FirstOrder, ChoicesAndRandomDirectionsAreHeld) {
