@@ -22,13 +22,14 @@ from .progress import Progress
 from .result import Ledger, Result, SimulationError
 from .robot import ForwardDynamicsDerivatives, Impact, InverseDynamicsDerivatives, Loops, Robot, Rollout, rollout
 from .scenario import Problem, Scenario, Values, check, load, simulate_many
+from .sensitivities import Sensitivities, campaign_sensitivities
 from .tables import read_columns, read_table
 
 __all__ = [
     "Check", "CommandError", "Comparison", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup",
     "Fault", "FittedParameters", "ForwardDynamicsDerivatives", "GraspImpulse", "Identification", "Impact", "InputError",
     "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Progress",
-    "Residuals", "Result", "Robot", "Rollout", "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "compare",
-    "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set", "load", "optimal_control", "optimize",
-    "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
+    "Residuals", "Result", "Robot", "Rollout", "Scenario", "Sensitivities", "SimulationError", "Values", "__version__", "campaign",
+    "campaign_sensitivities", "check", "compare", "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set",
+    "load", "optimal_control", "optimize", "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
 ]

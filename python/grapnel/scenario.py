@@ -15,6 +15,7 @@ from .controller import Controller, _given
 from .linear import LinearModel
 from .progress import ProgressChoice, reported
 from .result import Result
+from .sensitivities import Sensitivities, _names
 
 
 def _changes(values: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
@@ -254,6 +255,17 @@ class Problem:
             raise ValueError(f"delay is {delay!r} without a sample_time; expected both")
         return LinearModel(_grapnel.linearize(self._core, float(time), None if sample_time is None else float(sample_time),
                                               float(delay)))
+
+    def sensitivities(self, of: str | Iterable[str] | None = None, by: str | Iterable[str] | None = None, impact_only: bool = False,
+                      plan_once: bool = False, threads: int = 0) -> Sensitivities:
+        """Derivatives of outcomes of the capture by values of the scenario, as `grapnel sensitivities`. Ctrl-C ends it.
+
+        `of`: columns of studies, such as "grasps/*/impulse_magnitude". `by`: paths of values, such as "targets[0].mass". None: the
+        main outcomes, and the default values. `impact_only`: simulates the impact only. `plan_once`: every run follows the plan
+        of this problem. `threads`: 0 is one per processor. Raises InputError for unknown names, RuntimeError if the capture fails.
+        """
+        return Sensitivities(_grapnel.sensitivities(self._core, _names("of", of), _names("by", by), bool(impact_only),
+                                                    bool(plan_once), thread_count(threads)))
 
 
 class Scenario(Problem):

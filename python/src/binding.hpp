@@ -80,5 +80,6 @@ void bind_result(py::module_& module);
 void bind_robot(py::module_& module);
 void bind_commands(py::module_& module);
 void bind_linear(py::module_& module);
+void bind_sensitivities(py::module_& module);
 
 }  // namespace grapnel::python

@@ -13,4 +13,5 @@ PYBIND11_MODULE(_grapnel, module) {
   bind_robot(module);
   bind_commands(module);
   bind_linear(module);
+  bind_sensitivities(module);
 }
