@@ -20,7 +20,8 @@ from .linear import LinearModel
 from .logs import Comparison, FittedParameters, GraspImpulse, MeasuredContact, MeasuredImpulses, Residuals, compare, identify_from_logs, impulses
 from .progress import Progress
 from .result import Ledger, Result, SimulationError
-from .robot import ForwardDynamicsDerivatives, Impact, InverseDynamicsDerivatives, Loops, Robot, Rollout, rollout
+from .robot import (ForwardDynamicsDerivatives, Impact, InverseDynamicsDerivatives, LoopDynamicsDerivatives, Loops, Robot, Rollout,
+                    rollout)
 from .scenario import Problem, Scenario, Values, check, load, simulate_many
 from .sensitivities import Sensitivities, campaign_sensitivities
 from .tables import read_columns, read_table
@@ -28,8 +29,9 @@ from .tables import read_columns, read_table
 __all__ = [
     "Check", "CommandError", "Comparison", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup",
     "Fault", "FittedParameters", "ForwardDynamicsDerivatives", "GraspImpulse", "Identification", "Impact", "InputError",
-    "InverseDynamicsDerivatives", "Ledger", "LinearModel", "Loops", "MeasuredContact", "MeasuredImpulses", "Problem", "Progress",
-    "Residuals", "Result", "Robot", "Rollout", "Scenario", "Sensitivities", "SimulationError", "Values", "__version__", "campaign",
-    "campaign_sensitivities", "check", "compare", "env", "figure", "identify", "identify_from_logs", "impulses", "instruction_set",
-    "load", "optimal_control", "optimize", "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
+    "InverseDynamicsDerivatives", "Ledger", "LinearModel", "LoopDynamicsDerivatives", "Loops", "MeasuredContact", "MeasuredImpulses",
+    "Problem", "Progress", "Residuals", "Result", "Robot", "Rollout", "Scenario", "Sensitivities", "SimulationError", "Values",
+    "__version__", "campaign", "campaign_sensitivities", "check", "compare", "env", "figure", "identify", "identify_from_logs",
+    "impulses", "instruction_set", "load", "optimal_control", "optimize", "read_columns", "read_table", "report", "rollout",
+    "simulate_many", "success_map", "sweep",
 ]

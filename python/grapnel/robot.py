@@ -63,6 +63,21 @@ class ForwardDynamicsDerivatives:
 
 
 @dataclass(frozen=True)
+class LoopDynamicsDerivatives(ForwardDynamicsDerivatives):
+    """Derivatives of vdot, multipliers = Loops.forward_dynamics(...), from Loops.forward_dynamics_derivatives. For a batch, the
+    first axis of all arrays is that of the batch."""
+
+    multipliers: Array  #: (rows,)
+    multipliers_dq: Array  #: (rows, nv)
+    multipliers_dv: Array  #: (rows, nv)
+    multipliers_dtau: Array  #: (rows, nv)
+    multipliers_dwrench: Array  #: (rows, 6 frames)
+    closing_dq: Array  #: smallest change of v, in kinetic energy, that satisfies the loops after a displacement, (nv, nv)
+    rank: Array  #: number of independent rows; the multipliers of the others are zero
+    contradiction: Array  #: inconsistency of redundant rows; if it is not small, vdot is not differentiable in this state
+
+
+@dataclass(frozen=True)
 class InverseDynamicsDerivatives:
     """Derivatives of tau = inverse_dynamics(...), from Robot.inverse_dynamics_derivatives. Rows: generalized forces. For a batch,
     the first axis of all arrays is that of the batch."""
@@ -358,7 +373,8 @@ class Loops:
 
     @property
     def rows(self) -> int:
-        """Number of rows of all closures: 6 for a rigid one, 5 for a hinge, 3 for a point."""
+        """Number of rows of all closures: 6 for a rigid one, 5 for a hinge, 3 for a point; then one for each coupling of the
+        robot's joints."""
         return self._core.rows
 
     def defect(self, q: ArrayLike, v: ArrayLike | None = None) -> Array:
@@ -372,6 +388,17 @@ class Loops:
         on the first body [N m, N]; redundant multipliers are not unique (2.9)-(2.12). `tau` as in Robot.forward_dynamics."""
         vdot, multipliers = self._core.forward_dynamics(q, v, tau, _gravity(gravity))
         return vdot, multipliers
+
+    def forward_dynamics_derivatives(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None,
+                                     gravity: ArrayLike = (0, 0, 0), frames: Iterable[str] = (),
+                                     wrenches: ArrayLike | None = None, base_held: bool = False) -> LoopDynamicsDerivatives:
+        """Analytical derivatives of forward_dynamics(), accelerations (nv, nv) and multipliers (rows, nv), with the
+        arguments of Robot.forward_dynamics_derivatives (section 28 of docs/theory). Displacements are those without loops; for
+        states that satisfy the loops, combine columns: directions x of q with J x = 0, and for each the velocities
+        `closing_dq @ x`."""
+        *arrays, rank, contradiction = self._core.forward_dynamics_derivatives(
+            q, v, tau, _gravity(gravity), list(frames), wrenches, bool(base_held))
+        return LoopDynamicsDerivatives(*arrays, rank=rank[..., 0].astype(int), contradiction=contradiction[..., 0])
 
     def close_velocities(self, q: ArrayLike, v: ArrayLike) -> Array:
         """The velocity nearest in kinetic energy that satisfies the loops, (nv,): the result of a plastic impact of all closures."""

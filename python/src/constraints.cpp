@@ -8,7 +8,9 @@
 #include <mutex>
 #include <tuple>
 
+#include "derivative_arrays.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/constraint/loop_derivatives.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "robot.hpp"
@@ -52,7 +54,8 @@ class Loops {
 
   const Robot& robot() const { return *robot_; }
   const std::vector<LoopClosure>& closures() const { return closures_; }
-  int rows() const { return closure_rows(closures_); }
+  /// Of closures and couplings, as LoopSolver's.
+  int rows() const { return closure_rows(closures_) + static_cast<int>(robot_->model().couplings().size()); }
 
  private:
   // Places frame D at frame C in these coordinates, so that the loop is closed there.
@@ -144,6 +147,43 @@ py::tuple loop_dynamics(const Loops& loops, const py::object& q, const py::objec
     std::copy(found.begin(), found.end(), multiplier_data + rows * i);
   });
   return py::make_tuple(vdot, multipliers);
+}
+
+py::tuple loop_derivatives(const Loops& loops, const py::object& q_given, const py::object& v_given,
+                           const py::object& tau_given, const std::array<double, 3>& gravity,
+                           const std::vector<std::string>& frames, const py::object& wrenches_given, bool base_held) {
+  const Robot& robot = loops.robot();
+  const Rows tau = robot.forces(tau_given);
+  LoopStates states(loops, q_given, v_given);
+  states.cases = cases_of({&states.q, &states.v, &tau});
+  const FrameWrenches wrenches(robot, frames, wrenches_given);
+  const PrescribedMotion held = held_base(robot, base_held);
+  const Cases& cases = states.cases;
+  const py::ssize_t n = robot.model().velocities(), rows = loops.rows();
+  const auto wide = static_cast<py::ssize_t>(6 * frames.size());
+  Vectors vdot(cases, n), multipliers(cases, rows), rank(cases, 1), contradiction(cases, 1);
+  Matrices dq(cases, n, n), dv(cases, n, n), dtau(cases, n, n), dwrench(cases, n, wide), closing(cases, n, n);
+  Matrices by_q(cases, rows, n), by_v(cases, rows, n), by_tau(cases, rows, n), by_wrench(cases, rows, wide);
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    LoopDerivatives derivatives(robot.model(), loops.closures());
+    LoopDynamicsDerivatives d;
+    Forces forces;
+    forces.gravity = {gravity[0], gravity[1], gravity[2]}, forces.generalized.resize(static_cast<std::size_t>(n));
+    for (std::int64_t i = begin; i < end; ++i) {
+      states.put(loops, i, scratch.state);
+      robot.spread(tau, i, forces.generalized.data());
+      wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
+      derivatives.evaluate(scratch.state, forces, held, 0, d);
+      vdot.put(i, d.motion.vdot), multipliers.put(i, d.multipliers.value);
+      dq.put(i, d.motion.dq), dv.put(i, d.motion.dv), dtau.put(i, d.motion.dtau), dwrench.put(i, d.motion.dwrench);
+      by_q.put(i, d.multipliers.dq), by_v.put(i, d.multipliers.dv), by_tau.put(i, d.multipliers.dtau);
+      by_wrench.put(i, d.multipliers.dwrench), closing.put(i, d.closing_dq);
+      rank.put(i, {static_cast<double>(d.rank)});
+      contradiction.put(i, {std::max(d.contradiction, d.contradiction_of_derivatives)});
+    }
+  });
+  return py::make_tuple(vdot.array, dq.array, dv.array, dtau.array, dwrench.array, multipliers.array, by_q.array,
+                        by_v.array, by_tau.array, by_wrench.array, closing.array, rank.array, contradiction.array);
 }
 
 py::array_t<double> closing_velocities(const Loops& loops, const py::object& q, const py::object& v) {
@@ -263,6 +303,8 @@ void bind_constraints(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::modu
       .def_property_readonly("rows", &Loops::rows)
       .def("defect", &defects, py::arg("q"), py::arg("v"))
       .def("forward_dynamics", &loop_dynamics, py::arg("q"), py::arg("v"), py::arg("tau"), py::arg("gravity"))
+      .def("forward_dynamics_derivatives", &loop_derivatives, py::arg("q"), py::arg("v"), py::arg("tau"),
+           py::arg("gravity"), py::arg("frames"), py::arg("wrenches"), py::arg("base_held"))
       .def("close_velocities", &closing_velocities, py::arg("q"), py::arg("v"))
       .def("project", &projected, py::arg("q"), py::arg("v"));
 }

@@ -242,6 +242,35 @@ def test_arguments_that_are_not_numbers_are_rejected(robot, wrong):
         robot.mass_matrix(wrong)
 
 
+def test_derivatives_with_closed_loops(robot):
+    (q, v), h, gravity = (x[0] for x in states(robot, 1)), 1e-4, [0.3, -0.2, -1.0]
+    a, b = robot.frames[:2]
+    loops = robot.loops([(a, b)], closed_at=q)
+    v = loops.close_velocities(q, v)
+    tau = np.random.default_rng(8).uniform(-5, 5, robot.nv)
+    d = loops.forward_dynamics_derivatives(q, v, tau, gravity=gravity)
+    vdot, multipliers = loops.forward_dynamics(q, v, tau, gravity=gravity)
+    assert np.allclose(d.vdot, vdot, atol=1e-9 * np.max(np.abs(vdot)))
+    assert d.contradiction < 1e-8 and d.rank <= loops.rows and d.dwrench.shape == (robot.nv, 0)
+
+    def check(derivative, of):
+        columns = np.stack([(of(h * e) - of(-h * e)) / (2 * h) for e in np.eye(robot.nv)], axis=-1)
+        assert np.max(np.abs(derivative)) > 1e-3
+        assert np.allclose(derivative, columns, atol=1e-5 * np.max(np.abs(columns)))
+
+    check(d.dq, lambda x: loops.forward_dynamics(moved(robot, q, x, 1.0), v, tau, gravity=gravity)[0])
+    check(d.dv, lambda x: loops.forward_dynamics(q, v + x, tau, gravity=gravity)[0])
+    check(d.dtau, lambda x: loops.forward_dynamics(q, v, tau + x, gravity=gravity)[0])
+    check(d.closing_dq, lambda x: loops.close_velocities(moved(robot, q, x, 1.0), v))
+    if d.rank == loops.rows:
+        check(d.multipliers_dq, lambda x: loops.forward_dynamics(moved(robot, q, x, 1.0), v, tau, gravity=gravity)[1])
+        assert np.allclose(d.multipliers, multipliers, atol=1e-8 * np.max(np.abs(multipliers)))
+    held = loops.forward_dynamics_derivatives(q, v, tau, base_held=True)
+    assert np.all(held.dq[:6] == 0) and np.max(np.abs(held.dq)) > 1e-3
+    many = loops.forward_dynamics_derivatives(np.tile(q, (50, 1)), np.tile(v, (50, 1)), tau, gravity=gravity)
+    assert np.array_equal(many.dq[31], d.dq) and many.rank.shape == (50,) and many.multipliers_dv.shape[0] == 50
+
+
 def test_closed_loops(robot):
     q, v = (x[0] for x in states(robot, 1, seed=4))
     a, b = robot.frames[:2]
