@@ -18,12 +18,15 @@ const Type& type_of<Differentiable>() {
 
 namespace {
 
-constexpr std::size_t kLevels = 3;                       // steps h, h/2, h/4
+constexpr std::size_t kLevels = 3;                       // steps h, h/r, h/r²
+constexpr double kRatio = 1.9;                           // r; not 2, whose multiples fit many oscillations
 constexpr std::array<double, 3> kRounds{1, 1.0 / 8, 8};  // factors on the first step
 constexpr double kLeastRoom = 1.0 / 8;                   // of the step; nearer to a bound, differences are one-sided
 constexpr double kClearly = 5;                           // estimated errors between derivatives that differ
 
-// The values h, h/2 and h/4 away on one side of the center; invalid or failed points are null.
+double step_at(double h, std::size_t level) { return h / std::pow(kRatio, static_cast<double>(level)); }
+
+// The values h, h/r and h/r² away on one side of the center; invalid or failed points are null.
 using Side = std::array<const FunctionValue*, kLevels>;
 
 // An extrapolated limit for h = 0 and its estimated error.
@@ -31,23 +34,24 @@ struct Limit {
   double value = NAN, error = std::numeric_limits<double>::infinity();
 };
 
-// The limit of a(h) = a + b h^p + c h^q + ..., from a(h), a(h/2), a(h/4): of the Richardson table the entry with the
+// The limit of a(h) = a + b h^p + c h^q + ..., from a(h), a(h/r), a(h/r²): of the Richardson table the entry with the
 // smallest error estimate, (29.3). `noise`: error of the entry at the smallest step.
 Limit limit_of(const std::array<double, kLevels>& a, int p, int q, double noise) {
-  const double fp = std::pow(2.0, p), fq = std::pow(2.0, q);
+  const double fp = std::pow(kRatio, p), fq = std::pow(kRatio, q);
   const double b0 = (fp * a[1] - a[0]) / (fp - 1), b1 = (fp * a[2] - a[1]) / (fp - 1);
   const double c = (fq * b1 - b0) / (fq - 1);
-  const std::array<Limit, 3> table{Limit{b0, std::max(std::abs(b0 - a[0]), std::abs(b0 - a[1]))},
-                                   Limit{b1, std::max(std::abs(b1 - a[1]), std::abs(b1 - a[2]))},
+  const double change = std::abs(b0 - b1);  // two of three steps can agree by accident
+  const std::array<Limit, 3> table{Limit{b0, std::max({std::abs(b0 - a[0]), std::abs(b0 - a[1]), change})},
+                                   Limit{b1, std::max({std::abs(b1 - a[1]), std::abs(b1 - a[2]), change})},
                                    Limit{c, std::max(std::abs(c - b0), std::abs(c - b1))}};
   Limit best = *std::min_element(table.begin(), table.end(), [](const Limit& x, const Limit& y) {
-    return std::isnan(y.error) || x.error < y.error;
+    return !std::isnan(x.error) && (std::isnan(y.error) || x.error < y.error);
   });
   best.error += noise;
   return best;
 }
 
-// Differences of one outcome by one variable with steps h, h/2, h/4.
+// Differences of one outcome by one variable with steps h, h/r, h/r².
 class EntryDifferences {
  public:
   EntryDifferences(double center, double h, double size, double scale, double accuracy)
@@ -57,12 +61,12 @@ class EntryDifferences {
   DerivativeEntry central(const std::array<double, kLevels>& before, const std::array<double, kLevels>& after) const {
     std::array<double, kLevels> mean{}, gap{}, right{}, left{};
     for (std::size_t i = 0; i < kLevels; ++i) {
-      const double h = step(i);
+      const double h = step_at(h_, i);
       mean[i] = (after[i] - before[i]) / (2 * h);
       gap[i] = (after[i] - 2 * center_ + before[i]) / h;
       right[i] = (after[i] - center_) / h, left[i] = (center_ - before[i]) / h;
     }
-    const double noise = rounding() / step(kLevels - 1);
+    const double noise = rounding() / step_at(h_, kLevels - 1);
     const Limit derivative = limit_of(mean, 2, 4, noise), difference = limit_of(gap, 1, 3, 4 * noise);
     DerivativeEntry entry{Differentiable::yes, derivative.value, derivative.error};
     entry.step = h_;
@@ -70,8 +74,11 @@ class EntryDifferences {
     if (jumps(after, entry) || jumps(before, entry)) return entry;
     if (std::abs(difference.value) > 2 * tolerance) {
       entry.left = limit_of(left, 1, 2, noise).value, entry.right = limit_of(right, 1, 2, noise).value;
-      entry.verdict =
-          std::abs(difference.value) > kClearly * difference.error ? Differentiable::no : Differentiable::not_decided;
+      const bool agree = std::ranges::all_of(gap, [&](double one) {  // noise does not repeat
+        return std::abs(one - difference.value) < 0.5 * std::abs(difference.value);
+      });
+      entry.verdict = agree && std::abs(difference.value) > kClearly * difference.error ? Differentiable::no
+                                                                                        : Differentiable::not_decided;
       entry.reason = entry.verdict == Differentiable::no
                          ? fmt::format("a kink: the derivative is {:.4g} below this value and {:.4g} above it",
                                        *entry.left, *entry.right)
@@ -85,8 +92,8 @@ class EntryDifferences {
   // One side, `sign` +1 or -1.
   DerivativeEntry one_sided(const std::array<double, kLevels>& values, double sign) const {
     std::array<double, kLevels> slope{};
-    for (std::size_t i = 0; i < kLevels; ++i) slope[i] = sign * (values[i] - center_) / step(i);
-    const Limit derivative = limit_of(slope, 1, 2, rounding() / step(kLevels - 1));
+    for (std::size_t i = 0; i < kLevels; ++i) slope[i] = sign * (values[i] - center_) / step_at(h_, i);
+    const Limit derivative = limit_of(slope, 1, 2, rounding() / step_at(h_, kLevels - 1));
     DerivativeEntry entry{Differentiable::yes, derivative.value, derivative.error};
     entry.step = h_, entry.is_one_sided = true;
     if (!jumps(values, entry) && !(derivative.error <= allowed(derivative.value))) too_inaccurate(entry);
@@ -94,7 +101,6 @@ class EntryDifferences {
   }
 
  private:
-  double step(std::size_t level) const { return h_ / static_cast<double>(1U << level); }
   double rounding() const { return accuracy_ * std::max(std::abs(center_), 1e-3 * scale_); }
   // The largest error of a derivative that is determined.
   double allowed(double derivative) const {
@@ -108,7 +114,9 @@ class EntryDifferences {
 
   // The limit of one side differs from the value at the center, (29.6).
   bool jumps(const std::array<double, kLevels>& values, DerivativeEntry& entry) const {
-    const double jump = (8 * values[2] - 6 * values[1] + values[0]) / 3 - center_;
+    const double r = kRatio;
+    const double b0 = (r * values[1] - values[0]) / (r - 1), b1 = (r * values[2] - values[1]) / (r - 1);
+    const double jump = (r * r * b1 - b0) / (r * r - 1) - center_;
     if (!(std::abs(jump) > 10 * kNegligibleChange * scale_)) return false;
     for (const double value : values) {
       if (!(std::abs(value - center_ - jump) < 0.2 * std::abs(jump))) return false;
@@ -162,11 +170,11 @@ class VariableDifferences {
       const double near = std::min(below, above), far = std::max(below, above);
       if (near < h && near >= kLeastRoom * h) h = near;
       if (near < h) uses_before_ = below == far, uses_after_ = !uses_before_, h = std::min(h, far);
-      if (!(h > 0) || !(variable_.value + h != variable_.value)) continue;
+      if (!(h > 0) || variable_.value + step_at(h, kLevels - 1) == variable_.value) continue;
       h_ = h;
       std::vector<double> points;
       for (std::size_t i = 0; i < kLevels; ++i) {
-        const double step = h / static_cast<double>(1U << i);
+        const double step = step_at(h, i);
         points.push_back(variable_.value - step), points.push_back(variable_.value + step);
       }
       return points;
@@ -203,12 +211,16 @@ class VariableDifferences {
         one.reason += (one.reason.empty() ? "" : "; ") + events + " beside this value";
       if (is_better(one, entries_[j])) entries_[j] = std::move(one);
     }
-    has_events_ = !events.empty() || !failure.empty();
+    has_events_ = !events.empty() || !failure.empty() || (!uses_before_ && !uses_after_);
     has_entries_ = true;
   }
 
   std::size_t number() const { return number_; }
-  std::vector<DerivativeEntry> take_entries() { return std::move(entries_); }
+  std::vector<DerivativeEntry> take_entries() {
+    for (std::size_t j = 0; j < entries_.size() && !has_entries_; ++j)
+      entries_[j].reason = std::isfinite(center_.values[j]) ? "the bounds leave no room for a step" : kAbsent;
+    return std::move(entries_);
+  }
 
  private:
   // Smaller steps help where something changes beside the value or the truncation is large; larger ones against noise.
@@ -226,7 +238,7 @@ class VariableDifferences {
       if (present.verdict == Differentiable::yes) return false;
       const bool both_open =
           present.verdict == Differentiable::not_decided && one.verdict == Differentiable::not_decided;
-      return !both_open || one.error < present.error;
+      return !both_open || std::isnan(present.error) || one.error < present.error;
     }
     return present.verdict == Differentiable::not_decided && one.verdict == Differentiable::yes;
   }
@@ -242,22 +254,22 @@ class VariableDifferences {
     }
     if (!uses_before_ && !uses_after_) {
       none.reason = "no neighbouring value is valid" + (outside.empty() ? "" : ": " + outside);
-      none.verdict = Differentiable::no;
       return none;
     }
     std::array<double, kLevels> below{}, above{};
-    bool complete = true, exists = true;
+    bool complete = true, exists = true, nearest = true;
     const auto fill = [&](const Side& side, std::array<double, kLevels>& numbers) {
       for (std::size_t i = 0; i < kLevels; ++i) {
         complete = complete && side[i];
         numbers[i] = side[i] ? side[i]->values[j] : NAN;
         exists = exists && (!side[i] || std::isfinite(numbers[i]));
       }
+      nearest = nearest && std::isfinite(numbers[kLevels - 1]);
     };
     if (uses_before_) fill(before, below);
     if (uses_after_) fill(after, above);
     if (!complete || !exists) {
-      none.verdict = Differentiable::no;
+      if (!nearest) none.verdict = Differentiable::no;  // farther points do not tell about this value
       none.reason = !exists ? "the outcome does not exist beside this value" : "beside this value: " + failure;
       return none;
     }

@@ -51,6 +51,8 @@ constexpr const char* kValuesOfScenario[] = {"approach.straight_in.final_speed",
                                              "approach.tracking.kd"};
 constexpr const char* kGains[] = {"kp", "kd"};  // of phases after the impact
 
+constexpr const char* kNoColumns = "the scenario has none of the default columns; name some by --of COLUMNS";
+
 // Sizes of zeros, by unit: the first step is a hundredth of it.
 double size_of_zero(const std::string& unit) {
   if (unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s") return 0.1;
@@ -170,7 +172,8 @@ class VariedPoints {
     one.size = size > 0 ? size : one.deviation && *one.deviation > 0 ? *one.deviation : size_of_zero(one.unit);
     const bool is_number =
         std::holds_alternative<IndependentNumbers>(read.value) || std::holds_alternative<CorrelatedNumbers>(read.value);
-    if (!is_number) return one;
+    // The numbers of several paths have the bounds of their own paths, which runs report as invalid values.
+    if (!is_number || read.where.paths.size() > 1) return one;
     FaultList found_before;
     const PlaceRule rule =
         place_rule(path_steps(design.filled, read.where.paths[0], read.where.path_marks[0], found_before));
@@ -218,9 +221,10 @@ class ScenarioReader {
     const CaptureProblem problem = points_->before_quantities({}, warnings);
     task.name = problem.name, task.sha256 = problem.sha256;
     if (choice_.mode == StudyMode::impact && !problem.impact)
-      faults_.add({std::make_shared<const std::string>("--simulate impact"), 0, 0},
+      faults_.add({std::make_shared<const std::string>("--impact"), 0, 0},
                   fmt::format("needs a scenario with 'impact', {} has none", in_quotes(problem.name)));
     task.columns = outcomes(choice_.of, offered_columns(problem, choice_.mode == StudyMode::run), faults_);
+    if (task.columns.empty() && faults_.empty()) faults_.add(mark_of_option("--of", ""), kNoColumns);
     task.drops_absent = choice_.of.empty();
     const auto varied = varied_points(problem);
     faults_.throw_if_any();
@@ -257,6 +261,7 @@ class ScenarioReader {
     points_->plan_once = choice_.plan == CampaignPlan::nominal;
     points_->forget();
     const auto design = points_->design_point(0);
+    expect_different(points_->paths, design->filled);
     for (std::size_t i = 0; i < points_->paths.size(); ++i) {
       ReadUncertain one;
       one.where = points_->paths[i];
@@ -272,6 +277,25 @@ class ScenarioReader {
       values.push_back(std::move(one));
     }
     return std::make_shared<VariedPoints>(points_, std::move(values));
+  }
+
+  // Of two paths to one value, the last would silently win.
+  void expect_different(const std::vector<UncertainPaths>& places, const Node& scenario) {
+    std::vector<std::vector<PathStep>> all;
+    for (const UncertainPaths& where : places) {
+      const std::string& path = where.paths[0];
+      FaultList found_before;
+      std::vector<PathStep> steps = path_steps(scenario, path, where.mark, found_before);
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        const Overlap how = overlap(steps, all[i]);
+        if (how == Overlap::none) continue;
+        const char* relation = how == Overlap::same   ? "is the same value as"
+                               : how == Overlap::part ? "is a part of"
+                                                      : "contains";
+        faults_.add(where.mark, fmt::format("{} {}", relation, shortened(places[i].paths[0])));
+      }
+      all.push_back(std::move(steps));
+    }
   }
 
   // The numbers of the scenario as means.
@@ -403,6 +427,7 @@ SensitivityTask read_campaign_task(const std::filesystem::path& file, const Sens
   task.drops_absent = choice.of.empty();
   faults.throw_if_any();
   take_criteria(campaign, offered, choice.of, task);
+  if (task.columns.empty()) faults.add(mark_of_option("--of", ""), kNoColumns);
   auto varied = std::make_shared<VariedPoints>(read.points, read.points->uncertain);
   varied->add_to(task, true, faults);
   if (task.values.empty() && faults.empty()) faults.add(whole, "no uncertain value has a mean to differentiate at");

@@ -8,6 +8,10 @@
 #include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
+
+template <>
+const Type& type_of<LawEnd>();  // of grapnel/result/drive_fields.cpp
+
 namespace {
 
 // Properties in the order of their first names; texts of one name are joined.
@@ -61,7 +65,7 @@ void add_motion(const CaptureResult& result, EventList& list) {
   for (const MotionPhaseReport& phase : result.phases)
     list.add("phases", phase.name + (phase.ended == MotionPhaseReport::End::condition ? " until its condition" : ""));
   for (const LawReport& law : result.laws)
-    list.add("laws that ended", fmt::format("{}{}", static_cast<int>(law.ended), law.joint));
+    list.add("ends of laws", name_of(law.ended) + (law.joint.empty() ? "" : ": " + law.joint));
   for (const JointReport& joint : result.joints) {
     if (joint.sticks + joint.breakaways + joint.stop_impacts == 0) continue;
     list.add("joint " + joint.joint, fmt::format("{} sticks, {} breakaways and {} stop impacts in {}", joint.sticks,
@@ -73,9 +77,11 @@ void add_motion(const CaptureResult& result, EventList& list) {
              pair.hard ? fmt::format("{} touches, {} impacts", pair.touches, pair.hard->impacts)
                        : fmt::format("{} touches", pair.touches));
   }
-  for (const StagesReport& one : result.stages)
+  for (const StagesReport& one : result.stages) {
+    const bool failed = one.failure != StagesReport::Failure::none;
     list.add("stages of " + one.target,
-             fmt::format("{}{}", static_cast<int>(one.reached), static_cast<int>(one.failure)));
+             fmt::format("{}{}{}", name_of(one.reached), failed ? ", " : "", failed ? name_of(one.failure) : ""));
+  }
   for (const LimitEvent& limit : result.limit_events) {
     if (limit.kind == LimitKind::effort_saturated) list.add("saturated efforts", limit.joint);
   }

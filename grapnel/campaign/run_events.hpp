@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// Properties by name: {"impacts", "2"}, {"grasp tip-1", "captured"}.
+/// Properties by name: {"impacts", "2"}, {"grasp tip-1", "closed"}.
 std::vector<std::pair<std::string, std::string>> run_events(const CaptureResult& result);
 
 }  // namespace grapnel

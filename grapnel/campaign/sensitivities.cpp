@@ -16,7 +16,7 @@ namespace {
 
 // Tolerances of the runs, at most: differences of runs must not be differences of step sizes.
 constexpr double kRelativeTolerance = 1e-12, kAbsoluteTolerance = 1e-13;
-constexpr double kAccuracy = 1e-13;     // of the outcomes of runs, relative
+constexpr double kAccuracy = 1e-12;     // of the outcomes of runs, relative
 constexpr double kStep = 0.01;          // first step, relative to the size of the value
 constexpr double kOfDeviation = 0.5;    // and at most this part of a standard deviation
 constexpr double kLeastStep = 1e-4;     // relative to the size, however small the deviation
@@ -31,6 +31,9 @@ FunctionValue evaluated(const SensitivityTask& task, const std::vector<double>& 
   } catch (const InputError& error) {
     value.failure = error.faults().empty() ? "invalid values" : error.faults().front().message;
     value.is_outside = true;
+    return value;
+  } catch (const std::exception& error) {
+    value.failure = error_text(error);
     return value;
   }
   IntegrationSetup& integration = point.problem.integration;
@@ -116,13 +119,13 @@ DifferenceVariable variable_of(const SensitivityValue& value) {
 
 std::optional<double> finite(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
 
-SensitivityReport::Derivative derivative_of(const DerivativeEntry& entry, const SensitivityValue& value,
-                                            double outcome) {
+SensitivityReport::Derivative derivative_of(const DerivativeEntry& entry, const SensitivityValue& value, double outcome,
+                                            double scale) {
   SensitivityReport::Derivative one{
       value.name, entry.verdict, finite(entry.derivative), finite(entry.error), {},          {},
       entry.left, entry.right,   entry.is_one_sided,       entry.step,          entry.reason};
-  if (entry.verdict == Differentiable::yes && outcome != 0)
-    one.elasticity = finite(value.value / outcome * entry.derivative);
+  if (entry.verdict == Differentiable::yes && std::abs(outcome) > kNegligibleChange * scale)
+    one.elasticity = finite(value.value / outcome * entry.derivative + 0.0);  // no -0
   return one;
 }
 
@@ -232,6 +235,9 @@ SensitivityReport sensitivities(const SensitivityTask& task, const SensitivityOp
   Runs runs(task, options);
   const FunctionValue center = runs.at({at}).front();
   if (center.values.empty()) throw SensitivitiesFailed(center.failure);
+  const bool exists = std::ranges::any_of(center.values, [](double one) { return std::isfinite(one); });
+  if (task.drops_absent && !exists)
+    throw SensitivitiesFailed("no default column has a value; name others by --of COLUMNS");
   const std::vector<double> scales = scales_of(task.columns, center.values);
   const auto entries =
       differentiate([&](const auto& points) { return runs.at(points); }, center, variables, scales, kAccuracy);
@@ -240,7 +246,7 @@ SensitivityReport sensitivities(const SensitivityTask& task, const SensitivityOp
     if (task.drops_absent && !std::isfinite(center.values[j])) continue;
     SensitivityReport::Outcome outcome{column.name, column.unit, column.description, center.values[j], {}, {}, {}};
     for (std::size_t k = 0; k < task.values.size(); ++k)
-      outcome.by.push_back(derivative_of(entries[k][j], task.values[k], center.values[j]));
+      outcome.by.push_back(derivative_of(entries[k][j], task.values[k], center.values[j], scales[j]));
     report.outcomes.push_back(std::move(outcome));
   }
   if (!task.covariance.empty()) propagate(task, report);

@@ -62,9 +62,9 @@ struct Described<SensitivityReport::Derivative> {
           "the error is too large"),
       field<&T::derivative>("derivative", "SI", "outcome by value; absent: there is no estimate"),
       field<&T::error>("error", "SI", "its estimated error"),
-      field<&T::elasticity>(
-          "elasticity", "1",
-          "value / outcome times the derivative; absent: the outcome is zero, or the verdict not yes"),
+      field<&T::elasticity>("elasticity", "1",
+                            "value / outcome times the derivative; absent: the outcome is zero or negligible in its "
+                            "vector, or the verdict not yes"),
       field<&T::share>("share", "1", "of the outcome's variance; correlated values may have negative shares"),
       field<&T::left>("left", "SI", "derivative below the value, if it differs"),
       field<&T::right>("right", "SI", "derivative above the value"),

@@ -162,6 +162,7 @@ std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double
 
 double Oscillation::saturated_since() const {
   std::size_t first = halves_.size() - 1;  // incomplete
+  while (first > 0 && !(halves_[first - 1].saturated > 0)) --first;
   while (first > 0 && halves_[first - 1].saturated > 0) --first;
   return halves_[first].begin;
 }
@@ -340,6 +341,13 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
   }
   const double now = stores_energy_ ? energy(reached.state) : 0;
   const bool forced = is_forced(begin, reached.time) || moved_by_law_;
+  bool law_reverses = false;
+  for (Signal& signal : signals_) {
+    const double rate = reached.state.v[signal.velocity];
+    if (!signal.of_law || rate == 0) continue;
+    law_reverses = law_reverses || rate * signal.last_rate < 0;
+    signal.last_rate = rate;
+  }
   for (Signal& signal : signals_) {
     double value = reached.state.v[signal.velocity], command = 0;
     if (signal.joint < 0) {
@@ -350,8 +358,10 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
       if (!signal.of_law) value -= evaluate(trajectory, reached.time, 0.5 * (begin + reached.time)).rate;
       command = reached.motor[j];
     }
-    const bool saturated = (signal.joint < 0 && base_is_saturated) ||
-                           (std::isfinite(signal.limit) && std::abs(command) >= kAtLimit * signal.limit);
+    // Beside a reference an axis counts by its own limit, if it has one: the wheel of another axis may be saturated.
+    const bool has_limit = std::isfinite(signal.limit);
+    const bool saturated = (signal.joint < 0 && base_is_saturated && !(forced && has_limit)) ||
+                           (has_limit && std::abs(command) >= kAtLimit * signal.limit);
     (forced ? signal.forced : signal.oscillation)
         .add({.begin = begin,
               .end = reached.time,
@@ -360,7 +370,7 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
                        : command < 0 ? -1
                                      : 1,
               .energy = now,
-              .excited = reference_reverses_});
+              .excited = reference_reverses_ || (law_reverses && signal.joint < 0)});
   }
 }
 

@@ -55,7 +55,7 @@ class Oscillation {
   std::optional<Growth> growth(std::size_t count, double factor) const;
   /// Whether the maximum grows by more than the factor from each of the parts of equal duration to the next.
   bool diverges(int parts, double factor) const;
-  /// The start of the half-cycles that all saturate, up to the last complete one [s].
+  /// The start of the last unbroken sequence of complete half-cycles that saturate [s]; there is one.
   double saturated_since() const;
   /// The time of the first value [s].
   double start() const { return start_; }
@@ -119,6 +119,7 @@ class StabilityMonitor {
     double noise = 0;  // of the sensor [rad/s or m/s]
     /// A law that moves joints together commands it: the rate is no error, and decides only if it is unstable.
     bool of_law = false;
+    double last_rate = 0;  // of a joint that a law moves, not zero
     Oscillation oscillation;
     Oscillation forced;  // in steps in which joints follow a moving reference, or noise
     // Before the last contact began:

@@ -45,8 +45,8 @@ void position_slopes(const LoopPath& path, const LoopPlace& place, const Motion&
     // f(c) h x a with a = R_CD h, c = h . a and f = angle / sine.
     const Vector3d &h = path.hinge_C, a = X_CD.R * h, sine = cross(h, a), change = cross(S.angular, a);
     const double s = norm(sine), cosine = dot(h, a), angle = std::atan2(s, cosine);
-    const double f = s > 1e-4 ? angle / s : 1 + s * s / 6;
-    const double slope = s > 1e-3 ? (angle * cosine - s) / (s * s * s) : -1.0 / 3 - 2.0 / 15 * s * s;
+    const double f = s > 1e-4 || cosine < 0 ? angle / s : 1 + s * s / 6;
+    const double slope = s > 1e-3 || cosine < 0 ? (angle * cosine - s) / (s * s * s) : -1.0 / 3 - 2.0 / 15 * s * s;
     turn = f * cross(h, change) + slope * dot(h, change) * sine;
   }
   for (int r = 0; r < path.angular_count; ++r) slopes[r] = dot(path.angular_rows[r], turn);

@@ -37,7 +37,7 @@ constexpr int padded(int n) { return (n + kPack - 1) / kPack * kPack + kPack; }
 // Zeros that begin at a cache line, so that a pack at a multiple of eight numbers lies in one.
 class PackedNumbers {
  public:
-  explicit PackedNumbers(int count) : lines_(static_cast<std::size_t>((count + kPack - 1) / kPack)) {}
+  explicit PackedNumbers(int count) : lines_(static_cast<std::size_t>((count + kPack - 1) / kPack + 1)) {}
   double* data() { return lines_.data()->numbers; }
   const double* data() const { return lines_.data()->numbers; }
 

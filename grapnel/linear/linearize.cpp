@@ -215,6 +215,10 @@ void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eige
   std::vector<std::uint8_t> fixed = phase.prescribed();
   for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];
   MinimalCoordinates coordinates(point.model(), point.setup().closures, point.state, fixed);
+  if (coordinates.size() == 0) {
+    model.closed_loop_absent = "nothing moves freely under the laws at this time";
+    return;
+  }
   const ClosedLoopParts parts = parts_of(point, commands, inputs, phase, coordinates);
   const Eigen::MatrixXd A = parts.plant.A + parts.plant.B * parts.K;
   const double error = (A - parts.direct).norm() / std::max(parts.direct.norm(), 1e-300);

@@ -36,6 +36,7 @@ std::optional<Derivative> analytical_rates(const OperatingPoint& point, MinimalC
   if (setup.orbit || !setup.loads.empty() || !setup.slips.empty() || !setup.tendons.empty()) return {};
   const Model& model = point.model();
   const Eigen::Index n = model.velocities();
+  if (coordinates.size() == 0) return {};
   EvaluatedPhase phase(point, setup);
   const Eigen::VectorXd vdot = phase.accelerations(point.state) + coordinates.response(point.state, constant);
   const SpringForces joints = joint_forces(point);
@@ -43,7 +44,10 @@ std::optional<Derivative> analytical_rates(const OperatingPoint& point, MinimalC
     return Eigen::VectorXd::Map(x.data(), static_cast<Eigen::Index>(x.size()));
   };
   const Eigen::VectorXd force = constant + numbers(joints.force);
-  const PrescribedMotion given{phase.prescribed(), {vdot.begin(), vdot.end()}};
+  PrescribedMotion given{phase.prescribed(), {vdot.begin(), vdot.end()}};
+  for (std::size_t v = 0; v < given.prescribed.size(); ++v) {
+    if (point.elsewhere[v]) given.prescribed[v] = 1;  // these trees do not deviate, as in response()
+  }
   LoopDynamicsDerivatives d;
   LoopDerivatives(model, setup.closures)
       .evaluate(point.state, {{force.begin(), force.end()}, {}, setup.gravity}, given, 0, d);

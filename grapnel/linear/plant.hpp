@@ -21,8 +21,9 @@ struct Plant {
 Plant plant_of(const OperatingPoint& point, MinimalCoordinates& coordinates, const PhaseSetup& setup,
                const Eigen::VectorXd& commands, const std::vector<LinearInput>& inputs);
 
-/// Its A in closed form, (27.4a); absent with an orbit's field, loads, slipping grasps or tendons, or where redundant
-/// loops leave no derivative. By differences, always. `constant`: generalized forces.
+/// Its A in closed form, (27.4a); absent with an orbit's field, loads, slipping grasps or tendons, where redundant
+/// loops leave no derivative, or where the simulated accelerations differ, as by sticking friction at rate zero. By
+/// differences, always. `constant`: generalized forces.
 std::optional<Derivative> analytical_rates(const OperatingPoint& point, MinimalCoordinates& coordinates,
                                            const PhaseSetup& setup, const Eigen::VectorXd& constant);
 Derivative rates_by_differences(const OperatingPoint& point, MinimalCoordinates& coordinates, const PhaseSetup& setup,

@@ -127,8 +127,9 @@ class DiscreteDynamics:
     robot file, limits and contacts are not part of f.
 
     All functions accept one state or a batch, (n, nx), and the derivatives of a batch are computed in SIMD lanes on all
-    processors. Wrong shapes, numbers that are not finite and quaternions without unit norm raise ValueError, as does a body
-    that turns by more than 3 rad in a substep. Immutable.
+    processors. Wrong shapes raise ValueError. f, `derivatives` and `rollout` also raise it for numbers that are not finite, for
+    quaternions whose norm differs from 1 by more than 1e-6, for rates of locked joints, and for a body that turns by more than
+    3 rad in a substep; `plus`, `minus`, `minus_jacobian` and `tangent` do not check these. Immutable.
     """
 
     def __init__(self, source: Robot | Problem, step: float, substeps: int = 1, inputs: Iterable[str] | None = None,
@@ -405,6 +406,10 @@ class DiscreteDynamics:
         x, u = np.broadcast_to(x, (n, self.nx)), np.broadcast_to(u, (n, self.nu))
         if np.any(x[:, self.robot.nq + self._locked] != 0):
             raise ValueError("x has rates of locked joints; expected zero")
+        for at, _ in self._bodies:
+            norms = np.linalg.norm(x[:, at][:, 3:], axis=1)
+            if np.any(np.abs(norms - 1) > 1e-6):
+                raise ValueError(f"x has a quaternion of norm {norms[np.argmax(np.abs(norms - 1))]:.9g}; expected 1")
         return np.array(x), np.array(u), alone
 
     def __call__(self, x: ArrayLike, u: ArrayLike) -> Array:

@@ -10,12 +10,22 @@ from numpy.typing import ArrayLike
 from ._arguments import Array
 
 
-def _matrix(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+def _matrix(name: str, value: ArrayLike, shape: tuple[int, ...], is_bound: bool = False) -> Array:
+    """The value as an array. Bounds may be infinite."""
     array = np.asarray(value, dtype=float)
     if array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}, expected {shape}")
     if np.any(np.isnan(array)):
         raise ValueError(f"{name} has numbers that are nan")
+    if not is_bound and not np.all(np.isfinite(array)):
+        raise ValueError(f"{name} has infinite numbers")
+    return array
+
+
+def _symmetric(name: str, value: ArrayLike, size: int) -> Array:
+    array = _matrix(name, value, (size, size))
+    if np.abs(array - array.T).max(initial=0) > 1e-9 * np.abs(array).max(initial=0):
+        raise ValueError(f"{name} is not symmetric")
     return array
 
 
@@ -40,11 +50,8 @@ def _weights(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLik
     if B.ndim != 2:
         raise ValueError(f"B has shape {B.shape}, expected ({len(A)}, inputs)")
     n, m = len(A), B.shape[1]
-    A, B, Q, R = _matrix("A", A, (n, n)), _matrix("B", B, (n, m)), _matrix("Q", Q, (n, n)), _matrix("R", R, (m, m))
+    A, B, Q, R = _matrix("A", A, (n, n)), _matrix("B", B, (n, m)), _symmetric("Q", Q, n), _symmetric("R", R, m)
     N = np.zeros((n, m)) if N is None else _matrix("N", N, (n, m))
-    for name, one in (("Q", Q), ("R", R)):
-        if not np.allclose(one, one.T, rtol=1e-9, atol=1e-12 * np.abs(one).max(initial=0)):
-            raise ValueError(f"{name} is not symmetric")
     if np.linalg.eigvalsh(R)[0] <= 0:
         raise ValueError("R has an eigenvalue that is not positive: every input needs a cost")
     if np.linalg.eigvalsh(Q - N @ np.linalg.solve(R, N.T))[0] < -1e-9 * max(np.abs(Q).max(), 1e-300):
@@ -56,9 +63,12 @@ def _doubling(A: Array, G: Array, H: Array) -> Array:
     """The stabilizing X of X = A^T X (1 + G X)^-1 A + H (Chu, Fan, Lin and Wang 2004, structure-preserving doubling)."""
     one = np.eye(len(A))
     for _ in range(60):
-        W = np.linalg.solve(one + G @ H, np.concatenate([A, G], axis=1))
-        WA, WG = W[:, :len(A)], W[:, len(A):]
         with np.errstate(over="ignore", invalid="ignore"):  # without a solution the iteration diverges
+            try:
+                W = np.linalg.solve(one + G @ H, np.concatenate([A, G], axis=1))
+            except np.linalg.LinAlgError:
+                raise ValueError(_NO_SOLUTION) from None
+            WA, WG = W[:, :len(A)], W[:, len(A):]
             step = A.T @ H @ WA
             A, G, H = A @ WA, G + A @ WG @ A.T, H + step
         G, H = 0.5 * (G + G.T), 0.5 * (H + H.T)
@@ -85,8 +95,8 @@ def lqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | N
 
     A (nx, nx), B (nx, nu), Q (nx, nx) symmetric and positive semidefinite, R (nu, nu) symmetric and positive definite, N (nx, nu).
     The Riccati equation A^T P + P A - (P B + N) R^-1 (B^T P + N^T) + Q = 0 becomes one of discrete time by the Cayley transform and
-    is solved by doubling. Raises ValueError if no solution stabilizes, or if the relative residual exceeds 1e-8. It is SciPy's
-    `solve_continuous_are`, with the check."""
+    is solved by doubling. Raises ValueError if no solution stabilizes, or if the relative residual exceeds 1e-8.
+    `scipy.linalg.solve_continuous_are` solves the same equation; it is not used."""
     A, B, Q, R, N = _weights(A, B, Q, R, N)
     R_N, one = np.linalg.solve(R, N.T), np.eye(len(A))
     F, H, G = A - B @ R_N, Q - N @ R_N, B @ np.linalg.solve(R, B.T)
@@ -99,10 +109,12 @@ def lqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | N
         if np.linalg.cond(shifted) < 1e12:
             break
     gamma *= factor
-    inverse = np.linalg.inv(shifted)
-    W = shifted.T + H @ inverse @ G
-    P = _doubling(one + 2 * gamma * np.linalg.inv(W).T, 2 * gamma * inverse @ G @ np.linalg.inv(W),
-                  2 * gamma * np.linalg.solve(W, H) @ inverse)
+    try:
+        inverse = np.linalg.inv(shifted)
+        inverse_W = np.linalg.inv(shifted.T + H @ inverse @ G)
+    except np.linalg.LinAlgError:
+        raise ValueError(_NO_SOLUTION) from None
+    P = _doubling(one + 2 * gamma * inverse_W.T, 2 * gamma * inverse @ G @ inverse_W, 2 * gamma * inverse_W @ H @ inverse)
     P = 0.5 * (P + P.T)
     K = np.linalg.solve(R, B.T @ P + N.T)
     closed: Array = A - B @ K
@@ -112,13 +124,16 @@ def lqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | N
 def dlqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None) -> Regulator:
     """The regulator u = -K x of x+ = A x + B u that minimizes the sum of x^T Q x + u^T R u + 2 x^T N u over all steps.
 
-    Arguments as of `lqr`; P = A^T P A - (A^T P B + N) (R + B^T P B)^-1 (B^T P A + N^T) + Q, SciPy's `solve_discrete_are`. Raises
-    ValueError if no solution stabilizes, or if the relative residual exceeds 1e-8."""
+    Arguments as of `lqr`; P = A^T P A - (A^T P B + N) (R + B^T P B)^-1 (B^T P A + N^T) + Q. Raises ValueError if no solution
+    stabilizes, or if the relative residual exceeds 1e-8. `scipy.linalg.solve_discrete_are` solves the same equation; it is not used."""
     A, B, Q, R, N = _weights(A, B, Q, R, N)
     R_N = np.linalg.solve(R, N.T)
     P = _doubling(A - B @ R_N, B @ np.linalg.solve(R, B.T), Q - N @ R_N)
     S = R + B.T @ P @ B
-    K = np.linalg.solve(S, B.T @ P @ A + N.T)
+    try:
+        K = np.linalg.solve(S, B.T @ P @ A + N.T)
+    except np.linalg.LinAlgError:
+        raise ValueError(_NO_SOLUTION) from None
     closed = A - B @ K
     return _checked(P, K, closed, [A.T @ P @ A, -K.T @ S @ K, Q, -P], bool(np.abs(np.linalg.eigvals(closed)).max() < 1))
 
@@ -135,19 +150,21 @@ class QuadraticMinimum:
     multipliers: Array  #: of the bounds (`box_qp`) or rows (`solve_qp`), positive at upper bounds
     iterations: int  #: number of iterations
     residual: float  #: largest violation of the optimality conditions, relative to the largest terms
-    converged: bool  #: whether the residual is below the tolerance
+    converged: bool  #: whether the residual is at most the tolerance; of `box_qp` without further descent, 100 times the tolerance
 
 
 def box_qp(H: ArrayLike, g: ArrayLike, lower: ArrayLike, upper: ArrayLike, start: ArrayLike | None = None,
            tolerance: float = 1e-10) -> QuadraticMinimum:
     """Minimizes x^T H x / 2 + g^T x for lower <= x <= upper, by the projected Newton method (Bertsekas 1982).
 
-    H (n, n) is symmetric and positive definite, otherwise ValueError is raised; g, lower and upper (n,); bounds may be infinite."""
+    H (n, n) is symmetric and positive definite, otherwise ValueError is raised; g, lower, upper and start (n,). Bounds may be
+    infinite."""
     n = np.size(g)
-    P, q, least, most = _matrix("H", H, (n, n)), _matrix("g", g, (n,)), _matrix("lower", lower, (n,)), _matrix("upper", upper, (n,))
+    P, q = _symmetric("H", H, n), _matrix("g", g, (n,))
+    least, most = _matrix("lower", lower, (n,), is_bound=True), _matrix("upper", upper, (n,), is_bound=True)
     if np.any(least > most):
         raise ValueError("lower exceeds upper")
-    x = np.clip(np.zeros(n) if start is None else np.asarray(start, dtype=float), least, most)
+    x = np.clip(np.zeros(n) if start is None else _matrix("start", start, (n,)), least, most)
     try:
         np.linalg.cholesky(P)
     except np.linalg.LinAlgError:
@@ -184,34 +201,40 @@ def solve_qp(P: ArrayLike, q: ArrayLike, A: ArrayLike, lower: ArrayLike, upper: 
     """Minimizes x^T P x / 2 + q^T x for lower <= A x <= upper, by the alternating direction method of OSQP (Stellato et al. 2020)
     with a final solution on the active rows.
 
-    P (n, n) symmetric and positive semidefinite, q (n,), A (rows, n), lower and upper (rows,), infinite without a bound. `start`: the
-    result of a similar problem. A problem without a solution ends with converged False; `residual` is the largest violation of
-    stationarity and of the rows, relative to the largest terms."""
-    n, rows = np.size(q), np.shape(A)[0]
-    H, g, E = _matrix("P", P, (n, n)), _matrix("q", q, (n,)), _matrix("A", A, (rows, n))
-    least, most = _matrix("lower", lower, (rows,)), _matrix("upper", upper, (rows,))
+    P (n, n) symmetric and positive semidefinite, otherwise ValueError is raised; q (n,), A (rows, n), lower and upper (rows,),
+    infinite without a bound. `start`: the result of a problem of the same sizes. A problem without a solution ends with converged
+    False; `residual` is the largest violation of stationarity and of the rows at their bounds, relative to the largest terms."""
+    n, rows = np.size(q), len(np.atleast_1d(A))
+    H, g, E = _symmetric("P", P, n), _matrix("q", q, (n,)), _matrix("A", A, (rows, n))
+    least, most = _matrix("lower", lower, (rows,), is_bound=True), _matrix("upper", upper, (rows,), is_bound=True)
     if np.any(least > most):
         raise ValueError("lower exceeds upper")
+    if np.any(np.linalg.eigvalsh(H) < -1e-9 * np.abs(H).max(initial=0)):
+        raise ValueError("P has a negative eigenvalue")
     # Rows of norm 1 and a cost of norm 1, so that one penalty fits all.
     norms = np.maximum(np.linalg.norm(E, axis=1), 1e-300)
     cost = 1 / max(float(np.abs(H).max(initial=0)), 1e-300)
     C, low, high, Pc, qc = E / norms[:, None], least / norms, most / norms, cost * H, cost * g
 
+    size = max(1e-8 * float(np.abs(qc).max(initial=0)), 1e-300)  # of a minimum near zero, whose rows have rounding errors alone
+
     def residuals(x: Array, z: Array, y: Array) -> tuple[float, float]:
-        primal = np.abs(C @ x - z).max(initial=0) / max(np.abs(C @ x).max(initial=0), np.abs(z).max(initial=0), 1e-300)
+        primal = np.abs(C @ x - z).max(initial=0) / max(np.abs(C @ x).max(initial=0), np.abs(z).max(initial=0), size)
         dual_size = max(np.abs(Pc @ x).max(initial=0), np.abs(C.T @ y).max(initial=0), np.abs(qc).max(initial=0), 1e-300)
         return float(primal), float(np.abs(Pc @ x + qc + C.T @ y).max(initial=0) / dual_size)
 
-    def ended(x: Array, y: Array, count: int) -> QuadraticMinimum:
-        residual = max(residuals(x, np.clip(C @ x, low, high), y))
+    def ended(x: Array, z: Array, y: Array, count: int) -> QuadraticMinimum:
+        # z: values of the rows within their bounds, at the bound where y is not zero.
+        residual = max(residuals(x, z, y))
         return QuadraticMinimum(x, y == 0, y / norms / cost, count, residual, residual <= tolerance)
 
     sigma, rho, equal = 1e-6, 0.1, low == high
-    x = np.zeros(n) if start is None else np.array(start.x)
-    y = np.zeros(rows) if start is None else start.multipliers * norms * cost
+    x = np.zeros(n) if start is None else _matrix("start.x", start.x, (n,))
+    y = np.zeros(rows) if start is None else _matrix("start.multipliers", start.multipliers, (rows,)) * norms * cost
     z = np.clip(C @ x, low, high)
     factor: Array | None = None
-    best = ended(x, y, 0)
+    # The bounds may differ from those of the start: off them a multiplier is none of a minimum.
+    best = ended(x, z, np.where((y > 0) & (z < high) | (y < 0) & (z > low), 0.0, y), 0)
     for count in range(1, iterations + 1):
         penalty = np.where(equal, 1000 * rho, rho)
         if factor is None:
@@ -225,7 +248,9 @@ def solve_qp(P: ArrayLike, q: ArrayLike, A: ArrayLike, lower: ArrayLike, upper: 
             continue
         polished = _polished(Pc, qc, C, low, high, z, y)
         if polished is not None:
-            candidate = ended(*polished, count)
+            x_active, y_active = polished
+            z_active = np.where(y_active > 0, high, np.where(y_active < 0, low, np.clip(C @ x_active, low, high)))
+            candidate = ended(x_active, z_active, y_active, count)
             best = candidate if candidate.residual < best.residual else best
             if best.converged:
                 return best
@@ -233,7 +258,7 @@ def solve_qp(P: ArrayLike, q: ArrayLike, A: ArrayLike, lower: ArrayLike, upper: 
         ratio = np.sqrt(max(primal, 1e-300) / max(dual, 1e-300))
         if (ratio > 5 or ratio < 0.2) and count % 100 == 0:
             rho, factor = float(np.clip(rho * ratio, 1e-6, 1e6)), None
-    last = ended(x, y, iterations)
+    last = ended(x, z, y, iterations)
     return last if last.residual < best.residual else best
 
 

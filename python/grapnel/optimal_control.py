@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ._arguments import Array, whole_number
 from .discrete_dynamics import DiscreteDynamics
-from .linear_quadratic import QuadraticMinimum, Regulator, box_qp, dlqr, lqr, solve_qp
+from .linear_quadratic import QuadraticMinimum, Regulator, _matrix, _symmetric, box_qp, dlqr, lqr, solve_qp
 
 __all__ = ["ActionModel", "Cost", "DiscreteDynamics", "Expansion", "Plan", "QuadraticMinimum", "Regulator", "ShootingProblem",
            "TrackingCost", "box_qp", "condense", "ddp", "dlqr", "lqr", "solve_qp"]
@@ -51,19 +51,25 @@ class TrackingCost:
     """The sum of (dx^T Q dx + du^T R du) / 2 over the steps, and dx^T Q_final dx / 2 at the end, of the deviation
     dx = minus(x, reference) and du = u - reference_input.
 
-    Q, Q_final (ndx, ndx), R (nu, nu), symmetric. `reference`: a state (nx,), or one for each sample (N + 1, nx); `reference_input`:
-    (nu,) or (N, nu), by default zero. The second derivatives leave out the curvature of minus() (Gauss-Newton)."""
+    Q, Q_final (ndx, ndx), R (nu, nu), finite and symmetric, otherwise ValueError is raised. `reference`: a state (nx,), or one for each
+    sample (N + 1, nx); `reference_input`: (nu,) or (N, nu), by default zero. The second derivatives leave out the curvature of minus()
+    (Gauss-Newton)."""
 
     def __init__(self, dynamics: DiscreteDynamics, Q: ArrayLike, R: ArrayLike, Q_final: ArrayLike, reference: ArrayLike,
                  reference_input: ArrayLike | None = None) -> None:
         self.dynamics = dynamics
-        self.Q, self.R, self.Q_final = (np.asarray(one, dtype=float) for one in (Q, R, Q_final))
-        sizes = {"Q": dynamics.ndx, "R": dynamics.nu, "Q_final": dynamics.ndx}
-        for name, size in sizes.items():
-            if getattr(self, name).shape != (size, size):
-                raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected ({size}, {size})")
-        self.reference = np.asarray(reference, dtype=float)
-        self.reference_input = np.zeros(dynamics.nu) if reference_input is None else np.asarray(reference_input, dtype=float)
+        self.Q, self.R = _symmetric("Q", Q, dynamics.ndx), _symmetric("R", R, dynamics.nu)
+        self.Q_final = _symmetric("Q_final", Q_final, dynamics.ndx)
+        self.reference = self._samples("reference", reference, "steps + 1", dynamics.nx)
+        given = np.zeros(dynamics.nu) if reference_input is None else reference_input
+        self.reference_input = self._samples("reference_input", given, "steps", dynamics.nu)
+
+    @staticmethod
+    def _samples(name: str, value: ArrayLike, count: str, width: int) -> Array:
+        array = np.asarray(value, dtype=float)
+        if array.ndim not in (1, 2) or array.shape[-1] != width:
+            raise ValueError(f"{name} has shape {array.shape}, expected ({width},) or ({count}, {width})")
+        return _matrix(name, array, array.shape)
 
     def value(self, xs: Array, us: Array) -> Array:
         """The cost of states xs, (..., N + 1, nx), and inputs us, (..., N, nu), for each trajectory, (...)."""
@@ -185,11 +191,11 @@ class Plan:
 
     xs: Array  #: states, (N + 1, nx)
     us: Array  #: inputs, (N, nu), within the limits
-    K: Array  #: gains, (N, nu, ndx); rows of inputs at a limit are zero
+    K: Array  #: gains about xs and us, (N, nu, ndx); rows of inputs that the model holds at a limit are zero
     cost: float  #: of xs and us
     status: str = "not run"  #: 'converged', 'iterations' (too few) or 'no descent' (rounding errors, or a cost that is not smooth)
     iterations: int = 0  #: number of iterations
-    gradient: float = np.inf  #: predicted improvement by the gradient within the limits, relative to the cost; 0 at a minimum
+    gradient: float = np.inf  #: improvement within the limits that the quadratic model predicts, relative to the cost; 0 at a minimum
     costs: list[float] = field(default_factory=list)  #: after each iteration, the initial one first
 
     @property
@@ -226,16 +232,28 @@ class _Backward:
 
 
 def _forward(dynamics: DiscreteDynamics, x0: Array, xs: Array, us: Array, gains: _Backward, limits: tuple[Array, Array],
-             alphas: Array) -> tuple[Array, Array]:
-    """Trajectories with the gains for all step sizes, as one batch: states (alphas, N + 1, nx), inputs (alphas, N, nu)."""
+             alphas: Array) -> tuple[Array, Array, Array]:
+    """Trajectories with the gains for all step sizes, as one batch: states (alphas, N + 1, nx), inputs (alphas, N, nu), and whether
+    `dynamics` accepts all steps, (alphas,). States after a step that it does not accept are those of xs."""
     n = len(alphas)
-    new_x, new_u = np.empty((n, *xs.shape)), np.empty((n, *us.shape))
+    new_x, new_u, valid = np.tile(xs, (n, 1, 1)), np.tile(us, (n, 1, 1)), np.ones(n, dtype=bool)
     new_x[:, 0] = x0
     for i in range(len(us)):
-        dx = dynamics.minus(new_x[:, i], xs[i])
-        new_u[:, i] = np.clip(us[i] + alphas[:, None] * gains.k[i] + dx @ gains.K[i].T, *limits)
-        new_x[:, i + 1] = dynamics(new_x[:, i], new_u[:, i])
-    return new_x, new_u
+        rows = np.flatnonzero(valid)
+        dx = dynamics.minus(new_x[rows, i], xs[i])
+        inputs = np.clip(us[i] + alphas[rows, None] * gains.k[i] + dx @ gains.K[i].T, *limits)
+        try:
+            new_x[rows, i + 1] = dynamics(new_x[rows, i], inputs)
+        except ValueError:  # of one or more trajectories
+            for row, one in zip(rows, inputs):
+                try:
+                    new_x[row, i + 1] = dynamics(new_x[row, i], one)
+                except ValueError:
+                    valid[row] = False
+        new_u[rows, i] = inputs
+        if not np.any(valid):
+            break
+    return new_x, new_u, valid
 
 
 def ddp(dynamics: DiscreteDynamics, cost: Cost, x0: ArrayLike, us: ArrayLike, lower: ArrayLike | None = None,
@@ -244,8 +262,9 @@ def ddp(dynamics: DiscreteDynamics, cost: Cost, x0: ArrayLike, us: ArrayLike, lo
     and Todorov 2014) on the manifold of states, with the first derivatives of the dynamics (iLQR).
 
     `us`: initial guess, (N, nu), which is clipped. `lower`, `upper`: (nu,), by default those of `dynamics`. The iteration is
-    converged when its quadratic model predicts an improvement below `tolerance` of the cost. It finds a local minimum. The result
-    states the cause of its end; it raises no exception for a guess that diverges unless numbers overflow."""
+    converged when its quadratic model predicts an improvement of at most `tolerance` of the cost. It finds a local minimum. The
+    result states the cause of its end. The guess itself must have a motion that `dynamics` accepts, otherwise ValueError is raised;
+    steps of the search whose motion it does not accept are shortened."""
     guess = np.asarray(us, dtype=float)
     if guess.ndim != 2 or guess.shape[1] != dynamics.nu or not len(guess):
         raise ValueError(f"us has shape {guess.shape}, expected (steps, {dynamics.nu})")
@@ -267,9 +286,9 @@ def ddp(dynamics: DiscreteDynamics, cost: Cost, x0: ArrayLike, us: ArrayLike, lo
             if mu == 0 and decrement <= tolerance:
                 status = "converged"
                 break
-            new_x, new_u = _forward(dynamics, start, xs, inputs, gains, limits, alphas)
+            new_x, new_u, valid = _forward(dynamics, start, xs, inputs, gains, limits, alphas)
             values = np.array(cost.value(new_x, new_u))
-            values[~np.isfinite(values)] = np.inf
+            values[~valid | ~np.isfinite(values)] = np.inf
             predicted = -(alphas * gains.linear + alphas**2 * gains.quadratic)
             fine = (best - values >= 1e-4 * predicted) & (best > values)
             if np.any(fine):
@@ -284,5 +303,11 @@ def ddp(dynamics: DiscreteDynamics, cost: Cost, x0: ArrayLike, us: ArrayLike, lo
         costs.append(best)
         if status != "iterations":
             break
+    if status != "converged":  # the last gains are damped, or of the trajectory before
+        _, A, B = dynamics.derivatives(xs[:-1], inputs)
+        gains = _Backward(A, B, cost.expansion(xs, inputs), inputs, limits, 0.0)
+        decrement = -(gains.linear + gains.quadratic) / max(abs(best), 1e-300)
+        if decrement <= tolerance:
+            status = "converged"
     assert gains is not None
     return Plan(xs, inputs, gains.K, best, status, len(costs) - 1, float(decrement), costs)

@@ -45,6 +45,9 @@ bool Unlocked::python_raises(const std::function<void()>& abandon, const std::fu
     } catch (py::error_already_set& error) {
       error.restore();
       raised = true;
+    } catch (const std::exception& error) {
+      PyErr_SetString(PyExc_RuntimeError, error.what());
+      raised = true;
     }
   }
   state_ = PyEval_SaveThread();

@@ -125,6 +125,8 @@ def test_batches_are_their_rows():
     (lambda d, x, u: d(np.tile(x, (2, 1)), np.tile(u, (3, 1))), "the same number of cases"),
     (lambda d, x, u: d(x * np.nan, u), "x has numbers that are not finite"),
     (lambda d, x, u: d(d.state(x[:21], 100 + x[21:]), u), "choose more substeps"),
+    (lambda d, x, u: d(np.where(np.arange(x.size) == 3, 1.1, x), u), "x has a quaternion of norm 1.1; expected 1"),
+    (lambda d, x, u: d.derivatives(np.where(np.arange(x.size) == 3, 1 - 2e-6, x), u), "x has a quaternion of norm 0.999998; expected 1"),
     (lambda d, x, u: d.plus(x, u), r"dx has shape \(14,\), expected \(..., 40\)"),
     (lambda d, x, u: dual_arm(step=0), "step is 0"),
     (lambda d, x, u: dual_arm(step=1, inputs=["nothing"]), "no component of v is named 'nothing'"),
@@ -187,8 +189,20 @@ def test_systems_without_a_regulator_are_rejected(solve, A):
         solve(A, [[0], [1]], np.eye(2), [[1]])
 
 
+def test_singular_iterations_have_no_regulator(monkeypatch):
+    def singular(*_):
+        raise np.linalg.LinAlgError("Singular matrix")
+    for solve, name in ((oc.lqr, "inv"), (oc.lqr, "solve"), (oc.dlqr, "solve")):
+        with monkeypatch.context() as patch:
+            original = np.linalg.solve
+            patch.setattr(np.linalg, name, singular if name == "inv" else lambda a, b: original(a, b) if len(a) == 1 else singular())
+            with pytest.raises(ValueError, match="no stabilizing solution"):
+                solve([[0.5, 1], [0, 0.5]], [[0], [1]], np.eye(2), [[1]])
+
+
 @pytest.mark.parametrize("Q, R, message", [
     (np.eye(3), [[1]], r"Q has shape \(3, 3\), expected \(2, 2\)"), ([[1, 1], [0, 1]], [[1]], "Q is not symmetric"),
+    (np.diag([1, np.inf]), [[1]], "Q has infinite numbers"),
     (np.eye(2), [[0]], "R has an eigenvalue that is not positive"), (-np.eye(2), [[1]], "the cost has no minimum"),
 ])
 def test_wrong_weights_are_named(Q, R, message):
@@ -246,6 +260,47 @@ def test_rows_of_quadratic_programs():
         oc.solve_qp(np.eye(1), [0], [[1]], [1], [0])
     with pytest.raises(ValueError, match="H is not positive definite"):
         oc.box_qp(-np.eye(2), [1, 1], [-1, -1], [1, 1])
+
+
+def test_starts_of_quadratic_programs_do_not_change_the_minimum():
+    narrow = oc.solve_qp([[1]], [-2], [[1]], [-9], [1])
+    assert narrow.converged and narrow.x == pytest.approx([1], abs=1e-12) and narrow.multipliers == pytest.approx([1], abs=1e-12)
+    wider = oc.solve_qp([[1]], [-2], [[1]], [-9], [1.5], start=narrow)
+    assert wider.converged and wider.x == pytest.approx([1.5], abs=1e-12) and wider.multipliers == pytest.approx([0.5], abs=1e-12)
+    free = oc.solve_qp([[1]], [-2], [[1]], [-np.inf], [np.inf], start=narrow)
+    assert free.converged and free.x == pytest.approx([2], abs=1e-7) and free.multipliers == [0]
+
+
+def test_quadratic_programs_with_a_minimum_of_zero_converge():
+    result = oc.solve_qp([[2, 0.5], [0.5, 1]], [1, 1.3], [[1, 0.3], [0.2, 1]], [0, 0], [np.inf, np.inf])
+    assert result.converged and not np.any(result.free)
+    np.testing.assert_allclose(result.x, 0, atol=1e-15)
+    rng = np.random.default_rng(5)
+    for n in (3, 10, 30):
+        H, A = rng.standard_normal((n, n)), np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n)
+        H = H @ H.T + 0.1 * np.eye(n)
+        result = oc.solve_qp(H, A.T @ rng.uniform(1, 2, n), A, np.zeros(n), np.full(n, np.inf))
+        assert result.converged
+        np.testing.assert_allclose(result.x, 0, atol=1e-13)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda start: oc.box_qp([[1, 0.5], [0, 1]], [1, 1], [0, 0], [1, 1]), "H is not symmetric"),
+    (lambda start: oc.box_qp(np.diag([1, np.inf]), [1, 1], [0, 0], [1, 1]), "H has infinite numbers"),
+    (lambda start: oc.box_qp(np.eye(2), [1, 1], [0, 0], [1, 1], start=[0]), r"start has shape \(1,\), expected \(2,\)"),
+    (lambda start: oc.box_qp(np.eye(2), [1, 1], [0, 0], [1, 1], start=[0, np.nan]), "start has numbers that are nan"),
+    (lambda start: oc.solve_qp([[1, 0.5], [0, 1]], [1, 1], np.eye(2), [0, 0], [1, 1]), "P is not symmetric"),
+    (lambda start: oc.solve_qp(np.diag([1, -1]), [1, 1], np.eye(2), [0, 0], [1, 1]), "P has a negative eigenvalue"),
+    (lambda start: oc.solve_qp(np.eye(2), [1, np.inf], np.eye(2), [0, 0], [1, 1]), "q has infinite numbers"),
+    (lambda start: oc.solve_qp(np.eye(2), [1, 1], 1, [0], [1]), r"A has shape \(\), expected \(1, 2\)"),
+    (lambda start: oc.solve_qp(np.eye(2), [1, 1], np.eye(2), [0, 0], [1, 1], start=start), r"start.x has shape \(1,\), expected \(2,\)"),
+    (lambda start: oc.solve_qp([[1]], [1], [[1], [1]], [0, 0], [1, 1], start=start),
+     r"start.multipliers has shape \(1,\), expected \(2,\)"),
+])
+def test_wrong_quadratic_programs_are_named(call, message):
+    start = oc.solve_qp([[1]], [-2], [[1]], [-9], [1])
+    with pytest.raises(ValueError, match=message):
+        call(start)
 
 
 def test_rows_satisfy_the_conditions_of_a_minimum():
@@ -312,6 +367,47 @@ def base_problem():
     return dynamics, oc.TrackingCost(dynamics, np.diag(weights), 0.01 * np.eye(dynamics.nu), 10 * np.diag(weights), goal), x0
 
 
+def test_gains_are_those_of_the_result(hinge):
+    cost, x0, us = hinge_problem(hinge)
+    once = oc.ddp(hinge, cost, x0, us, lower=[-np.inf], upper=[np.inf], iterations=1)  # which is enough for a linear problem
+    assert once.status == "converged" and once.iterations == 1 and abs(once.gradient) < 1e-12
+    dynamics, cost, x0 = base_problem()
+    few = oc.ddp(dynamics, cost, x0, np.zeros((6, dynamics.nu)), iterations=1)
+    assert few.status == "iterations" and few.gradient > 1e-9
+    again = oc.ddp(dynamics, cost, x0, few.us, tolerance=2 * few.gradient)  # ends at its guess
+    assert again.status == "converged" and np.array_equal(again.us, few.us)
+    np.testing.assert_allclose(few.K, again.K, atol=1e-9 * np.abs(again.K).max())
+    assert few.gradient == pytest.approx(again.gradient, rel=1e-6)
+
+
+def test_searches_shorten_steps_that_the_dynamics_does_not_accept():
+    # Torques cost almost nothing: the first trajectory of the search turns the base by 3.1 rad in one step.
+    dynamics = dual_arm(step=1.0, inputs=["base_torque"], locked=JOINTS)
+    x0 = dynamics.state(*dynamics.robot.zero_state())
+    turn = np.zeros(dynamics.ndx)
+    turn[2] = 3.1
+    Q = np.zeros((dynamics.ndx, dynamics.ndx))
+    Q[:3, :3] = np.eye(3)
+    cost = oc.TrackingCost(dynamics, Q, 1e-12 * np.eye(3), Q, dynamics.plus(x0, turn))
+    limit = np.full(3, np.inf)
+    refused = []
+
+    class Watched(oc.DiscreteDynamics):
+        def __call__(self, x, u):
+            try:
+                return super().__call__(x, u)
+            except ValueError:
+                refused.append(np.ndim(x))
+                raise
+    watched = Watched(dynamics.robot, step=1.0, inputs=["base_torque"], locked=JOINTS)
+    plan = oc.ddp(watched, cost, x0, np.zeros((4, 3)), lower=-limit, upper=limit)
+    assert 2 in refused and 1 in refused
+    assert plan.cost < 0.9 * plan.costs[0] and np.all(np.diff(plan.costs) <= 0)
+    np.testing.assert_allclose(dynamics.rollout(x0, plan.us), plan.xs, atol=1e-9)
+    with pytest.raises(ValueError, match="choose more substeps"):
+        oc.ddp(dynamics, cost, x0, np.full((4, 3), 1e9), lower=-limit, upper=limit)
+
+
 def test_gradients_of_shooting_agree_with_differences():
     dynamics, cost, x0 = base_problem()
     problem = oc.ShootingProblem(dynamics, cost, x0, 3)
@@ -371,3 +467,11 @@ def test_wrong_plans_are_named(hinge):
         oc.TrackingCost(hinge, np.eye(3), [[1]], np.eye(2), x0)
     with pytest.raises(ValueError, match="lower exceeds upper"):
         oc.ddp(hinge, cost, x0, us, lower=[1], upper=[0])
+    with pytest.raises(ValueError, match="Q_final is not symmetric"):
+        oc.TrackingCost(hinge, np.eye(2), [[1]], [[1, 1], [0, 1]], x0)
+    with pytest.raises(ValueError, match="R has infinite numbers"):
+        oc.TrackingCost(hinge, np.eye(2), [[np.inf]], np.eye(2), x0)
+    with pytest.raises(ValueError, match=r"reference has shape \(3,\), expected \(2,\) or \(steps \+ 1, 2\)"):
+        oc.TrackingCost(hinge, np.eye(2), [[1]], np.eye(2), [0, 0, 0])
+    with pytest.raises(ValueError, match=r"reference_input has shape \(2,\), expected \(1,\) or \(steps, 1\)"):
+        oc.TrackingCost(hinge, np.eye(2), [[1]], np.eye(2), x0, reference_input=[0, 0])

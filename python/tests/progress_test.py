@@ -4,6 +4,7 @@ import os
 import pty
 import subprocess
 import sys
+import threading
 import types
 import warnings
 
@@ -99,11 +100,15 @@ def test_a_terminal_shows_one_line_that_disappears(tmp_path, choice, is_shown):
     with subprocess.Popen(command(tmp_path, choice), stderr=theirs, env=os.environ) as child:
         os.close(theirs)
         text = b""
+        timer = threading.Timer(300, child.kill)
+        timer.start()
         try:
             while part := os.read(ours, 4096):
                 text += part
         except OSError:  # the other end is closed
             pass
+        child.wait()
+        timer.cancel()
     os.close(ours)
     assert child.returncode == 0
     text = text.decode()

@@ -82,6 +82,66 @@ TEST(Differences, AJumpHasNone) {
   EXPECT_THAT(entries[0].reason, HasSubstr("a jump by 0.1"));
 }
 
+// With a ratio of 2 between steps all of them would be at its zeros.
+TEST(Differences, AnOscillationAtAllStepsIsNotSmooth) {
+  const double h = 0.01;
+  const auto sine = [&](const std::vector<double>& x) {
+    return std::vector<double>{std::sin(8 * std::acos(-1.0) / h * (x[0] - 1))};
+  };
+  EXPECT_NE(derivatives(sine, {{1, 1, h}})[0][0].verdict, Differentiable::yes);
+}
+
+TEST(Differences, TwoStepsThatAgreeAreNotEnough) {
+  // A narrow bump between the other steps, at the smallest step of each round.
+  const double h = 0.01;
+  const auto bumps = [&](const std::vector<double>& x) {
+    const double d = x[0] - 1;
+    const bool is_on_one = std::ranges::any_of(std::array{h, h / 8, 8 * h},
+                                               [&](double first) { return d > 0.24 * first && d < 0.32 * first; });
+    return std::vector<double>{x[0] + (is_on_one ? 0.01 : 0)};
+  };
+  EXPECT_EQ(derivatives(bumps, {{1, 1, h}})[0][0].verdict, Differentiable::not_decided);
+}
+
+TEST(Differences, OfNoiseAreNotDetermined) {
+  for (const double rate : {7.7e4, 1.3e5, 5.9e5, 1e6}) {
+    const auto noise = [&](const std::vector<double>& x) { return std::vector<double>{std::sin(rate * x[0] * x[0])}; };
+    EXPECT_EQ(derivatives(noise, {{1, 1, 0.01}})[0][0].verdict, Differentiable::not_decided) << rate;
+  }
+}
+
+TEST(Differences, OfFailingNeighboursAreNotDecidedByFarOnes) {
+  const auto verdict = [](double exists_below) {
+    const std::vector<DifferenceVariable> at{{1, 1, 0.01}};
+    const std::vector<double> scales{1};
+    return differentiate(
+        [&](const std::vector<std::vector<double>>& points) {
+          std::vector<FunctionValue> values;
+          for (const auto& point : points) {
+            if (point[0] < exists_below)
+              values.push_back({{point[0]}});
+            else
+              values.push_back({.values = {}, .failure = "fails"});
+          }
+          return values;
+        },
+        {{1.0}}, at, scales)[0][0];
+  };
+  EXPECT_EQ(verdict(1.008).verdict, Differentiable::yes);  // smaller steps decide
+  const DerivativeEntry beside = verdict(1 + 1e-9);
+  EXPECT_EQ(beside.verdict, Differentiable::no);
+  EXPECT_THAT(beside.reason, HasSubstr("beside this value: fails"));
+}
+
+TEST(Differences, NeedRoomForAStep) {
+  DifferenceVariable at{1, 1, 0.01};
+  at.least = at.most = 1;
+  const auto same = [](const std::vector<double>& x) { return x; };
+  const DerivativeEntry one = derivatives(same, {at})[0][0];
+  EXPECT_EQ(one.verdict, Differentiable::not_decided);
+  EXPECT_EQ(one.reason, "the bounds leave no room for a step");
+}
+
 TEST(Differences, AreOneSidedBesideABound) {
   const auto root = [](const std::vector<double>& x) {
     EXPECT_GE(x[0], 0);
@@ -437,6 +497,21 @@ TEST(Sensitivities, ReportAllUnknownNames) {
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'ball'?"));
     EXPECT_THAT(error.what(), HasSubstr("the scenario has the text 'friction' at impact.law"));
     EXPECT_THAT(error.what(), HasSubstr("did you mean 'grasps/tip/impulse_magnitude'?"));
+  }
+}
+
+TEST(Sensitivities, ByOneValueTwiceAreAnError) {
+  const test::Folder folder;
+  const auto file = folder.write("scenario.yaml", strike({}));
+  try {
+    load_sensitivities(file, {{"targets.ball.mass", "targets[0].mass", "targets.ball.state.velocity[0]",
+                               "targets.ball.state.velocity", "impact.restitution"},
+                              {}});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 2u) << error.what();
+    EXPECT_THAT(error.what(), HasSubstr("is the same value as targets.ball.mass"));
+    EXPECT_THAT(error.what(), HasSubstr("contains targets.ball.state.velocity[0]"));
   }
 }
 

@@ -40,6 +40,7 @@ TEST(Plant, InClosedFormAgreesWithDifferences) {
         problem_of(hinge(20, 1.6, "", ", friction: {viscous: 0.1, coulomb: 0.2, transition_rate: 0.1}")), 0);
   check("joined", load_scenario(shipped("thesis/open-loop-case-1.yaml"), {{parse_override("post_impact.duration=5")}}),
         21);
+  check("flexible", load_scenario(shipped("station-arm-flexible.yaml")), 0);
   check("closed loop", load_scenario(shipped("thesis/closed-loop.yaml"), {{parse_override("post_impact.duration=5")}}),
         21);
 }
