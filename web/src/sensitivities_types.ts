@@ -129,7 +129,7 @@ export interface OutcomeDerivative {
   derivative?: number;
   /** its estimated error [SI] */
   error?: number;
-  /** value / outcome times the derivative; absent: the outcome is zero, or the verdict not yes [1] */
+  /** value / outcome times the derivative; absent: the outcome is zero or negligible in its vector, or the verdict not yes [1] */
   elasticity?: number;
   /** of the outcome's variance; correlated values may have negative shares [1] */
   share?: number;
@@ -149,7 +149,7 @@ export const kOutcomeDerivative: FieldNote[] = [
   ["verdict","","yes: differentiable, and the error is at most 1 % or negligible; NO: not differentiable here; not decided: the error is too large"],
   ["derivative","SI","outcome by value; absent: there is no estimate"],
   ["error","SI","its estimated error"],
-  ["elasticity","1","value / outcome times the derivative; absent: the outcome is zero, or the verdict not yes"],
+  ["elasticity","1","value / outcome times the derivative; absent: the outcome is zero or negligible in its vector, or the verdict not yes"],
   ["share","1","of the outcome's variance; correlated values may have negative shares"],
   ["left","SI","derivative below the value, if it differs"],
   ["right","SI","derivative above the value"],
