@@ -172,7 +172,7 @@ class VariedPoints {
     one.size = size > 0 ? size : one.deviation && *one.deviation > 0 ? *one.deviation : size_of_zero(one.unit);
     const bool is_number =
         std::holds_alternative<IndependentNumbers>(read.value) || std::holds_alternative<CorrelatedNumbers>(read.value);
-    // The numbers of several paths have the bounds of their own paths, which runs report as invalid values.
+    // The numbers of several paths may have different bounds, which runs report as invalid values.
     if (!is_number || read.where.paths.size() > 1) return one;
     FaultList found_before;
     const PlaceRule rule =
