@@ -398,7 +398,8 @@ class Loops:
         `closing_dq @ x`."""
         *arrays, rank, contradiction = self._core.forward_dynamics_derivatives(
             q, v, tau, _gravity(gravity), list(frames), wrenches, bool(base_held))
-        return LoopDynamicsDerivatives(*arrays, rank=rank[..., 0].astype(int), contradiction=contradiction[..., 0])
+        values = [*arrays, rank[..., 0].astype(int), contradiction[..., 0]]
+        return LoopDynamicsDerivatives(*values)
 
     def close_velocities(self, q: ArrayLike, v: ArrayLike) -> Array:
         """The velocity nearest in kinetic energy that satisfies the loops, (nv,): the result of a plastic impact of all closures."""
