@@ -35,7 +35,7 @@ class Sensitivities:
     at: NDArray[np.float64]  #: the values
     derivatives: NDArray[np.float64]  #: outcome by value; nan where the verdict is not 'yes'
     errors: NDArray[np.float64]  #: their estimated errors
-    elasticities: NDArray[np.float64]  #: value / outcome times the derivative; nan for an outcome of zero
+    elasticities: NDArray[np.float64]  #: value / outcome times the derivative; nan for an outcome that is zero or negligible
     verdicts: list[list[str]]  #: 'yes', 'NO' or 'not decided'
     values: dict[str, Any]  #: all values, as in sensitivities.json
 
