@@ -111,14 +111,14 @@ TEST(Differences, OfNoiseAreNotDetermined) {
 }
 
 TEST(Differences, OfFailingNeighboursAreNotDecidedByFarOnes) {
-  const auto verdict = [](double exists_below) {
+  const auto verdict = [](auto exists) {
     const std::vector<DifferenceVariable> at{{1, 1, 0.01}};
     const std::vector<double> scales{1};
     return differentiate(
         [&](const std::vector<std::vector<double>>& points) {
           std::vector<FunctionValue> values;
           for (const auto& point : points) {
-            if (point[0] < exists_below)
+            if (exists(point[0]))
               values.push_back({{point[0]}});
             else
               values.push_back({.values = {}, .failure = "fails"});
@@ -127,9 +127,14 @@ TEST(Differences, OfFailingNeighboursAreNotDecidedByFarOnes) {
         },
         {{1.0}}, at, scales)[0][0];
   };
-  EXPECT_EQ(verdict(1.008).verdict, Differentiable::yes);  // smaller steps decide
-  const DerivativeEntry beside = verdict(1 + 1e-9);
+  EXPECT_EQ(verdict([](double x) { return x < 1.008; }).verdict, Differentiable::yes);  // smaller steps decide
+  const DerivativeEntry beside = verdict([](double x) { return x < 1 + 1e-9; });
   EXPECT_EQ(beside.verdict, Differentiable::no);
+  // Only the farthest point of each round fails: steps of 0.01, and of an eighth and eight times of it.
+  const auto fails = [](double x, double step) { return std::abs(x - 1 - step) < 1e-9; };
+  const DerivativeEntry far =
+      verdict([&](double x) { return !fails(x, 0.01) && !fails(x, 0.01 / 8) && !fails(x, 0.08); });
+  EXPECT_EQ(far.verdict, Differentiable::not_decided);
   EXPECT_THAT(beside.reason, HasSubstr("beside this value: fails"));
 }
 
