@@ -15,6 +15,7 @@
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
+#include "grapnel/result/child_reader.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/faults.hpp"
 
@@ -217,9 +218,10 @@ StoredSeries store_series(const Campaign& campaign, const CampaignTable& table, 
 }  // namespace
 
 CampaignReport write_campaign_tables(const Campaign& campaign, const fs::path& folder, bool no_csv, int threads) {
-  // Formatting numbers as text takes a quarter of the time after the last case, so a thread does it.
+  // Formatting numbers as text takes a quarter of the time after the last case, so a thread does it where it may.
+  constexpr std::launch kWhen = kChildrenBesideThreads ? std::launch::async : std::launch::deferred;
   std::future<void> csv;
-  if (!no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
+  if (!no_csv) csv = std::async(kWhen, [&] { write_campaign_csv(folder, campaign); });
   write_campaign_table(folder, campaign, GRAPNEL_VERSION);
   CampaignReport numbers = analyze_campaign(campaign, CampaignTable(folder / "table.h5"), GRAPNEL_VERSION, threads);
   if (csv.valid()) csv.get();

@@ -17,6 +17,17 @@
 
 namespace grapnel {
 
+/// Whether a thread may start a child while other threads allocate memory. An allocator that another thread has locked
+/// stays locked in the child: glibc prevents this, the address sanitizer of clang 14 does not, and the child would wait
+/// forever.
+#if defined(__SANITIZE_ADDRESS__)  // g++
+inline constexpr bool kChildrenBesideThreads = false;
+#elif defined(__has_feature)  // clang
+inline constexpr bool kChildrenBesideThreads = !__has_feature(address_sanitizer);
+#else
+inline constexpr bool kChildrenBesideThreads = true;
+#endif
+
 /// No child process could be started; the state of the file is unknown.
 struct NoProcess : std::runtime_error {
   using std::runtime_error::runtime_error;
