@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "program_run.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace manual_test {
@@ -53,6 +54,7 @@ class Manual : public ProgramRun {
 };
 
 TEST_F(Manual, HasEveryCommandAndOption) {
+  SKIP_UNDER_SANITIZERS();
   const Outcome page = run("manual"), markdown = run("manual --markdown");
   ASSERT_EQ(page.code, 0) << page.err;
   ASSERT_EQ(markdown.code, 0) << markdown.err;

@@ -571,6 +571,7 @@ TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
 
 // One case suffices to list the monitors, and the segments without lane support with their reasons.
 TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem base = watched_problem();
   const auto text = [&](CampaignPlan plan) {
     Campaign campaign = campaign_of(base);

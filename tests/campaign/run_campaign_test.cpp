@@ -143,6 +143,7 @@ TEST(RunCampaign, LongBlocksAreWrittenInParts) {
 }
 
 TEST(RunCampaign, ExceptionEndsTheRunAndPreservesExistingRows) {
+  SKIP_UNDER_SANITIZERS();
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const BlockWork failing = [](const Block& block, const std::stop_token& stop) {
@@ -158,6 +159,7 @@ TEST(RunCampaign, ExceptionEndsTheRunAndPreservesExistingRows) {
 
 // A file size limit for this process simulates a full disk.
 TEST(RunCampaign, FullDiskIsAnErrorAndPreservesExistingRows) {
+  SKIP_UNDER_SANITIZERS();
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const pid_t child = fork();
@@ -256,7 +258,7 @@ void begin_with_long_blocks(const fs::path& folder, const Campaign& campaign) {
 
 TEST(RunCampaign, ContinuesAfterAKillAtAnyTime) {
   constexpr std::uint64_t kFew = 607;
-  constexpr int kKills = test::repetitions(60);
+  constexpr int kKills = test::kSanitized ? 3 : 60;
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kFew);
   const fs::path calm = folder.path() / "calm";

@@ -263,6 +263,7 @@ TEST(Store, ListsMissingBlocks) {
 }
 
 TEST(Store, RewritesADamagedShard) {
+  SKIP_UNDER_SANITIZERS();
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   {

@@ -205,6 +205,7 @@ TEST(CampaignTable, FaultsNameTheFile) {
 }
 
 TEST(CampaignTable, AChangedByteIsFound) {
+  SKIP_UNDER_SANITIZERS();
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "table.h5";
   write_campaign_tables(folder.path(), fake_campaign(500), "1", false, fake_rows(500));

@@ -13,6 +13,7 @@
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace grasp_holds_test {
@@ -316,6 +317,7 @@ TEST(GraspHolds, ARedundantPairOpensTogetherOrInTurn) {
 
 // The boom of a flexible arm vibrates while the base pulls the box, so that the force at the grasp overshoots.
 TEST(GraspHolds, AFlexibleArmLosesItsTargetAtThePeakOfAVibration) {
+  SKIP_UNDER_SANITIZERS();
   const auto bending = [](const std::string& grasp) {
     std::string text =
         scene(grasp, pushed("[0, 0, 0, 0, 0, 0, 0], [0.05, 0, 20, 0, 0, 0, 0], [3, 0, 20, 0, 0, 0, 0]"), 2);

@@ -17,6 +17,7 @@
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace motion_test {
@@ -101,6 +102,7 @@ TEST(SatelliteWithoutDrivenJoints, IsSampled) {
 }
 
 TEST(SatelliteWithoutDrivenJoints, AcceptsAnyControl) {
+  SKIP_UNDER_SANITIZERS();
   for (const Parts& kind : kKinds) {
     for (const char* control :
          {"control: {period: 50 ms, delay: 20 ms}\n",
@@ -366,6 +368,7 @@ TEST(PhaseSequence, FollowsACapture) {
 
 // With `event: law_ended` the phase ends when its control law ends.
 TEST(PhaseSequence, EndsWithItsLaw) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-detumbling.yaml");
   p.clearance.enabled = false;
   p.approach->tracking.noise.reset();   // whose bandwidth limits the steps

@@ -121,6 +121,7 @@ TEST(PlanAdvice, NamesPairsTooCloseAtStart) {
 // Two planar arms, each with a target on its side. As the targets move outward, the exchanged grasps become unreachable
 // before the stated ones do.
 TEST(PlanAdvice, NamesExchangedGrasps) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear(), p.approach->plan.emplace();
   std::string failure;
@@ -182,6 +183,7 @@ TEST(PlanAdvice, PlansIfLoadMovesBaseIntoReach) {
 // --- Gains ---
 
 TEST(PlanAdvice, NamesGainsTooLargeForSampleTime) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   use_pd(p, 49, 40);
   p.approach->tracking.mode = JointControl::computed_torque;

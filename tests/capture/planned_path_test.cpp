@@ -68,6 +68,7 @@ double term_of(const CaptureResult& r, Objective objective) {
 
 // The minimum clearance is an active constraint; near_grasp exempts the end-effector near its grasp point.
 TEST(PlannedClearance, HoldsAndIsActive) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const double direct = minimum_of(simulated(p));
@@ -133,6 +134,7 @@ TEST(PlannedClearance, FindsTrajectoryAroundBox) {
 
 // The distance at the start bounds the clearance of every plan; the best one reaches it.
 TEST(PlannedClearance, ObjectiveReachesInitialClearance) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const CaptureResult direct = simulated(p);

@@ -200,6 +200,7 @@ TEST(Sensors, LawsUseReadings) {
 // Computed torque takes inertias at the measured coordinates, whether velocities of roots are recovered from momenta or
 // integrated: the first leaves joint transforms of the true coordinates in the workspace.
 TEST(Sensors, ComputedTorqueTakesInertiasAtReadings) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(1);
   p.post_impact.reset();
   p.robot.wheels.clear(), p.wheel_rate.clear();

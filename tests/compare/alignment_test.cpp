@@ -9,6 +9,7 @@
 #include "grapnel/compare/align_log.hpp"
 #include "grapnel/compare/compare_log.hpp"
 #include "grapnel/compare/run_curve.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace alignment_test {
@@ -158,6 +159,7 @@ ClockOffset drift_of(const ComparedQuantity& quantity, double largest = 5e-4) {
 }
 
 TEST(Alignment, FindsOffsetAndDriftWithTheirUncertainties) {
+  SKIP_UNDER_SANITIZERS();
   double squares = 0, drift_squares = 0;
   int count = 0;
   for (const double drift : {5e-5, -2e-4, 0.0}) {
@@ -183,6 +185,7 @@ TEST(Alignment, FindsOffsetAndDriftWithTheirUncertainties) {
 }
 
 TEST(Alignment, FindsLargeDrifts) {
+  SKIP_UNDER_SANITIZERS();
   const ClockOffset found = drift_of(drifting(2, 0.03, 5), 0.05);
   EXPECT_TRUE(found.is_determined) << found.why_not;
   EXPECT_NEAR(found.drift, 0.03, 5e-6);
@@ -191,6 +194,7 @@ TEST(Alignment, FindsLargeDrifts) {
 
 // Samples in the last part of a log move the time to which the search refers.
 TEST(Alignment, OneMinimumIsNotAnotherOffset) {
+  SKIP_UNDER_SANITIZERS();
   ComparedQuantity quantity = drifting(2, -0.02, 5);
   std::fill(quantity.measured.begin(), quantity.measured.begin() + 3 * 900, std::nan(""));
   const ClockOffset found = drift_of(quantity, 0.05);

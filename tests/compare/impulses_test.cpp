@@ -291,6 +291,7 @@ TEST(Impulses, StatedIntervalsHoldInAClosedLoop) {
 }
 
 TEST(Impulses, AWrongMassIsDetected) {
+  SKIP_UNDER_SANITIZERS();
   const Recorded& run = recorded("open-loop-case-1.yaml");
   const std::vector<Override> heavier{{"targets.target-1.mass", "12"}};
   const RunModel right(run.folder.path(), {}, {}), wrong(run.folder.path(), {}, heavier);
@@ -381,6 +382,7 @@ TEST(Impulses, WristSensorsOfACompliantContact) {
 }
 
 TEST(Impulses, MomentumOfMeasuredMotion) {
+  SKIP_UNDER_SANITIZERS();
   const Recorded& run = recorded("open-loop-case-1.yaml");
   const RunModel model(run.folder.path(), {}, {});
   ImpulseOptions options = at_contact();
@@ -422,6 +424,7 @@ TEST(Impulses, MomentumOfMeasuredMotion) {
 
 // The first curve is that of a target: the base is fixed and has no momentum.
 TEST(Impulses, MomentumAboutTheOriginNeedsThePositionOfTheTarget) {
+  SKIP_UNDER_SANITIZERS();
   constexpr double kStop = 2;  // [s]
   const Recorded& run = recorded("../dual-panda-capture.yaml", {{"post_impact.duration", "0.5"}});
   const RunModel model(run.folder.path(), {}, {});

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "support/random_robot.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace load_shares_test {
@@ -58,7 +59,7 @@ TEST(LoadShares, AgreeWithASearch) {
 // The solution changes continuously as the limits become infeasible.
 TEST(LoadShares, AreContinuousInTheLimits) {
   double largest = 0;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < test::repetitions(50); ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     std::vector<LimitedLoad> loads = random_loads(random, 2);

@@ -19,6 +19,7 @@
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/control/fmu_controller.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace fmu_controller_test {
@@ -89,6 +90,7 @@ TEST(FmuController, SameLawWithOneSampleDelay) {
 // Inputs other than signals: of every type, constants or start values. The FMU adds a gain if its switch is on, its
 // count is 3 and its name is "fine".
 TEST(FmuController, InputsOtherThanSignals) {
+  SKIP_UNDER_SANITIZERS();
   const auto inputs = [](const std::string& more) {
     return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
   };

@@ -15,6 +15,7 @@
 #include "grapnel/scenario/scenario.hpp"
 #include "random_scenarios/closed_loop_text.hpp"
 #include "random_scenarios/random_run.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace random_closed_loop_test {
@@ -84,7 +85,7 @@ void check(const std::filesystem::path& file) {
   RC_ASSERT(row(result, "loop_closure_position").applies);
   RC_ASSERT(norm(vector_at(result, "system/linear_momentum", 0)) > 0.0);
   expect_held(problem, result);
-  require_same(result, simulate_capture(problem));
+  if (!grapnel::test::kSanitized) require_same(result, simulate_capture(problem));
 }
 
 TEST(RandomClosedLoops, LedgerPasses) {

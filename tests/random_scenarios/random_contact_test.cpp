@@ -9,6 +9,7 @@
 #include "grapnel/scenario/scenario.hpp"
 #include "random_scenarios/contact_text.hpp"
 #include "random_scenarios/random_run.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace random_contact_test {
@@ -49,7 +50,7 @@ void check(const std::filesystem::path& file) {
     if (entry.kind != LedgerEntry::Kind::conservation || entry.pass()) continue;
     RC_FAIL("ledger: " + entry.name + " is " + std::to_string(entry.value / entry.bound) + " bounds");
   }
-  require_same(result, simulate_capture(problem));
+  if (!grapnel::test::kSanitized) require_same(result, simulate_capture(problem));
 }
 
 TEST(RandomContacts, LedgerPasses) {
