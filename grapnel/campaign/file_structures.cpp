@@ -501,6 +501,13 @@ struct Described<VariableFile> {
 };
 
 template <>
+struct Described<LocalSteps> {
+  static constexpr Choice choices[] = {choice(LocalSteps::subplex, "subplex"),
+                                       choice(LocalSteps::gradient, "gradient")};
+  static constexpr Type type = enumeration<LocalSteps>("LocalSteps", choices);
+};
+
+template <>
 struct Described<SearchSetup> {
   using T = SearchSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -511,6 +518,9 @@ struct Described<SearchSetup> {
       field<&T::refine>("refine", "Number of best points from which local searches start; 0: none.")
           .at_least(0)
           .at_most(100),
+      field<&T::steps>("steps",
+                       "Steps of local searches: `subplex` compares points, `gradient` follows derivatives of "
+                       "objective and limits."),
   });
   static constexpr Type type = structure<T>("search", "Search for the optimum.", fields);
 };

@@ -52,10 +52,14 @@ struct OptimizationLimit {
   std::string text() const;  // "margins at least 0.2"
 };
 
+/// Steps of local searches. subplex: only points are compared. gradient: along derivatives of objective and limits.
+enum class LocalSteps { subplex, gradient };
+
 struct SearchSetup {
   std::size_t evaluations = 200;  // at most
   std::uint64_t seed = 0;         // of the sample
   std::size_t refine = 3;         // number of best points of the sample from which local searches begin; 0: none
+  LocalSteps steps = LocalSteps::subplex;
 };
 
 struct Optimization {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <nlopt.hpp>
 #include <stdexcept>
 
@@ -16,6 +17,9 @@ namespace {
 constexpr double kFinest = 1e-7;
 // First step along limits, as a fraction of the ranges.
 constexpr double kAlongLimits = 0.05;
+// Half the distance of the two points of a derivative, as a fraction of the ranges: its error of the order of the
+// square is below that of outcomes, whose relative accuracy is about 1e-9, divided by it.
+constexpr double kDifference = 1e-4;
 // Value of unacceptable points for the local search, larger than any objective.
 constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
 
@@ -69,21 +73,51 @@ class LocalSearch {
               const std::stop_token& stop)
       : optimization_(optimization), number_(number), done_(done), stop_(stop) {}
 
-  // With limits, half of the evaluations follow them: steps that only compare points stall at a limit that is oblique
-  // to the variables.
   std::vector<Evaluation> run(const Evaluation& start, double step, std::size_t evaluations) && {
-    const std::size_t along = optimization_.limits.empty() ? 0 : evaluations / 2;
-    subplex(start, step, evaluations - along);
-    const Evaluation* best = &start;
-    for (const Evaluation& one : path_) {
-      if (comes_before(optimization_, one.score, best->score)) best = &one;
-    }
-    const Evaluation from = *best;
-    along_limits(from, kAlongLimits, along);
+    if (optimization_.search.steps == LocalSteps::gradient)
+      along_gradient(start, evaluations);
+    else
+      compare_points(start, step, evaluations);
     return std::move(path_);
   }
 
  private:
+  // The best of the start and all points so far.
+  Evaluation best(const Evaluation& start) const {
+    const Evaluation* best = &start;
+    for (const Evaluation& one : path_) {
+      if (comes_before(optimization_, one.score, best->score)) best = &one;
+    }
+    return *best;
+  }
+
+  // With limits, half of the evaluations follow them: steps that only compare points stall at a limit that is oblique
+  // to the variables.
+  void compare_points(const Evaluation& start, double step, std::size_t evaluations) {
+    const std::size_t along = optimization_.limits.empty() ? 0 : evaluations / 2;
+    subplex(start, step, evaluations - along);
+    along_limits(best(start), kAlongLimits, along);
+  }
+
+  // Quadratic models from derivatives of objective and limits (Kraft's SLSQP); then, at a kink of the worst of several
+  // columns for example, steps that only compare points, with the evaluations that remain.
+  void along_gradient(const Evaluation& start, std::size_t evaluations) {
+    by_gradient_ = true;
+    if (scale_to(start)) {
+      nlopt::opt search(nlopt::LD_SLSQP, static_cast<unsigned>(optimization_.variables.size()));
+      search.set_min_objective([](const std::vector<double>& x, std::vector<double>& slopes,
+                                  void* self) { return static_cast<LocalSearch*>(self)->objective_with(x, slopes); },
+                               this);
+      search.add_inequality_mconstraint(
+          [](unsigned count, double* result, unsigned n, const double* x, double* slopes, void* self) {
+            static_cast<LocalSearch*>(self)->excess_with({x, x + n}, {result, count}, slopes);
+          },
+          this, std::vector<double>(optimization_.limits.size() + 1, 0.0));
+      go(search, start, kAlongLimits, evaluations);
+    }
+    if (path_.size() < evaluations) subplex(best(start), kDifference, evaluations - path_.size());
+  }
+
   // Steps that only compare points.
   void subplex(const Evaluation& start, double step, std::size_t evaluations) {
     nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(optimization_.variables.size()));
@@ -97,9 +131,7 @@ class LocalSearch {
 
   // Along limits: linear models of objective and limits (Powell's COBYLA).
   void along_limits(const Evaluation& start, double step, std::size_t evaluations) {
-    if (!start.score.reached || std::isnan(start.score.objective)) return;
-    fallback_ = start.score.objective;
-    scale_ = std::max(std::abs(fallback_), 1e-300);
+    if (!scale_to(start)) return;
     nlopt::opt search(nlopt::LN_COBYLA, static_cast<unsigned>(optimization_.variables.size()));
     search.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
                                 void* self) { return static_cast<LocalSearch*>(self)->objective(x); },
@@ -111,6 +143,49 @@ class LocalSearch {
         },
         this, std::vector<double>(optimization_.limits.size() + 1, 0.0));
     go(search, start, step, evaluations);
+  }
+
+  // Scales objectives by that of the start. False if it has none.
+  bool scale_to(const Evaluation& start) {
+    if (!start.score.reached || std::isnan(start.score.objective)) return false;
+    fallback_ = start.score.objective;
+    scale_ = std::max(std::abs(fallback_), 1e-300);
+    return true;
+  }
+
+  // The two points of the central difference by variable k, within the ranges; x itself in place of one that is not
+  // reached.
+  std::pair<std::vector<double>, std::vector<double>> beside(const std::vector<double>& x, std::size_t k) {
+    const auto moved = [&](double by) {
+      std::vector<double> there = x;
+      there[k] = std::clamp(x[k] + by, 0.0, 1.0);
+      return there != x && at(there).score.reached ? there : x;
+    };
+    std::vector<double> below = moved(-kDifference);
+    return {std::move(below), moved(kDifference)};
+  }
+
+  double objective_with(const std::vector<double>& x, std::vector<double>& slopes) {
+    const double value = objective(x);
+    for (std::size_t k = 0; k < slopes.size(); ++k) {
+      const auto [below, above] = beside(x, k);
+      const double apart = above[k] - below[k];
+      slopes[k] = apart > 0 ? (objective(above) - objective(below)) / apart : 0;
+    }
+    return value;
+  }
+
+  // `slopes`: by limit and variable; null: not requested.
+  void excess_with(const std::vector<double>& x, std::span<double> values, double* slopes) {
+    const Score here = at(x).score;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = excess(here, i);
+    for (std::size_t k = 0; slopes != nullptr && k < x.size(); ++k) {
+      const auto [below, above] = beside(x, k);
+      const Score low = at(below).score, high = at(above).score;
+      const double apart = above[k] - below[k];
+      for (std::size_t i = 0; i < values.size(); ++i)
+        slopes[i * x.size() + k] = apart > 0 ? (excess(high, i) - excess(low, i)) / apart : 0;
+    }
   }
 
   void go(nlopt::opt& search, const Evaluation& start, double step, std::size_t evaluations) {
@@ -133,9 +208,14 @@ class LocalSearch {
     }
   }
 
-  // The point at x; a repeated request is simulated once.
+  // The point at x, valid until the next call. A repeated request is simulated once: of the last point, and of any
+  // point between whose differences others lie.
   const Evaluation& at(const std::vector<double>& x) {
     if (x == last_ && !path_.empty()) return path_.back();
+    if (by_gradient_) {
+      const auto known = seen_.find(x);
+      if (known != seen_.end()) return path_[known->second];
+    }
     if (path_.size() == most_ || stopped_) throw nlopt::forced_stop();
     std::vector<double> values;
     for (std::size_t k = 0; k < x.size(); ++k) values.push_back(in_range(optimization_.variables[k], x[k]));
@@ -146,6 +226,7 @@ class LocalSearch {
       stopped_ = true;
       throw nlopt::forced_stop();
     }
+    if (by_gradient_) seen_.emplace(x, path_.size() - 1);
     stopped_ = !done_(path_.back());
     return path_.back();
   }
@@ -170,6 +251,8 @@ class LocalSearch {
   const std::stop_token stop_;
   std::vector<Evaluation> path_;
   std::vector<double> last_;
+  bool by_gradient_ = false;
+  std::map<std::vector<double>, std::size_t> seen_;  // positions in path_; with by_gradient_
   std::size_t most_ = 0;
   bool stopped_ = false;
   double fallback_ = 0, scale_ = 1;

@@ -36,10 +36,11 @@ Evaluation evaluate(const Optimization& optimization, const StudyCase& point, co
 struct EvaluationStopped {};
 
 /// Searches. The sample is an additive recurrence with the generalized golden ratio (Roberts 2018), its first point the
-/// variables' `start`; local searches are Rowan's subplex method (NLopt's SBPLX), which only compares points, so that
-/// limits and unreachable points need no smoothness. Each gets half of the evaluations. The outcome is identical, bit
-/// for bit, for any number of threads. After a request of `options.stop` the outcome has the evaluations completed
-/// until then; `before` may be without a row.
+/// variables' `start`. Local searches are Rowan's subplex method (NLopt's SBPLX), which only compares points, so that
+/// limits and unreachable points need no smoothness; or, by `search.steps`, sequential quadratic programs (NLopt's
+/// SLSQP) with central differences, which take two points per variable. The sample gets half of the evaluations. The
+/// outcome is identical, bit for bit, for any number of threads. After a request of `options.stop` the outcome has the
+/// evaluations completed until then; `before` may be without a row.
 OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options);
 
 }  // namespace grapnel

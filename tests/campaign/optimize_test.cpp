@@ -83,6 +83,25 @@ TEST(Optimize, FindsTheMinimumOfAKnownFunction) {
   EXPECT_NEAR(best_objective(other), bowl(std::vector{2.0, 2.0}), 1e-9);  // at a corner
 }
 
+// A valley along x y, whose sides are a hundred times as steep: derivatives follow it.
+TEST(Optimize, GradientsFollowAValley) {
+  const auto valley = [](std::span<const double> x) {
+    const double along = x[0] + x[1] - 1, across = x[0] - x[1] - 0.2;
+    return 3 + along * along + 100 * across * across;
+  };
+  Optimization optimization = of_function(2, valley);
+  optimization.variables[0].start = -0.9, optimization.variables[1].start = 1.8;
+  const auto excess = [&](LocalSteps steps, std::size_t evaluations) {
+    optimization.search = {evaluations, 0, 1, steps};
+    return best_objective(run(optimization)) - 3;
+  };
+  const double by_gradient = excess(LocalSteps::gradient, 80), by_points = excess(LocalSteps::subplex, 80);
+  std::printf("[ measured ] above the minimum after 80 evaluations: %.3g by gradients, %.3g by comparisons\n",
+              by_gradient, by_points);
+  EXPECT_LT(by_gradient, 1e-9);
+  EXPECT_GT(by_points, 1e-7);
+}
+
 TEST(Optimize, FindsTheAngleOfTheSweepsFineGrid) {
   const test::Folder folder;
   const std::string head = "name: grid\nscenario: " + kPlanned +
@@ -126,11 +145,42 @@ TEST(Optimize, LimitsAreRespectedAndHeldWhereTheyBind) {
   EXPECT_GE(best.limits[0], 1);
   EXPECT_NEAR(best.objective, 0.5, 1e-3);
   EXPECT_GT(outcome.beyond_limits(), 0u);
+  optimization.search = {100, 0, 1, LocalSteps::gradient};
+  const OptimizationOutcome by_gradient = run(optimization);
+  ASSERT_TRUE(by_gradient.best);
+  const Score& found = by_gradient.evaluations[*by_gradient.best].score;
+  EXPECT_GE(found.limits[0], 1);
+  EXPECT_NEAR(found.objective, 0.5, 1e-6);
+}
+
+// The larger of two planes, whose kink gradients alone do not descend.
+TEST(Optimize, ComparisonsFollowGradientsAtAKink) {
+  Optimization optimization =
+      of_function(2, [](std::span<const double> x) { return 3 + std::abs(x[0] - 0.4) + 2 * std::abs(x[1] - x[0]); });
+  optimization.search = {400, 0, 2, LocalSteps::gradient};
+  EXPECT_LT(best_objective(run(optimization)) - 3, 1e-3);
+}
+
+// Unreachable points beside a point: the derivative is that of the other side.
+TEST(Optimize, GradientsAtUnreachablePoints) {
+  Optimization optimization = of_function(1, [](std::span<const double> x) { return 3 + x[0]; });
+  const auto function = optimization.point;
+  optimization.point = [function](std::span<const double> x) {
+    if (x[0] < 0.2) throw std::runtime_error("out of reach");
+    return function(x);
+  };
+  optimization.search = {60, 0, 1, LocalSteps::gradient};
+  const OptimizationOutcome outcome = run(optimization);
+  EXPECT_NEAR(best_objective(outcome), 3.2, 0.02);  // measured 0.006; the range is 3
+  EXPECT_GT(outcome.count(CaseStatus::failed), 0u);
 }
 
 TEST(Optimize, TheSameBitsForAnyNumberOfThreads) {
-  const Optimization optimization =
+  Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 20, refine: 3}\n"));
+  optimization.search.steps = LocalSteps::gradient;
+  EXPECT_EQ(evaluations_csv(optimization, run(optimization, 1)), evaluations_csv(optimization, run(optimization, 2)));
+  optimization.search.steps = LocalSteps::subplex;
   const std::string one = evaluations_csv(optimization, run(optimization, 1));
   EXPECT_EQ(one, evaluations_csv(optimization, run(optimization, 2)));
   EXPECT_EQ(one, evaluations_csv(optimization, run(optimization, 5)));
