@@ -84,10 +84,13 @@ int run(const RunOptions& options) {
   if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256, terminal))) return kBadInput;
   print_errors(warnings);
   const StopSignal stop;
-  return code_of(run_scenario(
-      problem, options.scenario, *made,
-      {.quiet = options.quiet, .no_report = options.no_report, .warnings = messages_of(warnings), .stop = stop.token()},
-      terminal));
+  return code_of(run_scenario(problem, options.scenario, *made,
+                              {.quiet = options.quiet,
+                               .no_report = options.no_report,
+                               .margins = options.margins,
+                               .warnings = messages_of(warnings),
+                               .stop = stop.token()},
+                              terminal));
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {

@@ -33,6 +33,7 @@ struct RunOptions {
   bool quiet = false;
   bool no_report = false;
   bool force = false;  // replaces results of another scenario in the folder
+  bool margins = false;
 };
 int run(const RunOptions& options);
 

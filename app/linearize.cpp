@@ -2,6 +2,7 @@
 #include "grapnel/linear/linearize.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "commands.hpp"
 #include "grapnel/campaign/result_folder.hpp"
@@ -43,6 +44,11 @@ int linearize(const LinearizeCommandOptions& options) {
     const CaptureProblem problem = load_scenario(options.scenario, overrides, &warnings);
     Terminal terminal;
     if (kind != LinearFile::none && !may_write({options.output}, terminal)) return kBadInput;
+    const fs::path folder = options.output.has_parent_path() ? options.output.parent_path() : fs::path(".");
+    if (kind != LinearFile::none && ::access(folder.c_str(), W_OK) != 0) {
+      to_stderr("grapnel: error: -o {}: the folder does not exist or is not writable\n", options.output.string());
+      return kBadInput;
+    }
     print_errors(warnings);
     const LinearModel model = linearize(problem, {options.at, options.sample_time, options.delay});
     if (!options.quiet) to_stdout("{}", linear_model_text(model));

@@ -33,6 +33,8 @@ int program(int argc, char** argv) {
   run_command->add_option("--set", run_options.overrides, "Replace a value: path=value, e.g. approach.duration=10")
       ->allow_extra_args(false);
   run_command->add_flag("--force", run_options.force, "Replace the results of another scenario in the folder");
+  run_command->add_flag("--margins", run_options.margins,
+                        "Also linearize at the start and end of every phase: stability and margins of the controllers");
   run_command->add_flag("--no-report", run_options.no_report, "Write no report.html");
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
   run_command->callback([&] { code = run(run_options); });

@@ -16,6 +16,7 @@
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/control/plugin_ends.hpp"
+#include "grapnel/linear/linearize.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "grapnel/result/result_documents.hpp"
@@ -232,6 +233,21 @@ void refuse_result(const Ledger& ledger, const std::string& file, Listener& list
 
 }  // namespace
 
+namespace {
+
+// Adds the margins of a run; why there are none is a warning.
+void add_margins(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result) {
+  try {
+    add_control_loops(problem, result, progress);
+    if (result.control_loops.empty())
+      result.warnings.emplace_back("no margins: no law acts whose state is accessible, see grapnel linearize");
+  } catch (const std::exception& error) {
+    result.warnings.push_back(std::string("not all margins are computed: ") + error_text(error));
+  }
+}
+
+}  // namespace
+
 Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
                     const RunSwitches& switches, Listener& listener) {
   remove_leftovers(folder, kAbandoned);
@@ -247,6 +263,7 @@ Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const f
       if (!switches.mute) slow.report(phase, at, end);
     };
     result = simulate_run(problem, switches.warnings, follow, &series);
+    if (switches.margins) add_margins(problem, follow, result);
   } catch (const CaptureProblemError& error) {
     return bad_input(file, error, listener);
   } catch (const ModelError& error) {
@@ -266,11 +283,13 @@ Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const f
   if (!switches.mute) warn(problem, result, file.string(), listener);
   for (const std::string& fault : written.faults) listener.error("grapnel", fault);
   ends.finish();
-  if (result.status == CaptureStatus::completed) {
+  const bool stopped =
+      switches.stop.stop_requested() && (switches.margins || result.status != CaptureStatus::completed);
+  if (!stopped && result.status == CaptureStatus::completed) {
     if (!switches.mute) refuse_result(result.ledger, file.string(), listener);
     return report.failed || !complete || !result.ledger.pass() ? Ending::failed : Ending::done;
   }
-  if (switches.stop.stop_requested()) {
+  if (stopped) {
     if (!switches.mute)
       listener.remark(fmt::format("{}: stopped; the results so far are in {}", file.string(), folder.string()));
     return Ending::interrupted;

@@ -43,6 +43,7 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
 struct RunSwitches {
   bool quiet = false;      // no notes and no progress
   bool no_report = false;  // no report.html
+  bool margins = false;    // linear models of the control loops, too: add_control_loops()
   bool mute = false;       // neither warnings nor failures for the listener: one of many runs
   /// Warnings about implausible input: already known to the listener, and stored with the result.
   std::vector<std::string> warnings = {};

@@ -252,7 +252,7 @@ struct CaptureRun {
   GraspOverloads overloads;                 // at the current instant
   bool condition_met = false;               // the end condition of the current phase holds
   std::vector<std::string> unstable_gains;  // of the approach, as text
-  std::optional<double> pause;              // motion segments end at this time, too [s]
+  std::vector<double> pauses;               // motion segments end at these times, too [s]
 
  private:
   std::map<std::string, int> segment_counts_;  // of phases, by name

@@ -60,6 +60,7 @@ class CaptureSteps {
   CaptureSteps& operator=(const CaptureSteps&) = delete;
 
   /// Ends a motion segment at this time, if one lasts longer: the next one begins there with the same drives and laws.
+  /// Applies to segments that next() returns later. Further calls add further times.
   void pause_at(double time);
   /// Advances to the next motion segment, which is valid until the next call: plans, closes and releases grasps.
   /// Integrates the previous piece first, unless that has been done elsewhere. Null: none is left, or the run has

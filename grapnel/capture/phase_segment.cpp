@@ -117,7 +117,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
     if (t > now && !GraspSchedule::is_now(t, now) && t < next) next = t;
   };
   for (double t : run.schedule.stated_times()) consider(t);
-  if (run.pause) consider(*run.pause);
+  for (double t : run.pauses) consider(t);
   consider(run.joints.approaching() ? next_replanning(run, now) : run.identification.next_event());
   if (!run.joints.approaching()) {
     for (const PostImpactSetup::Release& release : run.problem.post_impact->releases)

@@ -273,7 +273,7 @@ CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, 
 
 CaptureSteps::~CaptureSteps() = default;
 
-void CaptureSteps::pause_at(double time) { work_->run.pause = time; }
+void CaptureSteps::pause_at(double time) { work_->run.pauses.push_back(time); }
 
 const MotionTask* CaptureSteps::next() {
   work_->segment = nullptr;

@@ -10,6 +10,7 @@
 #include "grapnel/describe/json.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/result/json_document.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -32,15 +33,6 @@ struct Described<LinearModel::Kind> {
                                        choice(Kind::oscillates, "oscillates"), choice(Kind::tumbles, "tumbles"),
                                        choice(Kind::drift, "drift"),           choice(Kind::conserved, "conserved")};
   static constexpr Type type = enumeration<Kind>("EigenvalueKind", choices);
-};
-
-template <>
-struct Described<LinearModel::Stability> {
-  using Stability = LinearModel::Stability;
-  static constexpr Choice choices[] = {choice(Stability::stable, "stable"), choice(Stability::marginal, "marginal"),
-                                       choice(Stability::unstable, "unstable"),
-                                       choice(Stability::undecided, "not decided")};
-  static constexpr Type type = enumeration<Stability>("LinearStability", choices);
 };
 
 template <>
@@ -102,24 +94,6 @@ struct Described<LinearModel::Modes> {
       field<&T::eigenvalues>("eigenvalues", "the least stable first, then drift and conserved ones"),
   };
   static constexpr Type type = structure<T>("LinearModes", "eigenvalues and their verdict.", fields);
-};
-
-template <>
-struct Described<LinearModel::Margin> {
-  using T = LinearModel::Margin;
-  static constexpr Field fields[] = {
-      field<&T::channel>("channel", "the input whose loop is opened, while all others are closed"),
-      field<&T::unit>("unit", "unit of the input"),
-      field<&T::gain_maximum>("gain_maximum", "1",
-                              "factor on the gains of the channel above which the loop is unstable; absent: no limit"),
-      field<&T::gain_minimum>("gain_minimum", "1", "factor below which it is unstable; absent: no limit"),
-      field<&T::gain_frequency>("gain_frequency", "rad/s", "of the oscillation at the factor that is nearest to 1"),
-      field<&T::phase>("phase", "rad", "smallest phase margin, by magnitude; absent: the loop gain is nowhere 1"),
-      field<&T::phase_frequency>("phase_frequency", "rad/s", "its frequency"),
-      field<&T::delay>("delay", "s", "smallest added delay of the channel with which the loop is unstable"),
-  };
-  static constexpr Type type =
-      structure<T>("LoopMargin", "margins of a channel of the scenario's controllers.", fields);
 };
 
 template <>

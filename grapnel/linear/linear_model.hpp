@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "grapnel/describe/type.hpp"
+#include "grapnel/result/actuation_result.hpp"
 
 namespace grapnel {
 
@@ -38,19 +39,13 @@ struct LinearModelParts {
     std::optional<double> damping_ratio;        // absent: zero eigenvalue
     std::string state;                          // with the largest component of its eigenvector
   };
-  enum class Stability { stable, marginal, unstable, undecided };
+  using Stability = LinearStability;
   struct Modes {
     Stability verdict = Stability::stable;
     std::string reason;
     std::vector<Eigenvalue> eigenvalues;  // the least stable first; then drift and conserved
   };
-  struct Margin {
-    std::string channel, unit;
-    std::optional<double> gain_maximum, gain_minimum;  // factors on the channel's gains; absent: no limit
-    std::optional<double> gain_frequency;              // of the limit that is nearest to 1 [rad/s]
-    std::optional<double> phase, phase_frequency;      // [rad], [rad/s]; absent: the loop gain never is 1
-    std::optional<double> delay;                       // [s]; absent: no added delay destabilizes
-  };
+  using Margin = LoopMargin;
   struct ClosedLoop {
     std::vector<std::string> laws;
     Modes stability;

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/linear/linear_variables.hpp"
@@ -12,6 +15,7 @@
 #include "grapnel/linear/stability.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/spatial/decompositions.hpp"
+#include "grapnel/text/error_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -208,47 +212,132 @@ void add_saturation_notes(const OperatingPoint& point, const Eigen::VectorXd& co
   }
 }
 
-void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eigen::VectorXd& commands,
-                const std::vector<Input>& inputs, LinearModel& model) {
+// The loop of the laws at a state.
+struct LoopAt {
+  std::string obstacle;  // why there is none; empty: there is
+  ClosedLoopParts parts = {};
+  LinearLoop whole = {};
+  ReducedLoop reduced = {};
+};
+
+// `commands`: constant efforts; without `is_checked` they may differ from those of the laws.
+LoopAt loop_at(const OperatingPoint& point, const Eigen::VectorXd& commands, const std::vector<Input>& inputs,
+               std::vector<std::string> doubts, bool is_checked = true) {
   constexpr double kDisagreement = 1e-5;
   EvaluatedPhase phase(point, setup_of_laws(point));
   std::vector<std::uint8_t> fixed = phase.prescribed();
   for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];
   MinimalCoordinates coordinates(point.model(), point.setup().closures, point.state, fixed);
-  if (coordinates.size() == 0) {
-    model.closed_loop_absent = "nothing moves freely under the laws at this time";
+  if (coordinates.size() == 0) return {"nothing moves freely under the laws at this time"};
+  LoopAt at;
+  at.parts = parts_of(point, commands, inputs, phase, coordinates);
+  const Plant& plant = at.parts.plant;
+  const Eigen::MatrixXd A = plant.A + plant.B * at.parts.K;
+  const double error = (A - at.parts.direct).norm() / std::max(at.parts.direct.norm(), 1e-300);
+  if (is_checked && !(error <= kDisagreement))
+    return {
+        fmt::format("the laws act by more than their efforts, or are not differentiable here: the closed loop and "
+                    "its parts differ by {:.2g} of their size",
+                    error)};
+  at.whole = {plant.A, plant.B, at.parts.K, plant.error, names_of(states_of(point, coordinates))};
+  at.whole.doubts = std::move(doubts);
+  if (point.setup().clock) at.whole.timing = point.setup().clock->timing();
+  constexpr double kMostPeriods = 200;  // in a delay: each is a state per input
+  if (at.whole.timing && at.whole.timing->delay > kMostPeriods * at.whole.timing->period)
+    return {fmt::format("the delay of the laws has more than {} periods", kMostPeriods)};
+  if (!point.setup().attitude && !point.setup().controller) at.whole.free_rotation = base_rate(point);
+  at.whole.motion_rate = motion_rate(point);
+  const auto positions = static_cast<int>(coordinates.independent().size());
+  at.reduced = reduced_loop(at.whole, conserved_momentum(point, coordinates, at.parts.torque_is_external), positions);
+  return at;
+}
+
+// The loop at a state that follows the operating point; absent: there is none.
+using FollowingLoop =
+    std::function<std::optional<ReducedLoop>(const OperatingPoint&, const Eigen::VectorXd&, const std::vector<Input>&)>;
+
+// How much a growth g [1/s] changes along the motion in its time constant, of its size (27.4b): over a tenth of that
+// time, since a motion that begins at rest changes nothing at first. Infinite if it cannot be computed.
+double change_of_growth(const OperatingPoint& point, double growth, const FollowingLoop& loop_of) {
+  try {
+    const double dt = 0.1 / growth;
+    EvaluatedPhase phase(point, setup_of_laws(point));
+    MinimalCoordinates coordinates(point.model(), point.setup().closures, point.state, phase.prescribed());
+    const auto n = static_cast<Eigen::Index>(point.state.v.size());
+    const Eigen::VectorXd velocities = Eigen::Map<const Eigen::VectorXd>(point.state.v.data(), n);
+    OperatingPoint later = point;
+    const Eigen::VectorXd accelerations = phase.accelerations(point.state);
+    later.state = coordinates.moved_by(dt * velocities + 0.5 * dt * dt * accelerations, dt * accelerations);
+    later.time = std::min(point.time + dt, point.interval_end);
+    const Eigen::VectorXd commands = EvaluatedPhase(later, setup_of_laws(later)).commands(later.state);
+    const std::optional<ReducedLoop> reduced = loop_of(later, commands, inputs_of(later, commands));
+    if (!reduced) return std::numeric_limits<double>::infinity();
+    double largest = 0;
+    for (const auto& e : modes_of(*reduced).eigenvalues) largest = std::max(largest, e.real);
+    const double change = std::abs(largest - growth) / (dt * growth * growth);
+    return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+  } catch (const std::exception&) {  // the state that follows has no linear model
+    return std::numeric_limits<double>::infinity();
+  }
+}
+
+// The fastest growth of the loop at rest in the point's configuration, with rotors at their rates and without constant
+// efforts: a steady motion. Absent: nothing grows, or it has no linear model.
+std::optional<LinearModel::Eigenvalue> growth_at_rest(const OperatingPoint& point) {
+  try {
+    OperatingPoint rest = point;
+    std::ranges::fill(rest.state.v, 0.0);
+    for (std::size_t j = 0; j < point.model().joints().size(); ++j) {
+      const auto v = static_cast<std::size_t>(point.model().joint_body(j).v);
+      if (is_rotor(point, static_cast<int>(j))) rest.state.v[v] = point.state.v[v];
+    }
+    const auto joints = static_cast<Eigen::Index>(point.model().joints().size());
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(joints + 3);
+    const LoopAt at = loop_at(rest, none, inputs_of(rest, none), {}, false);
+    if (!at.obstacle.empty()) return {};
+    const LinearModel::Modes modes = modes_of(at.reduced);
+    if (modes.verdict != LinearModel::Stability::unstable) return {};
+    return *std::ranges::find(modes.eigenvalues, LinearModel::Kind::grows, &LinearModel::Eigenvalue::kind);
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+// Modes with the verdict on a growth: by its change along the motion, or, `with_laws`, by the loop at rest.
+LinearModel::Modes modes_along(const OperatingPoint& point, ReducedLoop& reduced, bool with_laws,
+                               const FollowingLoop& loop_of) {
+  LinearModel::Modes modes = modes_of(reduced);
+  const auto grows = std::ranges::find(modes.eigenvalues, LinearModel::Kind::grows, &LinearModel::Eigenvalue::kind);
+  if (grows == modes.eigenvalues.end()) return modes;
+  if (grows->real >= reduced.loop.motion_rate) reduced.loop.change = change_of_growth(point, grows->real, loop_of);
+  modes = modes_of(reduced);
+  if (modes.verdict == LinearModel::Stability::unstable || !with_laws) return modes;
+  reduced.loop.growth_at_rest = growth_at_rest(point);
+  return modes_of(reduced);
+}
+
+void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eigen::VectorXd& commands,
+                const std::vector<Input>& inputs, LinearModel& model) {
+  std::vector<std::string> doubts;
+  add_saturation_notes(point, commands, model.notes, doubts);
+  LoopAt at = loop_at(point, commands, inputs, std::move(doubts));
+  if (!at.obstacle.empty()) {
+    model.closed_loop_absent = at.obstacle;
     return;
   }
-  const ClosedLoopParts parts = parts_of(point, commands, inputs, phase, coordinates);
-  const Eigen::MatrixXd A = parts.plant.A + parts.plant.B * parts.K;
-  const double error = (A - parts.direct).norm() / std::max(parts.direct.norm(), 1e-300);
-  if (!(error <= kDisagreement)) {
-    model.closed_loop_absent = fmt::format(
-        "the laws act by more than their efforts, or are not differentiable here: the closed loop and its parts differ "
-        "by {:.2g} of their size",
-        error);
-    return;
-  }
+  const ClosedLoopParts& parts = at.parts;
+  ReducedLoop& reduced = at.reduced;
   LinearModel::ClosedLoop loop;
   loop.laws = laws.names;
   loop.K = rows_of(parts.K);
-  loop.states = names_of(states_of(point, coordinates));
-  LinearLoop whole{
-      parts.plant.A, parts.plant.B, parts.K, parts.plant.error, names_of(states_of(point, coordinates)), {}};
-  if (point.setup().clock) whole.timing = point.setup().clock->timing();
-  constexpr double kMostPeriods = 200;  // in a delay: each is a state per input
-  if (whole.timing && whole.timing->delay > kMostPeriods * whole.timing->period) {
-    model.closed_loop_absent = fmt::format("the delay of the laws has more than {} periods", kMostPeriods);
-    return;
-  }
-  if (!point.setup().attitude && !point.setup().controller) whole.free_rotation = base_rate(point);
-  whole.motion_rate = motion_rate(point);
-  add_saturation_notes(point, commands, model.notes, whole.doubts);
-  loop.sampled = whole.timing.has_value();
-  const auto positions = static_cast<int>(coordinates.independent().size());
-  const ReducedLoop reduced =
-      reduced_loop(whole, conserved_momentum(point, coordinates, parts.torque_is_external), positions);
-  loop.stability = modes_of(reduced);
+  loop.states = at.whole.states;
+  loop.sampled = at.whole.timing.has_value();
+  loop.stability =
+      modes_along(point, reduced, true,
+                  [](const OperatingPoint& later, const Eigen::VectorXd& efforts, const std::vector<Input>& all) {
+                    LoopAt following = loop_at(later, efforts, all, {});
+                    return following.obstacle.empty() ? std::optional(std::move(following.reduced)) : std::nullopt;
+                  });
   const auto has = [&](LinearModel::Kind kind) {
     return std::ranges::any_of(loop.stability.eigenvalues, [kind](const auto& e) { return e.kind == kind; });
   };
@@ -271,12 +360,33 @@ void close_loop(const OperatingPoint& point, const LawsOfPoint& laws, const Eige
 
 }  // namespace
 
+namespace {
+
+// The system without laws. `coordinates` and `plant`: those of the point.
+ReducedLoop open_loop(const OperatingPoint& point, MinimalCoordinates& coordinates, const Plant& plant) {
+  LinearLoop open{plant.A,
+                  plant.B,
+                  Eigen::MatrixXd::Zero(plant.B.cols(), plant.A.rows()),
+                  plant.error,
+                  names_of(states_of(point, coordinates)),
+                  {}};
+  open.free_rotation = base_rate(point), open.motion_rate = motion_rate(point);
+  const auto positions = static_cast<int>(coordinates.independent().size());
+  return reduced_loop(open, conserved_momentum(point, coordinates, false), positions);
+}
+
+}  // namespace
+
 LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& options) {
   if (options.sample_time && !(*options.sample_time > 0)) throw LinearizeError("the sample time must be above 0 s");
   if (!(options.delay >= 0)) throw LinearizeError("the delay must be at least 0 s");
   if (options.delay > 0 && !options.sample_time) throw LinearizeError("a delay needs a sample time");
   const CaptureProblem modelled = is_flexible(problem.robot) ? flexible_problem(problem) : problem;
-  const OperatingPoint point(problem, modelled, options.time);
+  CaptureSteps steps(problem, CaptureDetail::columns);
+  const OperatingPoint point(modelled, task_at(steps, options.time));
+  if (shapes_touch(point))
+    throw LinearizeError(fmt::format(
+        "at t = {:.9g} s shapes touch: contacts have no linear model; choose a time without contact", point.time));
   LinearModel model;
   model.version = GRAPNEL_VERSION, model.scenario = problem.name, model.sha256 = problem.sha256;
   model.time = point.time, model.phase = point.phase();
@@ -323,11 +433,14 @@ LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& opt
     model.sampled = LinearModel::Sampled{timing->period,   timing->delay,     static_cast<std::size_t>(held.whole),
                                          rows_of(held.Ad), rows_of(held.now), rows_of(held.previous)};
   }
-  const auto positions = static_cast<int>(coordinates.independent().size());
-  LinearLoop open{
-      plant.A, plant.B, Eigen::MatrixXd::Zero(plant.B.cols(), plant.A.rows()), plant.error, names_of(model.states), {}};
-  open.free_rotation = base_rate(point), open.motion_rate = motion_rate(point);
-  model.open_loop = modes_of(reduced_loop(open, conserved_momentum(point, coordinates, false), positions));
+  ReducedLoop open = open_loop(point, coordinates, plant);
+  const auto open_later = [&](const OperatingPoint& later, const Eigen::VectorXd& efforts,
+                              const std::vector<Input>& all) {
+    MinimalCoordinates moved(later.model(), setup.closures, later.state, fixed);
+    const Plant its = plant_of(later, moved, setup_of_plant(later, false), efforts, all);
+    return std::optional(open_loop(later, moved, its));
+  };
+  model.open_loop = linear_laws ? modes_along(point, open, false, open_later) : modes_of(open);
 
   // The scenario's own laws.
   if (!linear_laws)
@@ -337,6 +450,87 @@ LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& opt
   else
     close_loop(point, laws, commands, inputs, model);
   return model;
+}
+
+// --- The loops of a result ---
+
+namespace {
+
+// The laws of the segment; absent if none acts. `duration`: of the phase.
+std::optional<ControlLoopReport> control_loop(const CaptureProblem& modelled, const MotionTask& task, double duration) {
+  ControlLoopReport report;
+  report.time = task.begin, report.phase = phase_of(modelled, task.phase);
+  LinearModel model;
+  try {
+    const OperatingPoint point(modelled, task);
+    const LawsOfPoint laws = laws_of(point);
+    if (laws.names.empty()) return {};
+    report.laws = laws.names;
+    model.closed_loop_absent = shapes_touch(point) ? "shapes touch, and contacts have no linear model" : laws.obstacle;
+    if (model.closed_loop_absent.empty()) {
+      const Eigen::VectorXd commands = EvaluatedPhase(point, setup_of_laws(point)).commands(point.state);
+      close_loop(point, laws, commands, inputs_of(point, commands), model);
+    }
+  } catch (const std::exception& error) {  // the result remains, with the reason
+    model.closed_loop.reset();
+    model.closed_loop_absent = error_text(error);
+  }
+  report.reason = report.margins_absent = model.closed_loop_absent;
+  if (!model.closed_loop) return report;
+  const LinearModel::ClosedLoop& loop = *model.closed_loop;
+  report.verdict = loop.stability.verdict, report.reason = loop.stability.reason;
+  if (const auto& all = loop.stability.eigenvalues;
+      report.verdict == LinearStability::unstable && all.front().real * duration < 1) {
+    report.verdict = LinearStability::undecided;
+    report.reason += fmt::format("; the phase of {:.4g} s is shorter than the time constant of this growth", duration);
+  }
+  report.sampled = loop.sampled;
+  report.margins = loop.margins, report.margins_absent = loop.margins_absent;
+  return report;
+}
+
+// The phases of a result: begins, ends.
+std::vector<std::pair<double, double>> phases_of(const CaptureResult& result) {
+  std::vector<std::pair<double, double>> phases;
+  if (result.approach_end) phases.emplace_back(0, result.approach_end->time);
+  for (const MotionPhaseReport& phase : result.phases) phases.emplace_back(phase.begin, phase.end);
+  return phases;
+}
+
+}  // namespace
+
+void add_control_loops(const CaptureProblem& problem, CaptureResult& result, const CaptureProgress& progress) {
+  result.control_loops.clear();
+  const auto& control = problem.control;
+  if (control && (control->external || !control->plugin.empty() || !control->fmu.empty())) return;
+  // Phases begin where the second simulation begins them; they end except for a last part, which a segment needs.
+  constexpr double kLast = 1e-4;
+  std::vector<double> ends;
+  CaptureSteps steps(problem, CaptureDetail::columns, progress);
+  for (const auto& [begin, end] : phases_of(result)) {
+    if (end > begin) steps.pause_at(ends.emplace_back(end - kLast * (end - begin)));
+  }
+  const CaptureProblem modelled = is_flexible(problem.robot) ? flexible_problem(problem) : problem;
+  std::string last;
+  while (const MotionTask* task = steps.next()) {
+    const std::string phase = phase_of(problem, task->phase);
+    const bool begins = phase != std::exchange(last, phase);
+    if (!begins && std::ranges::none_of(ends, [&](double end) { return is_same_time(task->begin, end); })) continue;
+    if (progress) progress("margins of " + phase, task->begin, task->end);
+    double duration = std::numeric_limits<double>::infinity();  // of a phase that failed
+    for (const auto& [begin, end] : phases_of(result)) {
+      if (task->begin < end && (task->begin >= begin || is_same_time(task->begin, begin))) duration = end - begin;
+    }
+    std::optional<ControlLoopReport> report = control_loop(modelled, *task, duration);
+    if (!report) continue;
+    if (report->verdict == LinearStability::unstable)
+      result.warnings.push_back(fmt::format("the controlled system is unstable at t = {:.6g} s in {}: {}", report->time,
+                                            report->phase, report->reason));
+    result.control_loops.push_back(std::move(*report));
+  }
+  const CaptureResult again = steps.finish();
+  if (again.status != result.status)
+    throw LinearizeError("the simulation for margins ended before the run: " + again.failure);
 }
 
 }  // namespace grapnel

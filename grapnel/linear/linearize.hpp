@@ -8,6 +8,7 @@
 
 #include "grapnel/linear/linear_model.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {
 
@@ -27,5 +28,13 @@ struct LinearizeOptions {
 /// Simulates the scenario up to the time and linearizes the system that moves from there on. @throws LinearizeError,
 /// CaptureProblemError.
 LinearModel linearize(const CaptureProblem& problem, const LinearizeOptions& options);
+
+/// Linear models of the scenario's controllers at the start and shortly before the end of every phase in which they
+/// act, with warnings of unstable ones; of a failed run, at the starts of the phases that began. The scenario is
+/// simulated again, without observers: nothing else of the result changes. Growth whose time constant exceeds the phase
+/// is "not decided". None for plugins, FMUs and controllers of the program, whose state is not accessible.
+/// @throws LinearizeError if the second simulation ends differently, and exceptions of progress; the loops until then
+/// remain in the result.
+void add_control_loops(const CaptureProblem& problem, CaptureResult& result, const CaptureProgress& progress = {});
 
 }  // namespace grapnel

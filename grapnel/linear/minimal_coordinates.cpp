@@ -96,14 +96,15 @@ void MinimalCoordinates::find_independent(int count, const Eigen::MatrixXd& allo
 
 State MinimalCoordinates::moved(Eigen::Index i, double step) {
   const auto m = static_cast<Eigen::Index>(independent_.size());
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(basis_.rows());
+  return i < m ? moved_by(step * basis_.col(i), none) : moved_by(none, step * basis_.col(i - m));
+}
+
+State MinimalCoordinates::moved_by(const Eigen::VectorXd& xi, const Eigen::VectorXd& dv) {
   State state = at_;
-  if (i >= m) {
-    const Eigen::VectorXd change = step * basis_.col(i - m);
-    for (Eigen::Index k = 0; k < change.size(); ++k) state.v[static_cast<std::size_t>(k)] += change[k];
-    return state;
-  }
-  const Eigen::VectorXd change = step * basis_.col(i);
-  const std::vector<double> d(change.begin(), change.end());
+  for (Eigen::Index k = 0; k < dv.size(); ++k) state.v[static_cast<std::size_t>(k)] += dv[k];
+  if (xi.isZero(0)) return state;
+  const std::vector<double> d(xi.begin(), xi.end());
   const auto turn = [&](int q, int v) { put(quaternion_at(at_, q) * turned_by(vector_at(d, v)), state, q); };
   for_each_joint(
       model_,

@@ -35,6 +35,8 @@ class MinimalCoordinates {
 
   /// The state whose deviation is about `step` along entry `i` of x; loops are closed.
   State moved(Eigen::Index i, double step);
+  /// The state whose deviation is about [xi; dv] of all velocities; loops are closed.
+  State moved_by(const Eigen::VectorXd& xi, const Eigen::VectorXd& dv);
   /// The deviation of all velocities' coordinates, [xi; dv].
   Eigen::VectorXd deviation(const State& state) const;
   /// The independent entries of such a vector.

@@ -7,14 +7,13 @@
 #include <numeric>
 
 #include "grapnel/control/joint_law.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
-
-bool is_same_time(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(1.0, std::abs(b)); }
 
 // Per velocity: whether its tree is connected neither directly nor through others with the base's.
 std::vector<std::uint8_t> velocities_elsewhere(const Model& model, const PhaseSetup& setup, int base) {
@@ -35,25 +34,25 @@ std::vector<std::uint8_t> velocities_elsewhere(const Model& model, const PhaseSe
   return elsewhere;
 }
 
-void refuse_touching_shapes(const OperatingPoint& point) {
+}  // namespace
+
+bool shapes_touch(const OperatingPoint& point) {
   ContactSet* contacts = point.setup().contacts.get();
-  if (!contacts) return;
+  if (!contacts) return false;
   const Kinematics kinematics = forward_kinematics(point.model(), point.state);
   contacts->begin(point.time, kinematics);
   std::vector<ExternalWrench> wrenches;
   wrenches.reserve(contacts->most_wrenches());
   contacts->evaluate(kinematics, wrenches);
-  if (contacts->touches())
-    throw LinearizeError(fmt::format(
-        "at t = {:.9g} s shapes touch: contacts have no linear model; choose a time without contact", point.time));
+  return contacts->touches();
 }
 
-}  // namespace
+bool is_same_time(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(1.0, std::abs(b)); }
 
-OperatingPoint::OperatingPoint(const CaptureProblem& stated, const CaptureProblem& the_problem, double the_time)
-    : problem(the_problem), steps(stated, CaptureDetail::columns), time(the_time) {
+const MotionTask& task_at(CaptureSteps& steps, double time) {
   if (!(time >= 0) || !std::isfinite(time)) throw LinearizeError("the time must be at least 0 s");
   steps.pause_at(time);
+  const MotionTask* task = nullptr;
   double begun = 0;
   while ((task = steps.next()) != nullptr) {
     begun = task->begin;
@@ -71,26 +70,43 @@ OperatingPoint::OperatingPoint(const CaptureProblem& stated, const CaptureProble
     throw LinearizeError(
         fmt::format("t = {:.9g} s is within an impact: the next motion begins at {:.9g} s; choose another time", time,
                     task->begin));
-  time = task->begin, interval_end = task->end;
-  state = task->start;
-  base = model().body_index(problem.robot.base);
-  elsewhere = velocities_elsewhere(model(), setup(), base);
-  refuse_touching_shapes(*this);
+  return *task;
 }
 
-std::string OperatingPoint::phase() const {
+OperatingPoint::OperatingPoint(const CaptureProblem& the_problem, const MotionTask& the_task)
+    : problem(the_problem), task(&the_task), time(the_task.begin), interval_end(the_task.end), state(the_task.start) {
+  base = model().body_index(problem.robot.base);
+  elsewhere = velocities_elsewhere(model(), setup(), base);
+}
+
+std::string phase_of(const CaptureProblem& problem, const std::string& segment) {
   std::vector<std::string> names{"approach"};
   for (std::size_t k = 0; k < problem.post_impact.size(); ++k) names.push_back(phase_name(problem, k));
   for (const std::string& name : names) {
-    if (task->phase == name) return name;
+    if (segment == name) return name;
   }
   for (const std::string& name : names) {
-    if (task->phase.starts_with(name + "_")) return name;
+    if (segment.starts_with(name + "_")) return name;
   }
-  return task->phase;
+  return segment;
 }
 
 // --- Laws ---
+
+namespace {
+
+// The scenario's name of a law that moves all joints, or "controller".
+std::string name_of_controller(const OperatingPoint& point) {
+  const CaptureProblem& problem = point.problem;
+  const std::string phase = point.phase();
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) {
+    if (phase == phase_name(problem, k)) return std::string(name_of(problem.post_impact[k].joints));
+  }
+  if (problem.approach) return std::string(law_of(problem.approach->tracking.mode).name_in_files);
+  return "controller";
+}
+
+}  // namespace
 
 LawsOfPoint laws_of(const OperatingPoint& point) {
   const PhaseSetup& setup = point.setup();
@@ -105,7 +121,7 @@ LawsOfPoint laws_of(const OperatingPoint& point) {
     const std::string joints = counted(count, "joint");
     if (control == JointControl::pd) laws.names.push_back("pd of " + joints);
     if (control == JointControl::computed_torque) laws.names.push_back("computed torque of " + joints);
-    if (control == JointControl::controller) laws.names.push_back("a controller of " + joints);
+    if (control == JointControl::controller) laws.names.push_back(name_of_controller(point) + " of " + joints);
     if (control == JointControl::prescribed)
       laws.notes.push_back(joints + " move exactly as prescribed: in the closed loop they do not deviate");
   }

@@ -16,15 +16,23 @@
 
 namespace grapnel {
 
-/// The motion segment that begins at the time, with its model and controllers. They live as long as this.
+/// Simulates the scenario up to the time; the motion segment that begins there, valid until the next call of
+/// steps.next(). @throws LinearizeError if none does.
+const MotionTask& task_at(CaptureSteps& steps, double time);
+
+/// Whether two times are the same except for rounding.
+bool is_same_time(double a, double b);
+
+/// The name of the phase of a motion segment, which may have the number of the segment behind it.
+std::string phase_of(const CaptureProblem& problem, const std::string& segment);
+
+/// The motion segment that begins at the time, with its model and controllers.
 struct OperatingPoint {
-  /// Simulates the scenario `stated` up to the time. `problem`: the same with rigid pieces on springs. Both outlive
-  /// this. @throws LinearizeError if no motion segment begins there.
-  OperatingPoint(const CaptureProblem& stated, const CaptureProblem& problem, double time);
+  /// `problem`: the scenario with rigid pieces on springs. Both outlive this.
+  OperatingPoint(const CaptureProblem& problem, const MotionTask& task);
 
   const CaptureProblem& problem;
-  CaptureSteps steps;
-  const MotionTask* task = nullptr;
+  const MotionTask* task;
   double time, interval_end;  // of the smooth interval that begins at the time [s]
   State state;
   int base = -1;                        // body
@@ -33,10 +41,12 @@ struct OperatingPoint {
   const Model& model() const { return *task->model; }
   const PhaseSetup& setup() const { return *task->setup; }
   bool has_free_base() const { return model().has_free_root(base); }
-  /// The name of the phase, without the number of the segment.
-  std::string phase() const;
+  std::string phase() const { return phase_of(problem, task->phase); }
   int base_velocity() const { return model().bodies()[base].v; }
 };
+
+/// Whether shapes touch: contacts have no linear model.
+bool shapes_touch(const OperatingPoint& point);
 
 /// The laws of the segment as the linear model takes them.
 struct LawsOfPoint {

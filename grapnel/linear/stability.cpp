@@ -102,11 +102,12 @@ ReducedLoop reduced_loop(LinearLoop loop, const std::optional<ConservedRows>& ro
     map += reduced.map(Eigen::all, rows->solved) * X;
     reduced.map = map;
     reduced.conserved = eigenvalues_of(rows->turning);
-    if (unsteady > kSteady)
-      loop.doubts.push_back(
-          fmt::format("the motion is not steady: momentum is conserved in the model only to {:.1g}, "
-                      "and the eigenvalues are those of this instant",
-                      unsteady));
+    reduced.is_steady = unsteady <= kSteady;
+    if (!reduced.is_steady)
+      reduced.unsteady = fmt::format(
+          "the motion is not steady: momentum is conserved in the model only to {:.1g}, "
+          "and the eigenvalues are those of this instant",
+          unsteady);
   }
   const std::vector<bool> idle = idle_positions(loop, positions);
   std::vector<int> removed, kept;
@@ -274,8 +275,9 @@ bool is_free_of_growth(const LinearLoop& loop, const SampledSystem& system) {
 
 namespace {
 
-// Eigenvalues in their order => verdict and reason. A growth or decay that is slower than the motion changes, and a
-// growth that may be tumbling, decide nothing.
+// Eigenvalues in their order => verdict and reason. A growth or decay that is slower than the motion changes, a growth
+// that may be tumbling or that changes in its own time constant, and limits that the model lacks decide nothing, unless
+// the same loop grows at rest.
 void judge(LinearModel::Modes& modes, const ReducedLoop& reduced, double scale) {
   using Kind = LinearModel::Kind;
   using Stability = LinearModel::Stability;
@@ -295,10 +297,24 @@ void judge(LinearModel::Modes& modes, const ReducedLoop& reduced, double scale) 
   const auto decide = [&](Stability verdict, std::string reason) {
     modes.verdict = verdict, modes.reason = std::move(reason);
   };
-  if (grows != end && grows->real < rate)
+  constexpr double kSmallChange = 0.1;
+  const bool is_lasting = reduced.loop.change ? *reduced.loop.change <= kSmallChange : reduced.is_steady || rate == 0;
+  const std::optional<LinearModel::Eigenvalue>& at_rest = reduced.loop.growth_at_rest;
+  if (grows != end && at_rest)
+    decide(Stability::unstable,
+           fmt::format("the eigenvalue {} grows, mainly in {}, and at rest in this configuration {}, mainly in {}",
+                       text_of(*grows), grows->state, text_of(*at_rest), at_rest->state));
+  else if (grows != end && grows->real < rate)
     decide(Stability::undecided, fmt::format("the eigenvalue {} grows, mainly in {}, but slower than the motion turns, "
                                              "{:.4g} rad/s",
                                              text_of(*grows), grows->state, rate));
+  else if (grows != end && !is_lasting)
+    decide(Stability::undecided,
+           fmt::format("the eigenvalue {} grows at this instant, mainly in {}, but {}", text_of(*grows), grows->state,
+                       reduced.loop.change && std::isfinite(*reduced.loop.change)
+                           ? fmt::format("the motion changes it by {:.2g} of its size in its time constant",
+                                         *reduced.loop.change)
+                           : std::string("nothing shows that this lasts: the motion may not be steady")));
   else if (grows != end)
     decide(Stability::unstable, fmt::format("the eigenvalue {} grows, mainly in {}", text_of(*grows), grows->state));
   else if (turns != end)
@@ -315,7 +331,11 @@ void judge(LinearModel::Modes& modes, const ReducedLoop& reduced, double scale) 
            fmt::format("{}, but {:.4g} 1/s is slower than the motion turns, {:.4g} rad/s", count, slowest, rate));
   else
     decide(Stability::stable, count);
-  if (modes.verdict == Stability::stable && !reduced.loop.doubts.empty()) modes.verdict = Stability::undecided;
+  const bool lacks_limits = !reduced.loop.doubts.empty();
+  if (modes.verdict == Stability::stable && (lacks_limits || !reduced.unsteady.empty()))
+    modes.verdict = Stability::undecided;
+  if (modes.verdict == Stability::unstable && lacks_limits && !at_rest) modes.verdict = Stability::undecided;
+  if (!reduced.unsteady.empty()) modes.reason += "; " + reduced.unsteady;
   for (const std::string& doubt : reduced.loop.doubts) modes.reason += "; " + doubt;
 }
 

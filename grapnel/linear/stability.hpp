@@ -23,7 +23,11 @@ struct LinearLoop {
   std::optional<ControlTiming> timing = {};  // absent: continuous
   double free_rotation = 0;                  // rate of a base whose rotation no law controls [rad/s]; else 0
   double motion_rate = 0;                    // with which A changes: the fastest rotation of the motion [rad/s]
-  std::vector<std::string> doubts = {};      // why the loop differs from that of the scenario
+  std::vector<std::string> doubts = {};      // limits that the loop lacks
+  // Of the fastest growth, in its own time constant, of its size; absent: not computed.
+  std::optional<double> change = {};
+  std::optional<LinearModel::Eigenvalue> growth_at_rest =
+      {};  // in the same configuration; absent: none, or not computed
 };
 
 /// Linearly independent conserved momenta L x, whose components turn with a body: (L x)' = turning L x. `solved`:
@@ -39,6 +43,8 @@ struct ReducedLoop {
   LinearLoop loop;
   Eigen::MatrixXd map;                                 // the whole state by the reduced one
   std::vector<std::complex<double>> conserved, drift;  // eigenvalues of what was removed
+  bool is_steady = false;                              // by (27.6)
+  std::string unsteady;                                // (27.6) does not hold; else empty
 };
 /// `conserved`: absent if nothing is. `positions`: the number of leading states that are positions.
 ReducedLoop reduced_loop(LinearLoop loop, const std::optional<ConservedRows>& conserved, int positions);

@@ -116,6 +116,52 @@ const Type& type_of<StabilityReport>() {
 }
 
 template <>
+const Type& type_of<LoopMargin>() {
+  using T = LoopMargin;
+  static constexpr Field fields[] = {
+      field<&T::channel>("channel", "the input whose loop is opened, while all others are closed"),
+      field<&T::unit>("unit", "unit of the input"),
+      field<&T::gain_maximum>("gain_maximum", "1",
+                              "factor on the gains of the channel above which the loop is unstable; absent: no limit"),
+      field<&T::gain_minimum>("gain_minimum", "1", "factor below which it is unstable; absent: no limit"),
+      field<&T::gain_frequency>("gain_frequency", "rad/s", "of the oscillation at the factor that is nearest to 1"),
+      field<&T::phase>("phase", "rad", "smallest phase margin, by magnitude; absent: the loop gain is nowhere 1"),
+      field<&T::phase_frequency>("phase_frequency", "rad/s", "its frequency"),
+      field<&T::delay>("delay", "s", "smallest added delay of the channel with which the loop is unstable"),
+  };
+  static constexpr Type type =
+      structure<T>("LoopMargin", "margins of a channel of the scenario's controllers.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<LinearStability>() {
+  using S = LinearStability;
+  static constexpr Choice choices[] = {choice(S::stable, "stable"), choice(S::marginal, "marginal"),
+                                       choice(S::unstable, "unstable"), choice(S::undecided, "not decided")};
+  static constexpr Type type = enumeration<S>("LinearStability", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<ControlLoopReport>() {
+  using C = ControlLoopReport;
+  static constexpr Field fields[] = {
+      field<&C::time>("time", "s", "time of the linear model"),
+      field<&C::phase>("phase", "phase of motion that begins or continues there"),
+      field<&C::laws>("laws", "the laws that act"),
+      field<&C::verdict>("verdict", "verdict of the eigenvalues, as of `grapnel linearize`"),
+      field<&C::reason>("reason", "reason of the verdict, or why there is no closed loop"),
+      field<&C::sampled>("sampled", "whether the laws are sampled"),
+      field<&C::margins>("margins", "margins of each channel"),
+      field<&C::margins_absent>("margins_absent", "why there are none; empty: there are"),
+  };
+  static constexpr Type type = structure<C>(
+      "ControlLoopReport", "linear model of the scenario's controllers at the start or end of a phase.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<RestReport>() {
   using R = RestReport;
   static constexpr Field fields[] = {

@@ -5,7 +5,9 @@
 /// describes the fields. Public, kept stable.
 
 #include <limits>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace grapnel {
 
@@ -55,6 +57,30 @@ struct StabilityReport {
   double amplitude_before = 0, amplitude_after = 0;
   double saturated_share = 0;
   double since = std::numeric_limits<double>::quiet_NaN();  // unstable since this time [s]
+};
+
+/// Margins of one channel of the controllers, while all others are closed.
+struct LoopMargin {
+  std::string channel, unit;
+  std::optional<double> gain_maximum, gain_minimum;  // factors on the channel's gains; absent: no limit
+  std::optional<double> gain_frequency;              // of the limit that is nearest to 1 [rad/s]
+  std::optional<double> phase, phase_frequency;      // [rad], [rad/s]; absent: the loop gain never is 1
+  std::optional<double> delay;                       // [s]; absent: no added delay destabilizes
+};
+
+/// Verdict of the eigenvalues of a linear model.
+enum class LinearStability { stable, marginal, unstable, undecided };
+
+/// The linear model of the scenario's controllers at a time.
+struct ControlLoopReport {
+  double time = 0;
+  std::string phase;
+  std::vector<std::string> laws;
+  LinearStability verdict = LinearStability::undecided;
+  std::string reason;
+  bool sampled = false;
+  std::vector<LoopMargin> margins;
+  std::string margins_absent;  // why there are none; empty: there are
 };
 
 /// Whether the motion after the impact came to rest within stated rates.

@@ -421,8 +421,9 @@ struct CaptureResult {
   std::optional<ThrustersReport> thrusters;  // of the base, where it has any
   std::vector<SaturationReport> saturation;  // the longest first
   std::vector<StabilityReport> stability;    // per phase in motion that was observed in every step
-  std::optional<RestReport> rest;            // if the problem states the rates of rest
-  std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were monitored
+  std::vector<ControlLoopReport> control_loops;  // at the times at which linear models were requested
+  std::optional<RestReport> rest;                // if the problem states the rates of rest
+  std::vector<MinimumClearance> clearance;       // per phase in which bodies with shapes were monitored
   std::vector<ClearanceEvent> clearance_events;
   std::vector<ContactPairReport> contacts;  // per pair of bodies that may touch
   std::vector<StagesReport> stages;         // per target with stages

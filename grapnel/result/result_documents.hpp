@@ -124,6 +124,12 @@ const Type& type_of<Stability>();
 template <>
 const Type& type_of<StabilityReport>();
 template <>
+const Type& type_of<LoopMargin>();
+template <>
+const Type& type_of<LinearStability>();
+template <>
+const Type& type_of<ControlLoopReport>();
+template <>
 const Type& type_of<RestReport>();
 template <>
 const Type& type_of<StopImpact>();

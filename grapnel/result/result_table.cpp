@@ -39,7 +39,11 @@ std::string verdict(const CaptureResult& result) {
       text = "not run";
       break;
     case CaptureStatus::completed:
-      text = stability_of(result) == Stability::unstable ? "completed, but control is UNSTABLE" : "completed";
+      text = "completed";
+      if (stability_of(result) == Stability::unstable)
+        text += ", but control is UNSTABLE";
+      else if (std::ranges::count(result.control_loops, LinearStability::unstable, &ControlLoopReport::verdict) > 0)
+        text += ", but the linear model of control is UNSTABLE";
       break;
     case CaptureStatus::failed:
       text = "FAILED: " + result.failure;
@@ -52,6 +56,7 @@ std::string verdict(const CaptureResult& result) {
                                       rest_sentence(result), contact_sentence(result), stage_sentence(result)}) {
     if (!sentence.empty()) out += paragraph(sentence, "");
   }
+  for (const ControlLoopReport& report : result.control_loops) out += paragraph(control_loop_text(report), "");
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
 }

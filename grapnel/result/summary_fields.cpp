@@ -579,6 +579,8 @@ const Type& type_of<Summary>() {
           "saturation", "", "saturated actuators, the longest saturation first; absent if there are none"),
       list_part<&S::result, &CaptureResult::stability>(
           "stability", "", "stability of control loops, per phase of motion; absent if it was not evaluated"),
+      list_part<&S::result, &CaptureResult::control_loops>(
+          "control_loops", "", "linear models of the control loops, in the order of time; absent without `--margins`"),
       derived<[](const S& s) { return *worst_margin(*s.result); }>(
           "worst_margin", "", "entry of `loads` with the smallest margin over all phases; absent without ratings")
           .when<[](const S& s) { return worst_margin(*s.result) != nullptr; }>(),

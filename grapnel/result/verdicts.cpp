@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <set>
 #include <tuple>
 
+#include "grapnel/result/described_table.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/text_table.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -368,6 +373,49 @@ std::string instability_text(const StabilityReport& s) {
       s.saturated_share > 0 ? fmt::format(" ({:.0f} % of the last third)", 100 * s.saturated_share) : "");
 }
 
+namespace {
+
+// "phase 53 deg (base/torque/y)": the smallest value of all margins.
+class Smallest {
+ public:
+  void consider(const std::optional<double>& value, double size, const std::string& channel) {
+    if (!value || size >= size_) return;
+    size_ = size, value_ = *value, channel_ = channel;
+  }
+  void write(const char* format, double factor, std::vector<std::string>& texts) const {
+    if (channel_.empty()) return;
+    texts.push_back(fmt::format(fmt::runtime(format), small_number(factor * value_)) + " (" + channel_ + ")");
+  }
+
+ private:
+  double size_ = std::numeric_limits<double>::infinity(), value_ = 0;
+  std::string channel_;
+};
+
+}  // namespace
+
+std::string control_loop_text(const ControlLoopReport& report) {
+  Smallest above, below, phase, delay;
+  for (const LoopMargin& m : report.margins) {
+    above.consider(m.gain_maximum, m.gain_maximum.value_or(0), m.channel);
+    below.consider(m.gain_minimum, -m.gain_minimum.value_or(0), m.channel);
+    phase.consider(m.phase, std::abs(m.phase.value_or(0)), m.channel);
+    delay.consider(m.delay, m.delay.value_or(0), m.channel);
+  }
+  std::vector<std::string> texts;
+  above.write("gain at most {} times", 1, texts);
+  below.write("gain at least {} times", 1, texts);
+  phase.write("phase {} deg", 180 / std::numbers::pi, texts);
+  delay.write("delay {} s", 1, texts);
+  std::string text = fmt::format("linear model of {} at t = {} s: {}", report.phase, short_number(report.time),
+                                 name_of(report.verdict));
+  if (report.verdict != LinearStability::stable) text += ", " + report.reason;
+  if (!texts.empty())
+    text +=
+        fmt::format("; smallest margins of {}: {}", counted(report.margins.size(), "channel"), fmt::join(texts, ", "));
+  return text;
+}
+
 std::string stability_sentence(const CaptureResult& result) {
   if (result.stability.empty()) return "";
   const StabilityReport& worst = *std::ranges::min_element(result.stability, {}, &StabilityReport::verdict);
@@ -559,6 +607,9 @@ Answer control_answer(const CaptureResult& result) {
   const bool at_rest = result.rest && result.rest->at_rest;
   for (const StabilityReport& report : result.stability) {
     if (report.verdict == Stability::unstable) add(Tone::bad, "Unstable", instability_text(report));
+  }
+  for (const ControlLoopReport& report : result.control_loops) {
+    if (report.verdict == LinearStability::unstable) add(Tone::bad, "Unstable", control_loop_text(report));
   }
   const bool stable = findings.empty();
   const std::string ratings = ratings_sentence(result);

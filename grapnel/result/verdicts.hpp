@@ -90,6 +90,9 @@ std::string stability_sentence(const CaptureResult& result);
 std::string instability_text(const StabilityReport& report);
 /// The worst verdict of all phases; not_evaluated without phases.
 Stability stability_of(const CaptureResult& result);
+/// "linear model of post_impact at t = 60 s: stable; smallest margins of 9 channels: gain at most 1.78 times
+/// (joints/effort/wrist-yaw), phase 53 deg (base/torque/y), delay 0.0979 s (joints/effort/wrist-yaw)"
+std::string control_loop_text(const ControlLoopReport& report);
 
 /// "at rest: yes, from t = 31 s on (...)", "at rest: NO, ..." with the rates at the end; empty if it is not requested.
 std::string rest_sentence(const CaptureResult& result);

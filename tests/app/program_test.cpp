@@ -43,6 +43,22 @@ const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 // Short phases suffice for these tests.
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
 
+TEST_F(Program, MarginsOnRequest) {
+  const std::string arguments = "run " + scenario("air-bearing-friction.yaml") + " --no-report ";
+  const Outcome without = run(arguments + "-o without"), with = run(arguments + "-o with --margins");
+  ASSERT_EQ(without.code, 0) << without.err;
+  ASSERT_EQ(with.code, 0) << with.err;
+  EXPECT_THAT(with.out, HasSubstr("linear model of post_impact at t = 0 s: not decided"));
+  auto summary = nlohmann::json::parse(read_text(folder_ / "with" / "summary.json"));
+  EXPECT_EQ(summary["control_loops"].size(), 2u);
+  EXPECT_EQ(summary["control_loops"][0]["laws"][0], "pd of 5 joints");
+  // Everything else is the same, except for the times of computation.
+  summary.erase("control_loops");
+  auto plain = nlohmann::json::parse(read_text(folder_ / "without" / "summary.json"));
+  for (auto* one : {&summary, &plain}) one->erase("cost");
+  EXPECT_EQ(summary, plain);
+}
+
 TEST_F(Program, RunWritesDocumentedFiles) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o result");
   ASSERT_EQ(o.code, 0) << o.err;

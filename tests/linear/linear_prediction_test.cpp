@@ -51,7 +51,8 @@ Eigen::VectorXd simulated_rate(const OperatingPoint& point, const PhaseSetup& se
 // The largest error of x', of the largest entry of A, along every state. `closed`: with the scenario's laws.
 double prediction_error(const CaptureProblem& problem, double at, bool closed) {
   const LinearModel model = linearize(problem, {.time = at});
-  const OperatingPoint point(problem, problem, at);
+  CaptureSteps steps(problem, CaptureDetail::columns);
+  const OperatingPoint point(problem, task_at(steps, at));
   PhaseSetup setup = closed ? setup_of_laws(point) : setup_of_plant(point, false);
   std::vector<std::uint8_t> fixed = EvaluatedPhase(point, setup).prescribed();
   for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];

@@ -12,7 +12,8 @@ namespace plant_test {
 // The largest difference between both, of the largest entry; absent without a closed form.
 std::optional<double> difference(const CaptureProblem& stated, double at, Worst& worst) {
   const CaptureProblem problem = is_flexible(stated.robot) ? flexible_problem(stated) : stated;
-  const OperatingPoint point(stated, problem, at);
+  CaptureSteps steps(stated, CaptureDetail::columns);
+  const OperatingPoint point(problem, task_at(steps, at));
   const PhaseSetup setup = setup_of_plant(point, false);
   std::vector<std::uint8_t> fixed = EvaluatedPhase(point, setup).prescribed();
   for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = fixed[v] || point.elsewhere[v];

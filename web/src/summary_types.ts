@@ -66,6 +66,8 @@ export interface Summary {
   saturation?: SaturationReport[];
   /** stability of control loops, per phase of motion; absent if it was not evaluated */
   stability?: StabilityReport[];
+  /** linear models of the control loops, in the order of time; absent without `--margins` */
+  control_loops?: ControlLoopReport[];
   /** entry of `loads` with the smallest margin over all phases; absent without ratings */
   worst_margin?: PeakLoad;
   /** contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none */
@@ -115,6 +117,7 @@ export const kSummary: FieldNote[] = [
   ["thrusters","","thrusters; absent if there are none"],
   ["saturation","","saturated actuators, the longest saturation first; absent if there are none"],
   ["stability","","stability of control loops, per phase of motion; absent if it was not evaluated"],
+  ["control_loops","","linear models of the control loops, in the order of time; absent without `--margins`"],
   ["worst_margin","","entry of `loads` with the smallest margin over all phases; absent without ratings"],
   ["contacts","","contacts between shapes, one entry per pair of bodies that may touch, in the order of the scenario; absent if there are none"],
   ["stages","","stages of captures by contacts, in the order of the scenario; absent if none are stated"],
@@ -2383,6 +2386,68 @@ export const kStabilityReport: FieldNote[] = [
 ];
 
 export type Stability = "unstable" | "not_evaluated" | "stable";
+
+// linear model of the scenario's controllers at the start or end of a phase.
+export interface ControlLoopReport {
+  /** time of the linear model [s] */
+  time: number;
+  /** phase of motion that begins or continues there */
+  phase: string;
+  /** the laws that act */
+  laws: string[];
+  /** verdict of the eigenvalues, as of `grapnel linearize` */
+  verdict: LinearStability;
+  /** reason of the verdict, or why there is no closed loop */
+  reason: string;
+  /** whether the laws are sampled */
+  sampled: boolean;
+  /** margins of each channel */
+  margins: LoopMargin[];
+  /** why there are none; empty: there are */
+  margins_absent: string;
+}
+export const kControlLoopReport: FieldNote[] = [
+  ["time","s","time of the linear model"],
+  ["phase","","phase of motion that begins or continues there"],
+  ["laws","","the laws that act"],
+  ["verdict","","verdict of the eigenvalues, as of `grapnel linearize`"],
+  ["reason","","reason of the verdict, or why there is no closed loop"],
+  ["sampled","","whether the laws are sampled"],
+  ["margins","","margins of each channel"],
+  ["margins_absent","","why there are none; empty: there are"],
+];
+
+export type LinearStability = "stable" | "marginal" | "unstable" | "not decided";
+
+// margins of a channel of the scenario's controllers.
+export interface LoopMargin {
+  /** the input whose loop is opened, while all others are closed */
+  channel: string;
+  /** unit of the input */
+  unit: string;
+  /** factor on the gains of the channel above which the loop is unstable; absent: no limit [1] */
+  gain_maximum?: number;
+  /** factor below which it is unstable; absent: no limit [1] */
+  gain_minimum?: number;
+  /** of the oscillation at the factor that is nearest to 1 [rad/s] */
+  gain_frequency?: number;
+  /** smallest phase margin, by magnitude; absent: the loop gain is nowhere 1 [rad] */
+  phase?: number;
+  /** its frequency [rad/s] */
+  phase_frequency?: number;
+  /** smallest added delay of the channel with which the loop is unstable [s] */
+  delay?: number;
+}
+export const kLoopMargin: FieldNote[] = [
+  ["channel","","the input whose loop is opened, while all others are closed"],
+  ["unit","","unit of the input"],
+  ["gain_maximum","1","factor on the gains of the channel above which the loop is unstable; absent: no limit"],
+  ["gain_minimum","1","factor below which it is unstable; absent: no limit"],
+  ["gain_frequency","rad/s","of the oscillation at the factor that is nearest to 1"],
+  ["phase","rad","smallest phase margin, by magnitude; absent: the loop gain is nowhere 1"],
+  ["phase_frequency","rad/s","its frequency"],
+  ["delay","s","smallest added delay of the channel with which the loop is unstable"],
+];
 
 // contact between two bodies over the whole run. The normal force is the sum over all places where they touch.
 export interface ContactPairReport {

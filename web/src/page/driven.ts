@@ -23,6 +23,11 @@ function evaluated(reports: PartlySummary["stability"]): unknown {
   return some.length ? some : undefined;
 }
 
+// The margins of all channels, each with the time and the phase of its linear model.
+function margins(s: PartlySummary): Structure[] {
+  return list(s.control_loops).flatMap((loop) => list(loop?.margins).map((margin) => ({ time: loop?.time, motion: loop?.phase, ...margin })));
+}
+
 // The reports of control laws that move all joints together, each with its name.
 function laws(s: PartlySummary): Structure[] {
   const after = s.post_impact ?? {};
@@ -40,6 +45,8 @@ const kParts: Part[] = [
   { title: "Squeezes", of: (s) => s.post_impact?.grasp_force?.pairs, notes: described.kSqueeze },
   { title: "Actuators at their limits", of: (s) => s.saturation, notes: described.kSaturationReport },
   { title: "Stability of control", of: (s) => evaluated(s.stability), notes: described.kStabilityReport },
+  { title: "Linear models of control", of: (s) => s.control_loops, notes: described.kControlLoopReport },
+  { title: "Margins of control, one channel at a time", of: margins, notes: [["time", "s", "time of the linear model"], ["motion", "", "phase of motion"], ...described.kLoopMargin] },
   { title: "Rest after the impact", of: (s) => s.post_impact?.at_rest, notes: described.kRestReport },
   { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
   { title: "Array of control moment gyros", of: (s) => s.gyros, notes: described.kGyrosReport },
