@@ -366,6 +366,8 @@ class Gallery:
             if stills:
                 wanted = [s for s in self.scenarios.values() if s.file(".html").exists() and not s.file(".jpg").exists()]
                 list(pool.map(lambda k: self.draw_stills(kept / f"stills-{k}.json", wanted[k::processors], stills), range(processors)))
+                if wanted and not any(s.file(".jpg").exists() for s in wanted):
+                    self.faults.append(f"error: the browser drew none of {len(wanted)} pictures")
         (out / "source" / "gallery").mkdir(parents=True)
         for scenario in self.scenarios.values():
             copy = out / "source" / "files" / scenario.path.relative_to(ROOT)
@@ -380,7 +382,7 @@ class Gallery:
 
     @staticmethod
     def draw_stills(list_file, scenarios, packages):
-        """Draws pictures in a browser; a picture that fails is missing, since a site without it is complete."""
+        """Draws pictures in a browser; a picture that fails is missing, since a site without it is complete. That all fail is an error."""
         if scenarios:
             list_file.write_text(json.dumps([{"report": str(s.file(".html")), "out": str(s.file(".jpg"))} for s in scenarios]))
             subprocess.run(["node", str(ROOT / "docs" / "site" / "stills.mjs"), list_file], env={**os.environ, "GRAPNEL_WEB_MODULES": packages},
@@ -392,6 +394,8 @@ class Gallery:
         if report and report.file(".html").exists() and not picture.exists():
             subprocess.run(["node", str(ROOT / "web" / "picture.mjs"), report.file(".html"), picture, "45"],
                            env={**os.environ, "GRAPNEL_WEB_MODULES": packages}, timeout=300, check=False)
+            if not picture.exists():
+                self.faults.append(f"error: the browser drew no picture of {report.file('.html')}")
         self.report = picture if picture.exists() else None
 
     def link_reports(self):

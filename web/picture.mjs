@@ -4,7 +4,7 @@ import { launch, open } from "./test/browser.mjs";
 
 const [report, out, time, width = "1400", height = "890"] = process.argv.slice(2);
 const browser = await launch();
-const { page, faults } = await open(browser, report, { viewport: { width: Number(width), height: Number(height) } });
+const { page, faults } = await open(report, { viewport: { width: Number(width), height: Number(height) } }, browser);
 await page.evaluate((t) => {
   window.__grapnel.clock.time = t;
 }, Number(time));

@@ -8,7 +8,7 @@ const kSize = { width: 560, height: 380 };
 const browser = await launch();
 for (const { report, out } of JSON.parse(readFileSync(process.argv[2], "utf8"))) {
   try {
-    const { page, context } = await open(browser, report, { viewport: kSize, colorScheme: "light" });
+    const { page, context } = await open(report, { viewport: kSize, colorScheme: "light" }, browser);
     await page.addStyleTag({
       content: `body > * { visibility: hidden }
         .replay-viewport { visibility: visible; position: fixed !important; inset: 0; z-index: 999; height: 100vh !important; max-height: none; border-radius: 0 }
