@@ -382,7 +382,7 @@ class Gallery:
 
     @staticmethod
     def draw_stills(list_file, scenarios, packages):
-        """Draws pictures in a browser; a picture that fails is missing, since a site without it is complete. That all fail is an error."""
+        """Draws pictures in a browser; a picture that fails is missing, since a site without it is complete. It is an error if all fail."""
         if scenarios:
             list_file.write_text(json.dumps([{"report": str(s.file(".html")), "out": str(s.file(".jpg"))} for s in scenarios]))
             subprocess.run(["node", str(ROOT / "docs" / "site" / "stills.mjs"), list_file], env={**os.environ, "GRAPNEL_WEB_MODULES": packages},

@@ -17,8 +17,8 @@ namespace {
 constexpr double kFinest = 1e-7;
 // First step along limits, as a fraction of the ranges.
 constexpr double kAlongLimits = 0.05;
-// Half the distance of the two points of a derivative, as a fraction of the ranges: its error of the order of the
-// square is below that of outcomes, whose relative accuracy is about 1e-9, divided by it.
+// Step of central differences, as a fraction of the ranges. Larger steps raise the truncation error, of the order of
+// the square; smaller ones the errors of outcomes, about 1e-9 of their size, divided by the step.
 constexpr double kDifference = 1e-4;
 // Value of unacceptable points for the local search, larger than any objective.
 constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
@@ -208,8 +208,8 @@ class LocalSearch {
     }
   }
 
-  // The point at x, valid until the next call. A repeated request is simulated once: of the last point, and of any
-  // point between whose differences others lie.
+  // The point at x, valid until the next call. A repeated request of the last point is not simulated again; with
+  // by_gradient_, of no point, since SLSQP requests limits after the differences of the objective.
   const Evaluation& at(const std::vector<double>& x) {
     if (x == last_ && !path_.empty()) return path_.back();
     if (by_gradient_) {

@@ -252,6 +252,12 @@ LoopAt loop_at(const OperatingPoint& point, const Eigen::VectorXd& commands, con
   return at;
 }
 
+// The growth rate of the fastest eigenvalue that grows [1/s]; 0 if none does.
+double growth_of(const LinearModel::Modes& modes) {
+  const auto grows = std::ranges::find(modes.eigenvalues, LinearModel::Kind::grows, &LinearModel::Eigenvalue::kind);
+  return grows == modes.eigenvalues.end() ? 0 : grows->real;
+}
+
 // The loop at a state that follows the operating point; absent: there is none.
 using FollowingLoop =
     std::function<std::optional<ReducedLoop>(const OperatingPoint&, const Eigen::VectorXd&, const std::vector<Input>&)>;
@@ -272,9 +278,7 @@ double change_of_growth(const OperatingPoint& point, double growth, const Follow
     const Eigen::VectorXd commands = EvaluatedPhase(later, setup_of_laws(later)).commands(later.state);
     const std::optional<ReducedLoop> reduced = loop_of(later, commands, inputs_of(later, commands));
     if (!reduced) return std::numeric_limits<double>::infinity();
-    double largest = 0;
-    for (const auto& e : modes_of(*reduced).eigenvalues) largest = std::max(largest, e.real);
-    const double change = std::abs(largest - growth) / (dt * growth * growth);
+    const double change = std::abs(growth_of(modes_of(*reduced)) - growth) / (dt * growth * growth);
     return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
   } catch (const std::exception&) {  // the state that follows has no linear model
     return std::numeric_limits<double>::infinity();
@@ -307,9 +311,9 @@ std::optional<LinearModel::Eigenvalue> growth_at_rest(const OperatingPoint& poin
 LinearModel::Modes modes_along(const OperatingPoint& point, ReducedLoop& reduced, bool with_laws,
                                const FollowingLoop& loop_of) {
   LinearModel::Modes modes = modes_of(reduced);
-  const auto grows = std::ranges::find(modes.eigenvalues, LinearModel::Kind::grows, &LinearModel::Eigenvalue::kind);
-  if (grows == modes.eigenvalues.end()) return modes;
-  if (grows->real >= reduced.loop.motion_rate) reduced.loop.change = change_of_growth(point, grows->real, loop_of);
+  const double growth = growth_of(modes);
+  if (growth == 0) return modes;
+  if (growth >= reduced.loop.motion_rate) reduced.loop.change = change_of_growth(point, growth, loop_of);
   modes = modes_of(reduced);
   if (modes.verdict == LinearModel::Stability::unstable || !with_laws) return modes;
   reduced.loop.growth_at_rest = growth_at_rest(point);
@@ -479,8 +483,7 @@ std::optional<ControlLoopReport> control_loop(const CaptureProblem& modelled, co
   if (!model.closed_loop) return report;
   const LinearModel::ClosedLoop& loop = *model.closed_loop;
   report.verdict = loop.stability.verdict, report.reason = loop.stability.reason;
-  if (const auto& all = loop.stability.eigenvalues;
-      report.verdict == LinearStability::unstable && all.front().real * duration < 1) {
+  if (report.verdict == LinearStability::unstable && growth_of(loop.stability) * duration < 1) {
     report.verdict = LinearStability::undecided;
     report.reason += fmt::format("; the phase of {:.4g} s is shorter than the time constant of this growth", duration);
   }
