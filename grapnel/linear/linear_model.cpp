@@ -77,7 +77,9 @@ struct Described<LinearModel::Eigenvalue> {
       field<&T::z_imaginary>("z_imaginary", "1", "imaginary part of z"),
       field<&T::frequency>("frequency", "rad/s", "magnitude").or_null(),
       field<&T::damping_ratio>("damping_ratio", "1", "minus real part over magnitude; absent: the eigenvalue is zero"),
-      field<&T::state>("state", "state with the largest component of the eigenvector"),
+      field<&T::state>(
+          "state",
+          "state that participates most in the mode: largest product of the components of left and right eigenvector"),
   };
   static constexpr Type type = structure<T>("LinearEigenvalue", "an eigenvalue.", fields);
 };

@@ -37,7 +37,7 @@ struct LinearModelParts {
     std::optional<double> z_real, z_imaginary;  // of a sampled loop
     double frequency = 0;                       // magnitude [rad/s]
     std::optional<double> damping_ratio;        // absent: zero eigenvalue
-    std::string state;                          // with the largest component of its eigenvector
+    std::string state;                          // that participates most
   };
   using Stability = LinearStability;
   struct Modes {

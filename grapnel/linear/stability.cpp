@@ -191,7 +191,25 @@ std::vector<LoopChannel> input_channels(const LinearLoop& loop) {
   return channels;
 }
 
-// Eigenvalues with the states of their largest components; of a sampled loop z as well.
+// Right eigenvectors, in columns => participation factors |w_k v_k| of the first `states` states, one column per
+// eigenvalue [Pérez-Arriaga et al. 1982]. They do not depend on the units of the states, unlike components. Components
+// if the eigenvectors are dependent.
+Eigen::MatrixXd participation(const Eigen::MatrixXcd& right, Eigen::Index states) {
+  const Eigen::MatrixXcd left = right.partialPivLu().inverse();
+  Eigen::MatrixXd factors = right.cwiseProduct(left.transpose()).cwiseAbs().topRows(states);
+  if (!factors.allFinite()) factors = right.cwiseAbs().topRows(states);
+  return factors;
+}
+
+// The first of the largest entries, apart from rounding errors: position and rate of an oscillation participate alike.
+int largest_at(const Eigen::VectorXd& factors) {
+  constexpr double kEqual = 1 - 1e-6;
+  Eigen::Index at = 0;
+  while (at < factors.size() && factors[at] < kEqual * factors.maxCoeff()) ++at;
+  return static_cast<int>(at);
+}
+
+// Eigenvalues with the states that participate most; of a sampled loop z as well.
 struct Spectrum {
   std::vector<Complex> s, z;
   std::vector<int> state;
@@ -210,14 +228,13 @@ Spectrum spectrum_of(const LinearLoop& loop) {
   }
   if (M.size() == 0) return found;
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(M);
+  const Eigen::MatrixXd factors = participation(solver.eigenvectors(), loop.A.rows());
   for (Eigen::Index i = 0; i < M.rows(); ++i) {
     const Complex value = solver.eigenvalues()[i];
     if (loop.timing && std::abs(value) < 1e-6) continue;  // delays alone
     found.s.push_back(loop.timing ? std::log(value) / loop.timing->period : value);
     if (loop.timing) found.z.push_back(value);
-    Eigen::Index largest_at = 0;
-    if (loop.A.rows() > 0) solver.eigenvectors().col(i).head(loop.A.rows()).cwiseAbs().maxCoeff(&largest_at);
-    found.state.push_back(static_cast<int>(largest_at));
+    found.state.push_back(loop.A.rows() > 0 ? largest_at(factors.col(i)) : 0);
   }
   return found;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/linear/stability.hpp"
 #include "linear/linear_scenarios.hpp"
 
 namespace grapnel::testing {
@@ -237,6 +238,19 @@ TEST(LinearClosedForms, DelaysOfManyPeriodsAreErrors) {
   const CaptureProblem problem = problem_of(hinge(20, 1.6));
   EXPECT_THROW(linearize(problem, {0, 1e-9, 10}), LinearizeError);
   EXPECT_THROW(linearize(problem, {0, {}, 1}), LinearizeError);
+}
+
+// Two decays, of which one belongs to a and one to b, whatever the units of b.
+TEST(LinearClosedForms, DominantStatesDoNotDependOnUnits) {
+  for (const double unit : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
+    ReducedLoop reduced;
+    reduced.loop.A = (Eigen::Matrix2d() << -1, 0.5 / unit, 0.2 * unit, -4).finished();
+    reduced.loop.states = {"a", "b"};
+    const LinearModel::Modes modes = modes_of(reduced);
+    ASSERT_EQ(modes.eigenvalues.size(), 2u);
+    EXPECT_EQ(modes.eigenvalues[0].state, "a") << unit;
+    EXPECT_EQ(modes.eigenvalues[1].state, "b") << unit;
+  }
 }
 
 }  // namespace linear_closed_forms_test

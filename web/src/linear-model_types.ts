@@ -142,7 +142,7 @@ export interface LinearEigenvalue {
   frequency: number | null;
   /** minus real part over magnitude; absent: the eigenvalue is zero [1] */
   damping_ratio?: number;
-  /** state with the largest component of the eigenvector */
+  /** state that participates most in the mode: largest product of the components of left and right eigenvector */
   state: string;
 }
 export const kLinearEigenvalue: FieldNote[] = [
@@ -153,7 +153,7 @@ export const kLinearEigenvalue: FieldNote[] = [
   ["z_imaginary","1","imaginary part of z"],
   ["frequency","rad/s","magnitude"],
   ["damping_ratio","1","minus real part over magnitude; absent: the eigenvalue is zero"],
-  ["state","","state with the largest component of the eigenvector"],
+  ["state","","state that participates most in the mode: largest product of the components of left and right eigenvector"],
 ];
 
 export type EigenvalueKind = "decays" | "grows" | "oscillates" | "tumbles" | "drift" | "conserved";
