@@ -14,6 +14,7 @@
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "terminal.hpp"
+#include "watch.hpp"
 
 namespace grapnel::app {
 namespace fs = std::filesystem;
@@ -128,7 +129,8 @@ int sweep(StudyOptions options) {
   print_start(options, "study", study->sha256);
   const StopSignal stop;
   options.stop = stop.token();
-  return code_of(run_sweep_folder(*study, *folder, options, terminal));
+  return code_of(watched(options.watch, {"sweep", study->name, *folder, stop.source()}, terminal,
+                         [&](Listener& listener) { return run_sweep_folder(*study, *folder, options, listener); }));
 }
 
 int optimize(StudyOptions options) {
@@ -140,7 +142,9 @@ int optimize(StudyOptions options) {
   print_start(options, "optimization", optimization->sha256);
   const StopSignal stop;
   options.stop = stop.token();
-  return code_of(run_optimization_folder(*optimization, *folder, options, terminal));
+  return code_of(
+      watched(options.watch, {"optimize", optimization->name, *folder, stop.source()}, terminal,
+              [&](Listener& listener) { return run_optimization_folder(*optimization, *folder, options, listener); }));
 }
 
 void print_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
@@ -170,7 +174,10 @@ int campaign(CampaignRunOptions options) {
   const StopSignal stop;
   options.stop = stop.token();
   options.part = shard;
-  return code_of(run_campaign_folder(std::move(*campaign), *folder, options, terminal));
+  const std::string name = campaign->name;
+  return code_of(watched(
+      options.watch, {options.map ? "map" : "campaign", name, *folder, stop.source()}, terminal,
+      [&](Listener& listener) { return run_campaign_folder(std::move(*campaign), *folder, options, listener); }));
 }
 
 int merge(MergeOptions options) {

@@ -34,6 +34,7 @@
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "terminal.hpp"
+#include "watch.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -84,13 +85,16 @@ int run(const RunOptions& options) {
   if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256, terminal))) return kBadInput;
   print_errors(warnings);
   const StopSignal stop;
-  return code_of(run_scenario(problem, options.scenario, *made,
-                              {.quiet = options.quiet,
-                               .no_report = options.no_report,
-                               .margins = options.margins,
-                               .warnings = messages_of(warnings),
-                               .stop = stop.token()},
-                              terminal));
+  const auto work = [&](Listener& listener) {
+    return run_scenario(problem, options.scenario, *made,
+                        {.quiet = options.quiet,
+                         .no_report = options.no_report,
+                         .margins = options.margins,
+                         .warnings = messages_of(warnings),
+                         .stop = stop.token()},
+                        listener);
+  };
+  return code_of(watched(options.watch, {"run", problem.name, *made, stop.source()}, terminal, work));
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {

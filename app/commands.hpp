@@ -34,6 +34,7 @@ struct RunOptions {
   bool no_report = false;
   bool force = false;  // replaces results of another scenario in the folder
   bool margins = false;
+  bool watch = false;  // live page
 };
 int run(const RunOptions& options);
 
@@ -42,6 +43,7 @@ struct StudyOptions : FolderOptions {
   std::filesystem::path study;
   std::filesystem::path output;       // empty: named after the study, in out/
   std::optional<std::uint64_t> only;  // this point or case only, as a complete run; not for optimizations
+  bool watch = false;                 // live page; not for identifications
 };
 int sweep(StudyOptions options);
 int optimize(StudyOptions options);
@@ -52,8 +54,9 @@ struct CampaignRunOptions : CampaignFolderOptions {
   std::filesystem::path study;
   std::filesystem::path output;
   std::optional<std::uint64_t> only;
-  std::string shard;  // "i/N", "slurm"; empty: from the environment
-  bool map = false;   // the file must have a design
+  std::string shard;   // "i/N", "slurm"; empty: from the environment
+  bool map = false;    // the file must have a design
+  bool watch = false;  // live page
 };
 int campaign(CampaignRunOptions options);
 /// Prints the program version, the file and its digest on stdout unless quiet.

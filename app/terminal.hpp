@@ -107,6 +107,8 @@ class StopSignal {
   /// Whether a stop has been requested.
   bool poll() const { return token().stop_requested(); }
   std::stop_token token() const { return source_.get_token(); }
+  /// For other requests to stop than signals.
+  std::stop_source source() const { return source_; }
 
  private:
   static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grapnel/campaign/case_pool.hpp"
+#include "grapnel/result/time_series.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel {
@@ -38,6 +39,8 @@ class Listener {
   virtual void phase(const std::string& /*phase*/, double /*at*/, double /*end*/) {}
   virtual void points(const CaseProgress& /*at*/) {}  // of a sweep or a search
   virtual void cases(const CaseProgress& /*at*/) {}   // of a campaign
+  /// The samples of a single run, after each one: those since `block` was last written to the file.
+  virtual void samples(const TimeSeries& /*block*/) {}
 
   void error(const std::string& source, const std::string& text) {
     message({Message::Kind::error, source + ": error: " + text});

@@ -246,6 +246,18 @@ void add_margins(const CaptureProblem& problem, const CaptureProgress& progress,
   }
 }
 
+// The file of a run's series; the listener sees its samples before they are written.
+class ShownSeries : public SeriesSink {
+ public:
+  ShownSeries(TimeSeriesFile& file, Listener& listener) : file_(file), listener_(listener) {}
+  void take(TimeSeries& block) override { file_.take(block); }
+  void sampled(const TimeSeries& block) override { listener_.samples(block); }
+
+ private:
+  TimeSeriesFile& file_;
+  Listener& listener_;
+};
+
 }  // namespace
 
 Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
@@ -262,7 +274,8 @@ Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const f
       if (!switches.quiet) listener.phase(phase, at, end);
       if (!switches.mute) slow.report(phase, at, end);
     };
-    result = simulate_run(problem, switches.warnings, follow, &series);
+    ShownSeries shown(series, listener);
+    result = simulate_run(problem, switches.warnings, follow, &shown);
     if (switches.margins) add_margins(problem, follow, result);
   } catch (const CaptureProblemError& error) {
     return bad_input(file, error, listener);

@@ -414,7 +414,9 @@ void Recorder::sample(const RecordedInstant& instant) {
   if (sensors_ && problem_.sensors) {
     for (const std::vector<double>& values : sensors_->sensed_values()) row_.put_all(values);
   }
-  if (sink_ && series_.time.size() >= block_capacity_) sink_->take(series_);
+  if (!sink_) return;
+  sink_->sampled(series_);
+  if (series_.time.size() >= block_capacity_) sink_->take(series_);
 }
 
 void Recorder::end_phase(const PhaseIntegrals& integrals) {

@@ -31,9 +31,10 @@ std::string policy_hash(std::string_view text) {
 }
 
 // No requests, and no script except the viewer: injected markup remains inactive.
-std::string policy_for(std::string_view script) {
+std::string policy_for(std::string_view script, PageRequests requests) {
+  const std::string from_server = requests == PageRequests::own_server ? "; connect-src 'self'" : "";
   return "default-src 'none'; style-src 'unsafe-inline'; script-src " + policy_hash(script) +
-         "; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'";
+         "; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'" + from_server;
 }
 
 // JSON inside <script>: in JSON '<' and the line separators U+2028, U+2029 occur in texts only, where they can be
@@ -76,11 +77,11 @@ std::string harmless_code(std::string_view code) {
 
 }  // namespace
 
-std::string report_html(const ReportData& data, const Viewer& viewer) {
+std::string report_html(const ReportData& data, const Viewer& viewer, PageRequests requests) {
   const std::string script = harmless_code(viewer.script);
   std::string page = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">";
   page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  page += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy_for(script) + "\">\n";
+  page += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy_for(script, requests) + "\">\n";
   page += "<title>" + escaped_markup(data.title) + " – Grapnel</title>\n";
   page += "<style>" + harmless_code(viewer.style) + "</style></head>\n";
   page +=

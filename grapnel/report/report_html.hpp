@@ -25,8 +25,11 @@ Viewer embedded_viewer();
 /// Size above which reports are slow to open; programs that write them give a warning.
 inline constexpr std::size_t kLargeReport = 20'000'000;  // [bytes]
 
+/// What a page may request: nothing, or the server it comes from (a live page).
+enum class PageRequests { none, own_server };
+
 /// The page. Names and texts in the data are never interpreted as markup.
-std::string report_html(const ReportData& data, const Viewer& viewer);
+std::string report_html(const ReportData& data, const Viewer& viewer, PageRequests requests = PageRequests::none);
 
 /// Writes the page with the embedded viewer, in one step (write_file_atomically). Returns its size in bytes. @throws
 /// std::runtime_error naming the path and the reason; also if the viewer is not embedded.

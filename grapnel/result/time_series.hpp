@@ -55,6 +55,8 @@ class SeriesSink {
   /// Receives the next block of samples: all series of the run, the same in every block. The run does not keep samples
   /// that the sink removes from the block (drop_samples()); the last block stays in CaptureResult::series.
   virtual void take(TimeSeries& block) = 0;
+  /// Called after each sample, with the samples since the last block was taken.
+  virtual void sampled(const TimeSeries& /*block*/) {}
 };
 
 /// Removes the samples of a block; names and phases remain.

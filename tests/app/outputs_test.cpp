@@ -248,5 +248,11 @@ TEST_F(Outputs, RejectsEndlessMatrix) {
   EXPECT_THAT(o.err, HasSubstr("it is larger than 64 MB"));
 }
 
+TEST_F(Outputs, LinearModelNeedsAFolder) {
+  const Outcome o = run("linearize '" + scenario("wheels-keep-attitude.yaml") + "' -o none/x.mat");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_THAT(o.err, HasSubstr("error: -o none/x.mat: the folder does not exist or is not writable"));
+}
+
 }  // namespace outputs_test
 }  // namespace grapnel

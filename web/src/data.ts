@@ -18,7 +18,7 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface ReportData {
   schema: "grapnel-report/1";
   version: string; // of Grapnel
-  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log" | "impulses";
+  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log" | "impulses" | "watch";
   title: string; // scenario's or study's name
   runs: RunData[]; // run: 1, comparison: 2, else 0
   sweep?: SweepData;
@@ -26,6 +26,13 @@ export interface ReportData {
   campaign?: CampaignData;
   log?: LogData;
   impulses?: ImpulsesData;
+  watch?: WatchData;
+}
+
+// ---- Work in progress ----
+
+export interface WatchData {
+  command: string; // "run", "campaign", ...
 }
 
 // ---- Comparison with a log ----

@@ -7,6 +7,7 @@ import { buildImpulsesPage } from "./impulses_page";
 import { buildLogPage } from "./log_page";
 import { buildRunPage } from "./page/run_page";
 import { buildStudyPage } from "./study/study_page";
+import { buildWatchPage } from "./watch/watch_page";
 
 function read(): ReportData {
   const text = document.getElementById("grapnel-data")?.textContent ?? "";
@@ -28,6 +29,7 @@ function build(host: HTMLElement): void {
   else if (data.kind === "campaign") buildCampaignPage(host, data);
   else if (data.kind === "log") buildLogPage(host, data);
   else if (data.kind === "impulses") buildImpulsesPage(host, data);
+  else if (data.kind === "watch") buildWatchPage(host, data);
   else buildStudyPage(host, data);
   skipLink(host);
 }
