@@ -267,6 +267,29 @@ bool is_planar(const CaptureProblem& stated) {
   return check.planar();
 }
 
+void add_joint_limits(const CaptureProblem& problem, Scene& scene) {
+  std::set<std::string> drawn;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.joint) drawn.insert(body.joint->name);
+  }
+  for (const BodyDescription& body : problem.robot.bodies) {
+    const JointLimits& limits = body.joint.limits;
+    const bool any = std::isfinite(limits.lower) || std::isfinite(limits.upper) || std::isfinite(limits.rate) ||
+                     std::isfinite(limits.effort);
+    if (any && drawn.contains(body.joint.name))
+      scene.limits.joints.push_back({body.joint.name, limits.lower, limits.upper, limits.rate, limits.effort});
+  }
+}
+
+void add_actuators(const RobotSetup& robot, Scene& scene) {
+  for (const WheelSetup& w : robot.wheels)
+    scene.actuators.push_back({w.name, "wheel", std::nullopt, w.axis, std::nullopt, w.rate});
+  for (const MomentGyroSetup& g : robot.gyros)
+    scene.actuators.push_back({g.name, "gyro", std::nullopt, g.gimbal_axis, g.spin_axis, g.rate});
+  for (const ThrusterSetup& t : robot.thrusters)
+    scene.actuators.push_back({t.name, "thruster", t.position, t.direction, std::nullopt, t.force});
+}
+
 }  // namespace
 
 Scene scene_of(const CaptureProblem& stated) {
@@ -278,6 +301,13 @@ Scene scene_of(const CaptureProblem& stated) {
     if (e.envelope) scene.limits.grasps.push_back({e.name, e.envelope->position, e.envelope->velocity});
   }
   if (problem.clearance.enabled) scene.limits.clearance = problem.clearance.required;
+  add_joint_limits(problem, scene);
+  add_actuators(problem.robot, scene);
+  if (problem.orbit) {
+    const OrbitSetup& orbit = *problem.orbit;
+    scene.central_body = SceneCentralBody{name_of(orbit.body), std::nullopt};
+    if (!orbit.mu) scene.central_body->radius = central_body(orbit.body).radius;
+  }
   return scene;
 }
 

@@ -401,11 +401,55 @@ const Type& type_of<SceneLimits::Grasp>() {
 }
 
 template <>
+const Type& type_of<SceneLimits::Joint>() {
+  using J = SceneLimits::Joint;
+  static constexpr Field fields[] = {
+      field<&J::joint>("joint", "name of the joint"),
+      field<&J::lower>("lower", "rad or m", "smallest position; null: no limit").or_null(),
+      field<&J::upper>("upper", "rad or m", "largest position; null: no limit").or_null(),
+      field<&J::rate>("rate", "rad/s or m/s", "largest rate in both directions; null: no limit").or_null(),
+      field<&J::effort>("effort", "N m or N", "largest effort in both directions; null: no limit").or_null(),
+  };
+  static constexpr Type type = structure<J>("SceneJointLimits", "limits of a joint.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<SceneActuator>() {
+  using A = SceneActuator;
+  static constexpr Field fields[] = {
+      field<&A::name>("name", "name of the actuator"),
+      field<&A::kind>("kind", "`wheel`, `gyro`, `thruster`"),
+      field<&A::position>("position", "m", "of a thruster, in the base's frame; null: a wheel or gyro").or_null(),
+      field<&A::axis>("axis", "1", "unit axis of a wheel, of a gimbal, or of a thruster's force, in the base's frame"),
+      field<&A::spin_axis>("spin_axis", "1", "of a gyro: unit axis of the rotor with the gimbal at zero; else null")
+          .or_null(),
+      field<&A::limit>("limit", "rad/s or N", "largest rate of a wheel or gimbal, force of a thruster; null: no limit")
+          .or_null(),
+  };
+  static constexpr Type type = structure<A>("SceneActuator", "a wheel, gyro or thruster of the base.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<SceneCentralBody>() {
+  using B = SceneCentralBody;
+  static constexpr Field fields[] = {
+      field<&B::name>("name", "`earth`, `moon`, `mars`"),
+      field<&B::radius>("radius", "m", "equatorial radius; null: the scenario states a gravitational parameter")
+          .or_null(),
+  };
+  static constexpr Type type = structure<B>("SceneCentralBody", "the body whose orbit the frame W follows.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<SceneLimits>() {
   using L = SceneLimits;
   static constexpr Field fields[] = {
       field<&L::grasps>("grasps", "limits of end-effectors with an envelope"),
       field<&L::clearance>("clearance", "m", "required clearance between bodies; null: not monitored").or_null(),
+      field<&L::joints>("joints", "limits of the joints that have any; absent in results of earlier versions"),
   };
   static constexpr Type type = structure<L>("SceneLimits", "limits shown in plots.", fields);
   return type;
@@ -434,6 +478,11 @@ const Type& type_of<SceneDocument>() {
       part<&S::scene, &Scene::meshes>("meshes", "", "meshes that shapes refer to"),
       part<&S::scene, &Scene::limits>("limits", "", "absent in results of earlier versions"),
       part<&S::scene, &Scene::obstacles>("obstacles", "", "bodies fixed in W; absent in results of earlier versions"),
+      part<&S::scene, &Scene::actuators>("actuators", "",
+                                         "wheels, gyros and thrusters; absent in results of earlier versions"),
+      part<&S::scene, &Scene::central_body>(
+          "central_body", "", "whose orbit W follows; null: no orbit. Absent in results of earlier versions")
+          .or_null(),
   };
   static constexpr Type type = structure<S>("Scene", "bodies of the scenario, their tree, and their shapes.", fields);
   return type;

@@ -76,15 +76,38 @@ struct SceneObstacle {
   std::vector<SceneShape> shapes;  // otherwise, in its frame
 };
 
-/// Envelopes of grasps and the required clearance, shown in plots. Infinite: no limit.
+/// Envelopes of grasps, limits of joints and the required clearance, shown in plots. Infinite: no limit.
 struct SceneLimits {
   struct Grasp {
     std::string end_effector;
     double position = 0;  // from the grasp point [m]
     double velocity = 0;  // relative [m/s]
   };
+  struct Joint {
+    std::string joint;
+    double lower = 0, upper = 0;  // [rad or m]
+    double rate = 0;              // [rad/s or m/s]
+    double effort = 0;            // [N m or N]
+  };
   std::vector<Grasp> grasps;        // of end-effectors that have an envelope
   std::optional<double> clearance;  // required distance [m]; absent: not monitored
+  std::vector<Joint> joints;        // that have any limit
+};
+
+/// A wheel, gyro or thruster of the base.
+struct SceneActuator {
+  std::string name;
+  std::string kind;                   // wheel, gyro, thruster
+  std::optional<Vector3d> position;   // of thrusters, in the base's frame [m]; wheels and gyros have none
+  Vector3d axis{0, 0, 1};             // unit, in the base's frame: of a wheel, a gimbal or a thruster's force
+  std::optional<Vector3d> spin_axis;  // unit, in the base's frame: of a gyro's rotor with the gimbal at zero
+  double limit = 0;                   // rate of a wheel or gimbal [rad/s], force of a thruster [N]; infinite: no limit
+};
+
+/// The body around which W falls.
+struct SceneCentralBody {
+  std::string name;              // earth, moon, mars
+  std::optional<double> radius;  // equatorial [m]; absent: the scenario states its own gravitational parameter
 };
 
 struct Scene {
@@ -96,6 +119,8 @@ struct Scene {
   std::vector<SceneMesh> meshes;
   SceneLimits limits;
   std::vector<SceneObstacle> obstacles;
+  std::vector<SceneActuator> actuators;  // wheels, gyros, thrusters
+  std::optional<SceneCentralBody> central_body;
 };
 
 /// scene.json (docs/formats/scene.md): JSON with keys in a fixed order and a newline at the end.

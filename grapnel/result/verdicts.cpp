@@ -604,7 +604,6 @@ Answer control_answer(const CaptureResult& result) {
   const auto add = [&](Tone tone, const char* word, const std::string& text) {
     if (!text.empty()) findings.push_back({tone, word, as_sentence(text)});
   };
-  const bool at_rest = result.rest && result.rest->at_rest;
   for (const StabilityReport& report : result.stability) {
     if (report.verdict == Stability::unstable) add(Tone::bad, "Unstable", instability_text(report));
   }
@@ -614,12 +613,10 @@ Answer control_answer(const CaptureResult& result) {
   const bool stable = findings.empty();
   const std::string ratings = ratings_sentence(result);
   add(Tone::bad, "Ratings exceeded", ratings);
-  if (!at_rest) add(Tone::bad, "Not at rest", rest_sentence(result));
   const std::string contacts = contact_sentence(result);
   const bool too_deep = std::ranges::any_of(result.contacts, &ContactPairReport::beyond_model);
   if (too_deep) add(Tone::warn, "Contact too deep", contacts);
   add(Tone::warn, "Saturated", saturation_sentence(result));
-  if (at_rest) add(Tone::good, "At rest", rest_sentence(result));
   const bool unclear = !result.stability.empty() && result.stability.back().verdict != Stability::stable;
   if (stable && !unclear) add(Tone::good, "Stable", stability_sentence(result));
   const bool rated = std::ranges::any_of(result.peak_loads, [](const PeakLoad& l) { return std::isfinite(l.rating); });
@@ -655,7 +652,17 @@ std::vector<Remark> violation_remarks(const CaptureResult& result) {
 }
 
 std::vector<Answer> answers_of(const CaptureResult& result) {
-  return {capture_answer(result), ledger_answer(result.ledger), feasibility_answer(result), control_answer(result)};
+  std::vector<Answer> answers{capture_answer(result), ledger_answer(result.ledger), feasibility_answer(result),
+                              control_answer(result)};
+  if (result.rest) {
+    const bool at_rest = result.rest->at_rest;
+    answers.push_back({"Goal",
+                       at_rest ? Tone::good : Tone::bad,
+                       at_rest ? "At rest" : "Not at rest",
+                       as_sentence(rest_sentence(result)),
+                       {}});
+  }
+  return answers;
 }
 
 }  // namespace grapnel

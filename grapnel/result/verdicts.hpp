@@ -39,7 +39,8 @@ struct Answer {
 template <>
 const Type& type_of<Answer>();
 
-/// Whether the targets were captured, momentum and energy conserved, the motion feasible, loads and control in order.
+/// Whether the targets were captured, momentum and energy conserved, the motion feasible, loads and control in order,
+/// and, if the scenario states the rates of rest, whether the goal of rest was reached.
 std::vector<Answer> answers_of(const CaptureResult& result);
 
 /// "106 mm", "38.2 m".

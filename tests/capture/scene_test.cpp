@@ -29,8 +29,27 @@ TEST(Scene, MatchesProblem) {
                       {p.robot.bodies[2].name, {Geometry::Shape::sphere, {0.2, 0, 0}}}};
   p.targets[0].grasp_points[0].approach_direction = Vector3d{0, -1, 0};
   p.grasps[1].model = GraspModel::hinge;
+  p.robot.bodies[2].joint.limits = {-1, 2, 3, 4, {}};
+  p.robot.wheels = {{"w", {0, 0, 1}, 0.1, 0.5, 300}};
+  p.robot.thrusters.emplace_back();
+  p.robot.thrusters[0].name = "jet", p.robot.thrusters[0].position = {0.1, 0.2, 0}, p.robot.thrusters[0].force = 22;
+  p.robot.thrusters[0].specific_impulse = 220;
   const Scene scene = scene_of(p);
   EXPECT_TRUE(scene.planar);
+  ASSERT_FALSE(scene.limits.joints.empty());
+  const auto limit = std::find_if(scene.limits.joints.begin(), scene.limits.joints.end(),
+                                  [&](const auto& one) { return one.joint == p.robot.bodies[2].joint.name; });
+  ASSERT_NE(limit, scene.limits.joints.end());
+  EXPECT_EQ(limit->lower, -1);
+  EXPECT_EQ(limit->upper, 2);
+  EXPECT_EQ(limit->rate, 3);
+  EXPECT_EQ(limit->effort, 4);
+  ASSERT_EQ(scene.actuators.size(), 2u);
+  EXPECT_EQ(scene.actuators[0].kind, "wheel");
+  EXPECT_FALSE(scene.actuators[0].position);
+  EXPECT_EQ(scene.actuators[0].limit, 300);
+  EXPECT_EQ(scene.actuators[1].position->e[1], 0.2);
+  EXPECT_FALSE(scene.central_body);
   for (const BodyDescription& b : p.robot.bodies) {
     const SceneBody& s = body_named(scene, b.name);
     EXPECT_EQ(s.mass, b.mass);

@@ -46,6 +46,11 @@ Scene sample_scene() {
   scene.meshes = {{"part.stl", {0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0, 0, 1}, {0, 1, 2, 0, 3, 1}}};
   scene.limits.grasps = {{"hand", 0.02, std::numeric_limits<double>::infinity()}};
   scene.limits.clearance = 0.05;
+  scene.limits.joints = {{"shoulder", -1.5, 2.5, 0.75, std::numeric_limits<double>::infinity()}};
+  scene.actuators = {{"fast", "wheel", {}, {0, 0.6, 0.8}, {}, 400},
+                     {"jet", "thruster", Vector3d{0.5, 0, 1}, {0, -1, 0}, {}, 22},
+                     {"turner", "gyro", {}, {0, 0, 1}, Vector3d{1, 0, 0}, std::numeric_limits<double>::infinity()}};
+  scene.central_body = SceneCentralBody{"mars", 3396190};
   scene.obstacles = {{"floor", pose(0.4, {0.5, 0.25, -1}), true, {}},
                      {"post", pose(-0.2, {3, 2, 1}), false, {{"capsule", {0.2, 0.9, 0}, pose(0.1, {0, 0, 2}), -1}}}};
   return scene;
@@ -154,7 +159,8 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   };
   const Json json = Json::parse(sample_text());
   EXPECT_EQ(keys(json),
-            "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits obstacles ");
+            "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits obstacles actuators "
+            "central_body ");
   EXPECT_EQ(json["schema"], "grapnel-scene/2");
   EXPECT_EQ(json["version"], "1.2.3");
   EXPECT_EQ(keys(json["scenario"]), "name sha256 ");
@@ -174,10 +180,18 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   EXPECT_TRUE(json["grasp_points"][0]["approach_direction"].is_null());
   EXPECT_EQ(keys(json["grasps"][0]), "end_effector target grasp_point model ");
   EXPECT_EQ(keys(json["meshes"][0]), "name vertices triangles ");
-  EXPECT_EQ(keys(json["limits"]), "grasps clearance ");
+  EXPECT_EQ(keys(json["limits"]), "grasps clearance joints ");
   EXPECT_EQ(json["limits"]["grasps"][0],
             (Json{{"end_effector", "hand"}, {"position", 0.02}, {"velocity", nullptr}}));  // infinite: any
   EXPECT_EQ(json["limits"]["clearance"], 0.05);
+  EXPECT_EQ(json["limits"]["joints"][0],
+            (Json{{"joint", "shoulder"}, {"lower", -1.5}, {"upper", 2.5}, {"rate", 0.75}, {"effort", nullptr}}));
+  EXPECT_EQ(json["actuators"][0], Json::parse(R"({"name": "fast", "kind": "wheel", "position": null,
+      "axis": [0.0, 0.6, 0.8], "spin_axis": null, "limit": 400.0})"));
+  EXPECT_EQ(json["actuators"][1]["position"], Json::parse("[0.5, 0.0, 1.0]"));
+  EXPECT_EQ(json["actuators"][2]["spin_axis"], Json::parse("[1.0, 0.0, 0.0]"));
+  EXPECT_TRUE(json["actuators"][2]["limit"].is_null());
+  EXPECT_EQ(json["central_body"], (Json{{"name", "mars"}, {"radius", 3396190}}));
   EXPECT_EQ(sample_text().back(), '\n');
 }
 
@@ -226,7 +240,9 @@ TEST_F(SceneFile, ReportsLocationAndKindOfDamage) {
 TEST_F(SceneFile, MissesNothing) {
   const Json whole = Json::parse(sample_text());
   for (const auto& [key, value] : whole.items()) {
-    if (key == "version" || key == "scenario" || key == "limits" || key == "obstacles") continue;  // not used by bodies
+    if (key == "version" || key == "scenario" || key == "limits" || key == "obstacles" || key == "actuators" ||
+        key == "central_body")
+      continue;  // not used by bodies
     Json json = whole;
     json.erase(key);
     EXPECT_THAT(fault_of(json.dump()), HasSubstr("'" + key + "' is missing"));

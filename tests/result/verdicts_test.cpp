@@ -121,20 +121,33 @@ TEST(Verdicts, NegativeFindingsAreReportedFirst) {
   EXPECT_EQ(control(result).tone, Tone::none) << "a verdict never says more than was checked";
   result.stability[0].verdict = Stability::stable;
   EXPECT_EQ(control(result).word, "Stable");
-  result.rest.emplace().at_rest = true;
-  EXPECT_EQ(control(result).word, "At rest");
   result.saturation = {
       {SaturationReport::Actuator::wheel, "a", SaturationReport::Quantity::rate, 418.88, 10, 52, 0.44, true}};
   EXPECT_EQ(control(result).word, "Saturated");
   EXPECT_EQ(control(result).tone, Tone::warn);
-  result.rest->at_rest = false;
-  EXPECT_EQ(control(result).word, "Not at rest");
   result.peak_loads[0].peak = 313.7;
   EXPECT_EQ(control(result).word, "Ratings exceeded");
   EXPECT_EQ(control(result).sentence, "Ratings: EXCEEDED, 1 of 1: elbow (force).");
   result.stability[0].verdict = Stability::unstable, result.stability[0].of = "base x";
   EXPECT_EQ(control(result).word, "Unstable");
-  EXPECT_EQ(control(result).remarks.size(), 3U);
+  EXPECT_EQ(control(result).remarks.size(), 2U);
+}
+
+TEST(Verdicts, RestIsTheGoalOfScenariosThatStateItsRates) {
+  CaptureResult result = captured();
+  EXPECT_EQ(answers_of(result).size(), 4U);
+  RestReport& rest = result.rest.emplace();
+  rest.at_rest = true, rest.time = 31, rest.angular_velocity = 0.001, rest.angular_velocity_limit = 0.01;
+  ASSERT_EQ(answers_of(result).size(), 5U);
+  Answer goal = answers_of(result).back();
+  EXPECT_EQ(goal.question, "Goal");
+  EXPECT_EQ(goal.word, "At rest");
+  EXPECT_EQ(goal.tone, Tone::good);
+  EXPECT_EQ(goal.sentence, "At rest: yes, from t = 31 s on; at the end base at 0.001 of 0.01 rad/s.");
+  rest.at_rest = false;
+  goal = answers_of(result).back();
+  EXPECT_EQ(goal.word, "Not at rest");
+  EXPECT_EQ(goal.tone, Tone::bad);
 }
 
 TEST(Verdicts, WindowNamesTheSelectedTime) {

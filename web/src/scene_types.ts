@@ -26,6 +26,10 @@ export interface Scene {
   limits: SceneLimits;
   /** bodies fixed in W; absent in results of earlier versions */
   obstacles: SceneObstacle[];
+  /** wheels, gyros and thrusters; absent in results of earlier versions */
+  actuators: SceneActuator[];
+  /** whose orbit W follows; null: no orbit. Absent in results of earlier versions */
+  central_body: SceneCentralBody | null;
 }
 export const kScene: FieldNote[] = [
   ["schema","","format of this file"],
@@ -39,6 +43,8 @@ export const kScene: FieldNote[] = [
   ["meshes","","meshes that shapes refer to"],
   ["limits","","absent in results of earlier versions"],
   ["obstacles","","bodies fixed in W; absent in results of earlier versions"],
+  ["actuators","","wheels, gyros and thrusters; absent in results of earlier versions"],
+  ["central_body","","whose orbit W follows; null: no orbit. Absent in results of earlier versions"],
 ];
 
 export type SceneFormat = "grapnel-scene/2";
@@ -205,10 +211,13 @@ export interface SceneLimits {
   grasps: SceneGraspLimits[];
   /** required clearance between bodies; null: not monitored [m] */
   clearance: number | null;
+  /** limits of the joints that have any; absent in results of earlier versions */
+  joints: SceneJointLimits[];
 }
 export const kSceneLimits: FieldNote[] = [
   ["grasps","","limits of end-effectors with an envelope"],
   ["clearance","m","required clearance between bodies; null: not monitored"],
+  ["joints","","limits of the joints that have any; absent in results of earlier versions"],
 ];
 
 // envelope of a grasp.
@@ -224,6 +233,27 @@ export const kSceneGraspLimits: FieldNote[] = [
   ["end_effector","","end-effector with the envelope"],
   ["position","m","largest distance from the grasp point; null: no limit"],
   ["velocity","m/s","largest relative speed; null: no limit"],
+];
+
+// limits of a joint.
+export interface SceneJointLimits {
+  /** name of the joint */
+  joint: string;
+  /** smallest position; null: no limit [rad or m] */
+  lower: number | null;
+  /** largest position; null: no limit [rad or m] */
+  upper: number | null;
+  /** largest rate in both directions; null: no limit [rad/s or m/s] */
+  rate: number | null;
+  /** largest effort in both directions; null: no limit [N m or N] */
+  effort: number | null;
+}
+export const kSceneJointLimits: FieldNote[] = [
+  ["joint","","name of the joint"],
+  ["lower","rad or m","smallest position; null: no limit"],
+  ["upper","rad or m","largest position; null: no limit"],
+  ["rate","rad/s or m/s","largest rate in both directions; null: no limit"],
+  ["effort","N m or N","largest effort in both directions; null: no limit"],
 ];
 
 // a body fixed in W that others may touch.
@@ -245,4 +275,40 @@ export const kSceneObstacle: FieldNote[] = [
   ["quaternion_wxyz","1","orientation of its frame in W"],
   ["half_space","","true: all points with z <= 0 in its frame"],
   ["geometry","","its shapes, in its frame; empty for a half-space"],
+];
+
+// a wheel, gyro or thruster of the base.
+export interface SceneActuator {
+  /** name of the actuator */
+  name: string;
+  /** `wheel`, `gyro`, `thruster` */
+  kind: string;
+  /** of a thruster, in the base's frame; null: a wheel or gyro [m] */
+  position: [number, number, number] | null;
+  /** unit axis of a wheel, of a gimbal, or of a thruster's force, in the base's frame [1] */
+  axis: [number, number, number];
+  /** of a gyro: unit axis of the rotor with the gimbal at zero; else null [1] */
+  spin_axis: [number, number, number] | null;
+  /** largest rate of a wheel or gimbal, force of a thruster; null: no limit [rad/s or N] */
+  limit: number | null;
+}
+export const kSceneActuator: FieldNote[] = [
+  ["name","","name of the actuator"],
+  ["kind","","`wheel`, `gyro`, `thruster`"],
+  ["position","m","of a thruster, in the base's frame; null: a wheel or gyro"],
+  ["axis","1","unit axis of a wheel, of a gimbal, or of a thruster's force, in the base's frame"],
+  ["spin_axis","1","of a gyro: unit axis of the rotor with the gimbal at zero; else null"],
+  ["limit","rad/s or N","largest rate of a wheel or gimbal, force of a thruster; null: no limit"],
+];
+
+// the body whose orbit the frame W follows.
+export interface SceneCentralBody {
+  /** `earth`, `moon`, `mars` */
+  name: string;
+  /** equatorial radius; null: the scenario states a gravitational parameter [m] */
+  radius: number | null;
+}
+export const kSceneCentralBody: FieldNote[] = [
+  ["name","","`earth`, `moon`, `mars`"],
+  ["radius","m","equatorial radius; null: the scenario states a gravitational parameter"],
 ];
