@@ -60,6 +60,12 @@ export class Clock {
     this.show(time, 0);
   }
 
+  // Moves into a window, to its nearer end.
+  enter(begin: number, end: number): void {
+    if (this.now < begin) this.time = begin;
+    else if (this.now > end) this.time = end;
+  }
+
   // At an impact several samples have one time: the number of samples of this time after the displayed one; 0: the last
   // is displayed.
   get back(): number {

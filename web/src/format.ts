@@ -14,6 +14,11 @@ export function number(value: number | null | undefined, digits = 4): string {
   return (size >= 10 ** digits ? String(Math.round(value)) : trim(value.toPrecision(digits))).replace("-", "−");
 }
 
+// 0 for rounding error: a value below 1e-12 of the numbers from which it was computed.
+export function quiet(value: number, scale: number): number {
+  return Math.abs(value) < 1e-12 * Math.abs(scale) ? 0 : value;
+}
+
 export function withUnit(value: number | null | undefined, unit: string, digits = 4): string {
   const shown = number(value, digits);
   return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unitText(unit)}`;

@@ -7,7 +7,7 @@ import { bundle } from "./bundle.mjs";
 let v;
 before(async () => {
   v = await bundle([
-    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/facts",
     "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/obstacles", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
@@ -179,7 +179,7 @@ test("one colour per arm, target and axis in every plot", () => {
   const { plots } = v.plotsOf(fullRun(), 0);
   const line = (plot, label) => plots.find((one) => one.id === plot).lines.find((one) => one.label === label);
   assert.equal(line("grasp-force", "tip-2").color, "arm 1");
-  assert.equal(line("closing", "tip-2 distance").color, "arm 1");
+  assert.equal(line("closing", "tip-2").color, "arm 1");
   assert.equal(line("momentum-linear-x", "debris").color, "target 0"); // orange, like tip-2, in earlier versions
   assert.deepEqual(plots.find((one) => one.id === "base-angular_velocity").lines.map((one) => one.color), ["axis x", "axis y", "axis z"]);
   assert.equal(line("end-effector-velocity-tip-1", "z").color, "axis z");
@@ -187,25 +187,23 @@ test("one colour per arm, target and axis in every plot", () => {
 
 // ---- The first plots ----
 
-test("six plots come first, with their limits; the rest follows in groups", () => {
+test("seven plots come first, with their limits; the rest follows in groups", () => {
   const { plots, absent } = v.plotsOf(fullRun(), 0);
   const first = plots.filter((plot) => plot.group === "Overview");
-  assert.deepEqual(first.map((plot) => plot.id), ["closing", "grasp-force", "base-angular_velocity", "clearance", "energy", "worst-margin"]);
-  assert.deepEqual(plots.slice(0, 6), first);
+  assert.deepEqual(first.map((plot) => plot.id), ["closing", "closing-speed", "grasp-force", "base-angular_velocity", "clearance", "energy", "worst-margin"]);
+  assert.deepEqual(plots.slice(0, 7), first);
   assert.deepEqual(absent, []);
   assert.equal(new Set(plots.map((plot) => plot.id)).size, plots.length);
-  assert.deepEqual(first[0].limits, [
-    { label: "allowed distance", value: 0.03 },
-    { label: "allowed speed of tip-1", value: 0.02, right: true },
-    { label: "allowed speed of tip-2", value: 0.01, right: true },
-  ]);
-  assert.deepEqual(first[0].lines.map((line) => Boolean(line.right)), [false, false, true, true]);
-  assert.deepEqual(first[1].limits, [{ label: "rating", value: 100 }]);
-  assert.deepEqual(first[3].limits, [{ label: "required", value: 0.05 }]);
-  const [sampled, phases] = first[5].lines.map((line) => [...line.values()]);
+  assert.deepEqual(first[0].limits, [{ label: "allowed distance", value: 0.03 }]);
+  assert.deepEqual(first[1].limits, [{ label: "allowed speed of tip-1", value: 0.02 }, { label: "allowed speed of tip-2", value: 0.01 }]);
+  assert.deepEqual(first[2].limits, [{ label: "rating", value: 100 }]);
+  assert.deepEqual(first[4].limits, [{ label: "required", value: 0.05 }]);
+  assert.deepEqual([first[0].log, first[0].floor], [true, 1e-4]); // four decades of the largest distance
+  assert.deepEqual([first[0].start, first[2].start], [[0, 1.05], [0.95, 2]]); // distances until the impact, forces from it on
+  const [sampled, phases] = first[6].lines.map((line) => [...line.values()]);
   assert.deepEqual(sampled, [100, 100, 100, 50, 50, 100]); // |force| = 50 N of 100
   assert.deepEqual(phases.map((x) => Math.round(x)), [80, 80, -20, -20, 45, 45]);
-  assert.match(first[5].note, /assumed duration/);
+  assert.match(first[6].note, /assumed duration/);
 });
 
 test("transmitted joint loads are among the rated loads", () => {
@@ -217,10 +215,10 @@ test("transmitted joint loads are among the rated loads", () => {
   assert.deepEqual([...sampled.values()].map(Math.round), [90, 80, 80, 10, 10, 100]);
 });
 
-test("missing plots of the six are reported", () => {
+test("missing plots of these are reported", () => {
   const { plots, absent } = v.plotsOf(impactRun(), 0);
   assert.deepEqual(plots.map((plot) => plot.id), ["base-angular_velocity"]);
-  assert.equal(absent.length, 5);
+  assert.equal(absent.length, 6);
   assert.match(absent.join(";"), /the robot has no ratings/);
 });
 
@@ -230,17 +228,86 @@ test("a limit near the lines widens the axis; a distant one does not flatten the
   assert.deepEqual(v.withLimits(NaN, NaN, [0]), { low: 0, high: 0 });
 });
 
-test("files of a plot have its limits and its right axis", () => {
+test("limits beyond the axis are named in a strip", () => {
+  const named = (value, label = "limit") => ({ label, value });
+  assert.deepEqual(v.offScale([named(5), named(418.9), named(-418.9)], { min: 0, max: 10 }), ["↕ limit ±418.9, off scale"]);
+  assert.deepEqual(v.offScale([named(20, "upper"), named(-3, "lower")], { min: 0, max: 10 }), ["↑ upper 20, off scale", "↓ lower −3, off scale"]);
+  assert.deepEqual(v.offScale([named(0.01), named(1e-9, "floor")], { min: -4, max: 0 }, true), ["↓ floor 10⁻⁹, off scale"]);
+});
+
+test("the time around an impact shows the impact", () => {
+  const phase = (name, begin, end) => ({ name, begin, end, first: 0, last: 0 });
+  const ranges = v.timeRanges([phase("approach", 0, 20), phase("contact", 20, 20), phase("post_impact", 20, 40)], 0, 40);
+  assert.deepEqual(ranges.map((one) => one.name), ["whole run", "approach", "around the impact", "post-impact"]);
+  assert.deepEqual(ranges[2], { name: "around the impact", begin: 19.6, end: 20.4, at: 20 });
+  const clock = new v.Clock(0, 40);
+  clock.enter(19.6, 20.4);
+  assert.equal(clock.time, 19.6);
+  clock.time = 30;
+  clock.enter(19.6, 20.4);
+  assert.equal(clock.time, 20.4);
+});
+
+test("joint plots have the limits that the joints come closest to", () => {
+  const joint = (name) => ({ name, type: "revolute", axis: [0, 0, 1], position: [0, 0, 0], quaternion_wxyz: [1, 0, 0, 0] });
+  const scene = twoArms();
+  scene.bodies[1].joint = joint("left-1");
+  scene.bodies[2] = { ...scene.bodies[2], parent: "left", joint: joint("left-2") };
+  scene.limits.joints = [
+    { joint: "left-1", lower: -1, upper: 2, rate: 3, effort: null },
+    { joint: "left-2", lower: -4, upper: 2, rate: 5, effort: 7 },
+  ];
+  const rows = [[0, 0], [0.5, 1], [0.5, 1], [1, 1.5], [1, 1.5], [1, 1.5]];
+  const more = ["position", "velocity", "effort"].map((name) => [`joints/${name}`, "", ["left-1", "left-2"], rows]);
+  const limits = (id) => v.plotsOf(impactRun(scene, more), 0).plots.find((plot) => plot.id === id).limits;
+  assert.deepEqual(limits("joints-position-left"), [{ label: "limit", value: 2 }, { label: "limit of 1", value: -1 }, { label: "limit of 2", value: -4 }]);
+  assert.deepEqual(limits("joints-velocity-left").map((one) => one.value), [3, 5, -3, -5]);
+  assert.deepEqual(limits("joints-effort-left"), [{ label: "limit of 2", value: 7 }, { label: "limit of 2", value: -7 }]);
+});
+
+test("what a run uses is among the first plots, under plain names", () => {
+  const six = (...values) => values.map((one) => [one].flat());
+  const turn = [1, 0, 0, 0], quarter = [Math.SQRT1_2, 0, 0, -Math.SQRT1_2];
+  const orbital = six([1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]);
+  const more = [
+    ["base/quaternion_wxyz", "1", ["w", "x", "y", "z"], six(turn, turn, turn, quarter, quarter, turn.map((q) => -q))],
+    ["base/control_torque", "N m", ["x", "y", "z"], orbital],
+    ["wheels/rate", "rad/s", ["a"], six(0, 100, 100, 200, 200, 400)],
+    ["thrusters/impulse", "N s", ["jet"], six(0, 1, 1, 2, 2, 3)],
+    ["base/orbital_position", "m", ["radial", "along_track", "cross_track"], orbital],
+    ["orbit/radial", "1", ["x", "y", "z"], orbital],
+    ["elastic/deflection", "rad", ["boom-1"], six(0, 1, 1, 2, 2, 3)],
+    ["grippers/left/squeeze_effort", "N", ["squeeze"], six(0, 1, 1, 2, 2, 3)],
+  ];
+  const { plots } = v.plotsOf(impactRun(null, more, { wheels: [{ name: "a", rate_limit: 400 }] }), 0);
+  const first = plots.filter((plot) => plot.group === "Overview").map((plot) => plot.id);
+  assert.deepEqual(first, ["base-angular_velocity", "base-pointing", "wheels-capacity_used", "thrusters-impulse", "orbit-base", "elastic-deflection"]);
+  const pointing = [...plots.find((plot) => plot.id === "base-pointing").lines[0].values()];
+  pointing.forEach((angle, i) => near(angle, [0, 0, 0, Math.PI / 2, Math.PI / 2, 0][i], 1e-6)); // q and -q are one attitude
+  const titles = plots.map((plot) => plot.title);
+  assert.ok(titles.includes("Radial direction of the orbit, outward"));
+  assert.ok(titles.includes("Squeeze effort, left"));
+  assert.equal(titles.some((title) => /[/_]/.test(title)), false, titles.join("; "));
+});
+
+test("a stated goal is the first verdict", () => {
+  const answer = (question, tone) => ({ question, tone });
+  const of = (...answers) => v.goalFirst(answers).map((one) => one.question);
+  assert.deepEqual(of(answer("Capture", "none"), answer("Ledger", "good"), answer("Goal", "bad")), ["Goal", "Ledger"]);
+  assert.deepEqual(of(answer("Capture", "good"), answer("Goal", "good")), ["Goal", "Capture"]);
+  assert.deepEqual(of(answer("Capture", "none"), answer("Ledger", "good")), ["Capture", "Ledger"]);
+});
+
+test("files of a plot have its limits", () => {
   const line = { color: "#000000", dash: [], width: 1, time: [0, 1] };
   const svg = v.svgPlot({
-    id: "a", title: "t", xTitle: "time", yTitle: "distance", rightTitle: "speed", window: { min: 0, max: 1 }, log: false, width: 400, height: 250, phases: [],
-    lines: [{ ...line, label: "near", values: [0, 1] }, { ...line, label: "fast", right: true, values: [0, 50] }],
-    limits: [{ label: "allowed", value: 0.5, color: "#b3261e" }, { label: "rating", value: 9000, right: true, color: "#b3261e" }],
+    id: "a", title: "t", xTitle: "time", yTitle: "distance", window: { min: 0, max: 1 }, log: false, width: 400, height: 250, phases: [],
+    lines: [{ ...line, label: "near", values: [0, 1] }],
+    limits: [{ label: "allowed", value: 0.5, color: "#b3261e" }, { label: "rating", value: 9000, color: "#b3261e" }],
   });
-  assert.match(svg, />speed</);
-  assert.match(svg, />50</); // the right axis' own ticks
   assert.match(svg, />allowed 0\.5</);
-  assert.match(svg, />↑ rating 9000</);
+  assert.match(svg, />↑ rating 9000, off scale</);
+  assert.equal(svg.match(/stroke-dasharray="7 3 1.5 3"/g).length, 1); // the distant limit has no line
   assert.doesNotMatch(svg, /NaN/);
 });
 

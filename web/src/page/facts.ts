@@ -1,7 +1,7 @@
 // The numbers that sum up a capture, from its summary; the same for one run, and for two side by side.
-import { number } from "../format";
+import { number, quiet } from "../format";
 import type { Run } from "../run";
-import type { GraspImpulse, ImpactReport, ImpactMargin, LedgerEntry, LimitEvent } from "../summary_types";
+import type { Answer, GraspImpulse, ImpactReport, ImpactMargin, LedgerEntry, LimitEvent } from "../summary_types";
 import { list, num, size, text, vector, withUnit, words, type Partly, type PartlySummary } from "./read";
 
 export interface Fact {
@@ -17,7 +17,19 @@ export interface Fact {
 
 export function keyFacts(run: Run): Fact[] {
   const s = run.summary ?? {};
-  return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), marginFact(s), clearanceFact(s)];
+  return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), ...identifiedFacts(s), marginFact(s), clearanceFact(s)];
+}
+
+// Of a held target: its mass, the parameter with the plainest meaning.
+function identifiedFacts(s: PartlySummary): Fact[] {
+  const found = s.post_impact?.identification;
+  if (!found) return [];
+  const mass = list(found.parameters).find((one) => one.name === "mass");
+  const value = num(mass?.value);
+  const deviation = num(mass?.deviation);
+  const spread = deviation !== null ? `; standard deviation ${withUnit(deviation, "kg", 2)}` : "";
+  const detail = value === null ? `${words(found.mass)} by the motion` : `true mass ${withUnit(num(mass?.truth), "kg")}${spread}`;
+  return [{ key: "identified mass", name: `Identified mass, ${text(found.target)}`, value, unit: "kg", detail }];
 }
 
 // The first impact and those of grasps that closed later.
@@ -26,6 +38,7 @@ export function allImpacts(s: PartlySummary): Partly<ImpactReport>[] {
 }
 
 function graspFacts(s: PartlySummary): Fact[] {
+  const momentum = num(s.ledger?.scale?.linear_momentum) ?? 0;
   return allImpacts(s).flatMap((impact, k) =>
     list(impact.grasps).flatMap((grasp): Fact[] => {
       const who = text(grasp.end_effector);
@@ -34,13 +47,17 @@ function graspFacts(s: PartlySummary): Fact[] {
       const impulse: Fact = {
         key: `impulse ${key}`,
         name: `Impulse, ${who}`,
-        value: num(grasp.impulse_magnitude) ?? size(grasp.impulse),
+        value: quieted(num(grasp.impulse_magnitude) ?? size(grasp.impulse), momentum),
         unit: "N s",
         detail: `on ${text(grasp.target)}${time}; angular ${withUnit(size(grasp.angular_impulse), "N m s")}${byBrakes(impact, who)}`,
       };
       return [impulse, ...forceFacts(impact, grasp, who, key)];
     }),
   );
+}
+
+function quieted(value: number | null, scale: number): number | null {
+  return value === null ? null : quiet(value, scale);
 }
 
 // Joints that brake after the grasp cause a separate impulse.
@@ -82,7 +99,7 @@ function energyFacts(s: PartlySummary): Fact[] {
     {
       key: "energy",
       name: `Energy lost in the ${which}`,
-      value: before - after,
+      value: quiet(before - after, before),
       unit: "J",
       detail,
       ...(after - Math.max(0, work) > before * (1 + 1e-9) ? { tone: "bad", word: "gained" } : {}),
@@ -98,7 +115,7 @@ function baseFacts(run: Run): Fact[] {
   const which = list(s.later_impacts).length > 0 ? "first impact" : "impact";
   const facts: Fact[] = [];
   if (s.impact && (after !== null || change !== null)) {
-    const detail = `changed by ${withUnit(change, "rad/s")}${end !== null ? `; ${withUnit(end, "rad/s")} at the end` : ""}`;
+    const detail = `changed by ${withUnit(quieted(change, after ?? 0), "rad/s")}${end !== null ? `; ${withUnit(end, "rad/s")} at the end` : ""}`;
     facts.push({ key: "base rate", name: `Base rate after the ${which}`, value: after, unit: "rad/s", detail });
   } else if (end !== null) {
     facts.push({ key: "base rate", name: "Base rate at the end", value: end, unit: "rad/s", detail: "" });
@@ -225,6 +242,13 @@ export function ratingUnit(quantity: unknown): string {
 // them.
 export function showsPublished(s: PartlySummary): boolean {
   return Boolean(s.impact) && s.impact?.show_as_published !== false;
+}
+
+// A scenario that states a goal asks about it first; then a run without grasps need not say that it captures nothing.
+export function goalFirst(answers: Partly<Answer>[]): Partly<Answer>[] {
+  const goal = answers.filter((one) => one.question === "Goal");
+  const rest = answers.filter((one) => one.question !== "Goal" && !(goal.length > 0 && one.question === "Capture" && one.tone === "none"));
+  return [...goal, ...rest];
 }
 
 // ---- The ledger ----

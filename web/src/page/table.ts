@@ -1,6 +1,6 @@
 // Tables that scroll in their box on small screens, and other parts of sections.
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number, quiet, unitText } from "../format";
 import { size, vector, withUnit } from "./read";
 
 export type Cell = string | Node | null | undefined;
@@ -81,12 +81,12 @@ export function tableRow(columns: Column[], row: Cell[]): HTMLTableRowElement {
   );
 }
 
-// "(0.04086, −0.1118, 0)"; components at the level of rounding error are "≈0"; all digits on hover.
+// "(0.04086, −0.1118, 0)"; components at the level of rounding error are 0; all digits on hover.
 export function vectorCell(value: unknown): Cell {
   const v = vector(value);
   if (!v) return null;
   const largest = Math.max(...v.map(Math.abs));
-  const shown = v.map((c) => (c !== 0 && Math.abs(c) < 1e-12 * largest ? "≈0" : number(c)));
+  const shown = v.map((c) => number(quiet(c, largest)));
   return element("span", { class: "vector", title: v.map(String).join(", ") }, `(${shown.join(", ")})`);
 }
 

@@ -3,13 +3,13 @@ import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
 import type { Answer } from "../summary_types";
-import { keyFacts, type Fact } from "./facts";
+import { goalFirst, keyFacts, type Fact } from "./facts";
 import { list, text, type Partly, type PartlySummary } from "./read";
 import { absent, mark } from "./table";
 
 export function verdict(run: Run): HTMLElement[] {
   const s = run.summary ?? {};
-  const answers = list(s.verdicts);
+  const answers = goalFirst(list(s.verdicts));
   return [
     answers.length > 0 ? element("div", { class: "verdicts" }, ...answers.map((answer) => card(answer, s))) : absent(kNoVerdicts),
     element("div", { class: "tiles" }, ...tiles(keyFacts(run))),

@@ -1,4 +1,5 @@
 // Ranges and ticks of axes, for both screen and files. A logarithmic axis has log10 of its values.
+import { number } from "../format";
 
 export interface Range {
   min: number;
@@ -78,6 +79,29 @@ export function withLimits(low: number, high: number, limits: readonly number[])
   return { low: Math.min(low, ...near), high: Math.max(high, ...near) };
 }
 
+interface NamedLimit {
+  label: string;
+  value: number;
+}
+
+// A limit on an axis; on a logarithmic one its log10.
+export function limitAt(value: number, log: boolean): number {
+  return log ? Math.log10(value) : value;
+}
+
+// Limits beyond the axis, for the strip above a plot: "↑ limit 418.9, off scale". The two signs of a limit are one entry.
+export function offScale(limits: readonly NamedLimit[], range: Range, log = false): string[] {
+  const [below, above] = [(v: number) => !(limitAt(v, log) >= range.min), (v: number) => limitAt(v, log) > range.max];
+  const beyond = limits.filter(({ value }) => below(value) || above(value));
+  const opposite = (one: NamedLimit) => one.value !== 0 && beyond.some((other) => other.label === one.label && other.value === -one.value);
+  return beyond
+    .filter((one) => one.value >= 0 || !opposite(one))
+    .map((one) => {
+      const [mark, sign] = opposite(one) ? ["↕", "±"] : [above(one.value) ? "↑" : "↓", ""];
+      return `${mark} ${one.label} ${sign}${number(one.value)}, off scale`;
+    });
+}
+
 // Minimum and maximum of the values within a time window; null: none.
 export function extent(time: ArrayLike<number>, values: ArrayLike<number>, window: Range): Range | null {
   let min = Infinity;
@@ -110,8 +134,8 @@ export function logValues(values: Float64Array, floor: number): Float64Array {
 }
 
 // The decade below the smallest positive value, but not below rounding errors of numbers near 1 (10^-18), unless all
-// values are smaller.
-export function logFloor(lines: Float64Array[]): number {
+// values are smaller. `lowest`: the lowest decade.
+export function logFloor(lines: Float64Array[], lowest = 0): number {
   let least = Infinity;
   let most = 0;
   for (const line of lines) {
@@ -123,5 +147,5 @@ export function logFloor(lines: Float64Array[]): number {
   if (most === 0) return 1e-18;
   const decade = Math.log10(least);
   const bottom = Math.floor(decade) - (decade % 1 === 0 ? 1 : 0);
-  return 10 ** Math.max(bottom, Math.min(-18, Math.floor(Math.log10(most)) - 3));
+  return 10 ** Math.max(bottom, Math.min(-18, Math.floor(Math.log10(most)) - 3), lowest > 0 ? Math.log10(lowest) : -Infinity);
 }

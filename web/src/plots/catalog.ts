@@ -1,14 +1,15 @@
 // The plots that a run offers, given its series. Nothing is drawn or computed here.
 import { lineStyle } from "../colors";
 import { NamedRoles, roleStyles } from "../roles";
-import type { Run } from "../run";
+import type { Run, Series } from "../run";
 import { label } from "../format";
 import { controlPlots } from "./catalog_control";
 import { armPlots } from "./catalog_joints";
 import { overviewOf } from "./catalog_key";
+import { kPlainGroups, otherPlots, plainPlots } from "./catalog_plain";
 import { touchPlots } from "./catalog_contacts";
 import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grasps";
-import { rotationVectors } from "./kinematics";
+import { rotationVectors, turnBetween } from "./kinematics";
 import {
   axisStyle,
   column,
@@ -38,6 +39,7 @@ const kGroups = [
   "Loops",
   "Clearance",
   "Targets",
+  ...kPlainGroups,
   "Other",
 ];
 
@@ -61,6 +63,7 @@ export function plotsOf(run: Run, index: number): Catalog {
     ...controlPlots(context),
     ...loopPlots(context),
     ...clearancePlots(context),
+    ...plainPlots(context),
   ];
   const all = [...known, ...otherPlots(context)].filter((plot) => plot.lines.length > 0);
   const overview = overviewOf(context, all);
@@ -136,6 +139,7 @@ function basePlots(context: Context): PlotSpec[] {
         : "Rotation vector from W to the base: unit axis times angle, in W; full turns are counted on.",
     });
   }
+  if (attitude && context.run.series("base/control_torque")) plots.push(pointingPlot(context, attitude));
   const vectorPlot = (path: string, title: string, axis: string, rotation: boolean): void => {
     const series = take(context, path);
     if (!series) return;
@@ -153,6 +157,24 @@ function basePlots(context: Context): PlotSpec[] {
   vectorPlot("base/position", "Base position", "base position", false);
   vectorPlot("base/velocity", "Base velocity", "base velocity", false);
   return plots;
+}
+
+// With attitude control: the angle from the attitude at the start, which the control keeps unless another is commanded.
+function pointingPlot(context: Context, attitude: Series): PlotSpec {
+  const angles = (): Float64Array => {
+    const first = [...attitude.data.subarray(0, 4)];
+    return Float64Array.from({ length: attitude.data.length / 4 }, (_, i) => turnBetween(first, attitude.data.subarray(4 * i, 4 * i + 4)));
+  };
+  const line = derivedLine(context, "base/pointing_error", "rad", { label: "angle from the initial attitude", color: "base" }, angles);
+  return {
+    id: "base-pointing",
+    group: "Base",
+    title: "Pointing error of the base",
+    axis: label("angle", "rad"),
+    unit: "rad",
+    lines: [line],
+    note: "Angle between the base's attitude and that at the start of the run.",
+  };
 }
 
 function targetPlots(context: Context): PlotSpec[] {
@@ -265,25 +287,4 @@ function externalPlots(context: Context): PlotSpec[] {
     });
   }
   return plots;
-}
-
-// Series unknown to this viewer: from a newer version, or of another kind of run.
-function otherPlots(context: Context): PlotSpec[] {
-  context.used.add("system/center_of_mass");
-  const unknown = context.run
-    .all()
-    .filter((series) => !context.used.has(series.path) && !/^links\/|quaternion_wxyz$/.test(series.path));
-  return unknown
-    .filter((series) => !isZero(series))
-    .map((series) => ({
-      id: `other-${series.path}`,
-      group: "Other",
-      title: series.path,
-      axis: label(series.path.split("/").pop()!.replace(/_/g, " "), series.unit),
-      unit: series.unit,
-      lines: series.components.map((name, c) =>
-        componentLine(context, series, c, { label: name || series.path, ...lineStyle(c), ...(kAxes.includes(name) ? axisStyle(kAxes.indexOf(name)) : {}) }),
-      ),
-      note: series.description,
-    }));
 }

@@ -4,7 +4,7 @@ import { columnHead, label } from "../format";
 import type { Series } from "../run";
 import { arms, shortJoint, type Arm } from "./arms";
 import { column, componentLine, derivedLine, isZero, take, type Context } from "./lines";
-import type { PlotSpec } from "./spec";
+import type { Limit, PlotSpec } from "./spec";
 
 type Words = [title: string, axis: string, unit: string];
 interface Quantity {
@@ -46,7 +46,57 @@ function quantityPlots(context: Context, arm: Arm, quantity: Quantity): PlotSpec
       return { ...line, unit, column: columnHead(line.key, unit) };
     });
     const id = `${quantity.path.replace("/", "-")}-${arm.name}${sliding ? "-sliding" : ""}`;
-    return [{ id, group: quantity.group, title: `${title}, ${arm.name}`, axis: label(axis, unit), unit, lines }];
+    const limits = jointLimits(context, series, quantity.path, joints.map((joint) => ({ ...joint, label: shortJoint(joint.name, arm) })));
+    return [{ id, group: quantity.group, title: `${title}, ${arm.name}`, axis: label(axis, unit), unit, lines, limits }];
+  });
+}
+
+const kMaxLimits = 3; // lines per side of a plot
+
+// The limits of joints that a series comes closest to, above and below: equal ones are one line.
+function jointLimits(context: Context, series: Series, path: string, joints: { name: string; label: string; index: number }[]): Limit[] {
+  const key = kLimitKeys[path];
+  const known = context.run.scene?.limits?.joints;
+  if (!key || !Array.isArray(known)) return [];
+  const sides = [true, false].map((upper) => {
+    const found = joints.flatMap((joint): Near[] => {
+      const limits = known.find((one) => one.joint === joint.name);
+      const bound = limits?.[upper ? key[0] : key[1]];
+      if (typeof bound !== "number" || !Number.isFinite(bound)) return [];
+      const value = upper || key[0] !== key[1] ? bound : -bound;
+      return [{ label: joint.label, value, room: roomTo(series, joint.index, value, upper) }];
+    });
+    return nearest(found, joints.length);
+  });
+  return sides.flat();
+}
+
+const kLimitKeys: Record<string, readonly [upper: "upper" | "rate" | "effort", lower: "lower" | "rate" | "effort"] | undefined> = {
+  "joints/position": ["upper", "lower"],
+  "joints/velocity": ["rate", "rate"],
+  "joints/effort": ["effort", "effort"],
+};
+
+interface Near {
+  label: string;
+  value: number;
+  room: number; // smallest distance of the series from the limit; negative beyond it
+}
+
+function roomTo(series: Series, index: number, value: number, upper: boolean): number {
+  let room = Infinity;
+  for (let i = index; i < series.data.length; i += series.width) {
+    const left = upper ? value - series.data[i] : series.data[i] - value;
+    if (left < room) room = left;
+  }
+  return room;
+}
+
+function nearest(found: Near[], joints: number): Limit[] {
+  const values = [...new Set([...found].sort((a, b) => a.room - b.room).map((one) => one.value))].slice(0, kMaxLimits);
+  return values.map((value) => {
+    const names = found.filter((one) => one.value === value).map((one) => one.label);
+    return { label: names.length === joints ? "limit" : `limit of ${names.join(", ")}`, value };
   });
 }
 

@@ -1,61 +1,102 @@
-// The six plots that a report displays first, with the relevant limits: distance and relative speed at the grasp
-// points, grasp force, base rate, clearance, energy, worst margin to a rating.
+// The plots that a report displays first, with the relevant limits: distance and relative speed at the grasp points,
+// grasp force, base rate, clearance, energy, worst margin to a rating; and those of what else the run uses: attitude
+// control, wheels, gyros, thrusters, an orbit, flexible parts.
 import { label } from "../format";
 import { allImpacts } from "../page/facts";
-import type { Run } from "../run";
+import type { PhaseSpan, Run } from "../run";
 import { derivedLine, isZero, type Context } from "./lines";
 import { magnitudes } from "./kinematics";
 import type { Limit, Line, PlotSpec } from "./spec";
 
 export const kOverview = "Overview";
 
-// Selects these six of all plots of a run, as far as available, with reasons for the missing ones.
+// Shown first where the run has them: their lines exist only then.
+const kUsed = ["base-pointing", "wheels-capacity_used", "gyros-angle", "gyros-singularity_measure", "thrusters-impulse", "thrusters-propellant", "orbit-base", "elastic-deflection"];
+
+// Selects these plots of all plots of a run, with reasons for missing ones of the first kind.
 export function overviewOf(context: Context, all: PlotSpec[]): { plots: PlotSpec[]; absent: string[] } {
   const absent: string[] = [];
   const plots: PlotSpec[] = [];
-  const add = (plot: PlotSpec | undefined, otherwise: string): void => {
+  const add = (plot: PlotSpec | undefined, otherwise?: string): void => {
     if (plot && plot.lines.length > 0) plots.push({ ...plot, group: kOverview });
-    else absent.push(otherwise);
+    else if (otherwise) absent.push(otherwise);
   };
   const of = (id: string) => all.find((plot) => plot.id === id);
-  add(closingPlot(context, of("grasp-distance"), of("relative-speed")), "distance and relative speed: there is no grasp");
-  add(limited(of("grasp-force"), ratingLimits(context.run, "force")), "grasp force: no grasp carries any");
+  const span = contactSpan(context.run.phases);
+  add(distancePlot(context, of("grasp-distance"), span), "distance: there is no grasp");
+  add(speedPlot(context, of("relative-speed"), span), "relative speed: there is no grasp");
+  add(forcePlot(context, of("grasp-force"), span), "grasp force: no grasp carries any");
   add(of("base-angular_velocity"), "base rate: it is not recorded");
+  for (const id of kUsed) add(of(id));
   add(limited(of("clearance"), clearanceLimit(context.run)), "clearance: it was not watched");
   add(of("energy"), "energy: it is not recorded");
   add(marginPlot(context), "worst margin: the robot has no ratings that a recorded load could be held against");
   return { plots, absent };
 }
 
+// From the start of the approach to the last impact; null: no impact, or nothing beside it.
+interface ContactSpan {
+  begin: number; // of the run [s]
+  first: number; // impact
+  last: number;
+  end: number; // of the run
+}
+export function contactSpan(phases: readonly PhaseSpan[]): ContactSpan | null {
+  const contacts = phases.filter((phase) => /^contact/.test(phase.name));
+  if (contacts.length === 0) return null;
+  const [begin, end] = [phases[0].begin, phases[phases.length - 1].end];
+  return { begin, first: contacts[0].begin, last: contacts[contacts.length - 1].end, end };
+}
+
+const kBeyond = 0.05; // of the shown part: margin on the other side of the impact
+
+// Distances and closing speeds matter until the last impact, loads of grasps from the first one on.
+export function until({ begin, last, end }: ContactSpan): [number, number] | undefined {
+  return last > begin ? [begin, Math.min(end, last + kBeyond * (last - begin))] : undefined;
+}
+export function since({ begin, first, end }: ContactSpan): [number, number] | undefined {
+  return end > first ? [Math.max(begin, first - kBeyond * (end - first)), end] : undefined;
+}
+
 function limited(plot: PlotSpec | undefined, limits: Limit[]): PlotSpec | undefined {
   return plot && { ...plot, limits };
 }
 
-// ---- Distance and relative speed ----
+// ---- Distance, relative speed, force ----
 
-function closingPlot(context: Context, distance?: PlotSpec, speed?: PlotSpec): PlotSpec | undefined {
-  if (!distance || !speed || distance.lines.length === 0 || speed.lines.length === 0) return undefined;
-  const left = distance.lines.map((line): Line => ({ ...line, label: `${line.label} distance` }));
-  const right = speed.lines.map((line): Line => ({ ...line, label: `${line.label} speed`, dash: [4, 3], right: true }));
+const kDecades = 1e-4; // of the largest distance: the bottom of the logarithmic axis
+
+function distancePlot(context: Context, plot: PlotSpec | undefined, span: ContactSpan | null): PlotSpec | undefined {
+  if (!plot || plot.lines.length === 0) return undefined;
+  const limits = envelopeLimits(context.run, "position", "allowed distance");
+  const largest = Math.max(0, ...context.run.all().map((one) => (/^grasps\/.+\/distance$/.test(one.path) ? largestOf(one.data) : 0)));
+  const closes = span !== null && largest > 0;
   return {
+    ...plot,
     id: "closing",
-    group: kOverview,
-    title: "Distance and relative speed",
-    axis: label("distance", "m"),
-    rightAxis: label("relative speed", "m/s"),
-    unit: "m",
-    lines: [...left, ...right],
-    limits: envelopeLimits(context.run),
-    note: "Of each end-effector's origin to its grasp point (solid, left), and its speed relative to that point (dashed, right).",
+    limits,
+    log: closes,
+    floor: closes ? Math.min(kDecades * largest, ...limits.filter(({ value }) => value > 0).map(({ value }) => value / 10)) : undefined,
+    start: span ? until(span) : undefined,
+    note: `Of each end-effector's origin from its grasp point.${closes ? " Logarithmic; smaller distances lie on the bottom." : ""}`,
   };
 }
 
-function envelopeLimits(run: Run): Limit[] {
+function largestOf(data: Float32Array): number {
+  return data.reduce((most, value) => (value > most ? value : most), 0);
+}
+
+function speedPlot(context: Context, plot: PlotSpec | undefined, span: ContactSpan | null): PlotSpec | undefined {
+  return plot && { ...plot, id: "closing-speed", limits: envelopeLimits(context.run, "velocity", "allowed speed"), start: span ? until(span) : undefined };
+}
+
+function forcePlot(context: Context, plot: PlotSpec | undefined, span: ContactSpan | null): PlotSpec | undefined {
+  return plot && { ...plot, limits: ratingLimits(context.run, "force"), start: span ? since(span) : undefined };
+}
+
+function envelopeLimits(run: Run, key: "position" | "velocity", what: string): Limit[] {
   const grasps = records(run.scene?.limits?.grasps).filter((grasp) => run.scene!.grasps.some((one) => one.end_effector === grasp.end_effector));
-  return [
-    ...merged(grasps.map((grasp) => ({ name: String(grasp.end_effector), value: grasp.position })), "allowed distance"),
-    ...merged(grasps.map((grasp) => ({ name: String(grasp.end_effector), value: grasp.velocity })), "allowed speed").map((limit) => ({ ...limit, right: true })),
-  ];
+  return merged(grasps.map((grasp) => ({ name: String(grasp.end_effector), value: grasp[key] })), what);
 }
 
 function clearanceLimit(run: Run): Limit[] {

@@ -25,7 +25,7 @@ export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
 
 // Series that are equal in both runs are shown once.
 function joinedLimits(a: Limit[] = [], b: Limit[] = []): Limit[] {
-  const alike = (x: Limit, y: Limit) => x.label === y.label && x.value === y.value && x.right === y.right;
+  const alike = (x: Limit, y: Limit) => x.label === y.label && x.value === y.value;
   const both = a.filter((one) => b.some((other) => alike(one, other)));
   const own = (limits: Limit[], run: string) =>
     limits.filter((one) => !both.some((other) => alike(one, other))).map((one) => ({ ...one, label: `${one.label}, ${run}` }));

@@ -35,6 +35,16 @@ export function pointVelocities(
   return result;
 }
 
+// Angle of the rotation between two attitudes, 0 to pi [rad]. By the vector part of the relative quaternion: accurate
+// for small angles, unlike the arc cosine of its scalar part.
+export function turnBetween(a: ArrayLike<number>, b: ArrayLike<number>): number {
+  const scalar = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+  const [u, v] = [[a[1], a[2], a[3]], [b[1], b[2], b[3]]];
+  const w = cross(u, v);
+  const vector = [0, 1, 2].map((k) => a[0] * v[k] - b[0] * u[k] - w[k]);
+  return 2 * Math.atan2(Math.hypot(...vector), Math.abs(scalar));
+}
+
 // Rotation vectors of attitudes [rad], samples x 3. Of equivalent vectors, whose angles differ by full turns, the one
 // closest to the previous sample is used, so that continued rotation causes no jumps.
 export function rotationVectors(attitude: ArrayLike<number>): Float64Array {

@@ -5,7 +5,7 @@ import { phaseTint } from "../colors";
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
-import { decadeText, decadeTicks, logFloor, logValues, padded, tickTexts, ticks, withLimits } from "./axes";
+import { decadeText, decadeTicks, limitAt, logFloor, logValues, offScale, padded, tickTexts, ticks, withLimits } from "./axes";
 import { onCommonTime, setApart } from "./jumps";
 import { shades } from "./phases";
 import type { Limit, Line } from "./spec";
@@ -17,16 +17,17 @@ export interface CanvasSettings {
   lines: Line[];
   shown: boolean[]; // per line
   log: boolean;
+  floor?: number; // of a logarithmic axis
   shaded: boolean; // whether phases are shaded
   xTitle: string;
   yTitle: string;
-  rightTitle?: string; // of the right axis; without it there is none
   limits: Limit[];
   window: [number, number];
   width: number;
   height: number;
   zoomed: (min: number, max: number) => void; // the user selected a time window
   reset: () => void; // the user requested the full range
+  offScale: (limits: string[]) => void; // limits beyond the axis, at every drawing
 }
 
 // uPlot scales fonts by the screen's pixels only if their size is a whole number of px.
@@ -83,7 +84,7 @@ export class PlotCanvas {
     const span = clock.end - clock.begin;
     let values = lines.map((line) => line.values());
     if (log) {
-      const floor = logFloor(values);
+      const floor = logFloor(values, this.settings.floor);
       values = values.map((one) => logValues(one, floor));
     }
     const times = runs.map((run) => setApart(run.time, span));
@@ -111,22 +112,28 @@ export class PlotCanvas {
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       scales: {
         x: { time: false, auto: false, min: settings.window[0], max: settings.window[1] },
-        y: { range: (_, low, high) => (settings.log ? decades(low, high) : flat(low, high, limitsOf(settings.limits, false))) },
-        right: { range: (_, low, high) => flat(low, high, limitsOf(settings.limits, true)) },
+        y: { range: (_, low, high) => (settings.log ? decades(low, high) : flat(low, high, settings.limits.map((limit) => limit.value))) },
       },
       axes: [
         axis(settings.xTitle, 2),
         axis(settings.yTitle, 3, settings.log),
-        ...(settings.rightTitle ? [{ ...axis(settings.rightTitle, 1), scale: "right", grid: { show: false } }] : []),
       ],
       series: [{}, ...settings.lines.map((line, i) => seriesOf(line, settings.shown[i]))],
       hooks: {
         drawClear: [(plot) => settings.shaded && shadePhases(plot, settings.runs, true)],
         drawAxes: [(plot) => shadePhases(plot, settings.runs, false)],
         setSelect: [(plot) => this.selected(plot)],
-        draw: [(plot) => drawLimits(plot, settings.limits), (plot) => this.moveCursor(plot)], // uPlot knows its scales and size only when it draws
+        draw: [(plot) => this.drawLimits(plot), (plot) => this.moveCursor(plot)], // uPlot knows its scales and size only when it draws
       },
     };
+  }
+
+  private drawLimits(plot: uPlot): void {
+    const { limits, log } = this.settings;
+    const { min, max } = plot.scales.y;
+    if (limits.length === 0 || typeof min !== "number" || typeof max !== "number") return;
+    this.settings.offScale(offScale(limits, { min, max }, log));
+    drawLimits(plot, limits.map((limit) => ({ ...limit, at: limitAt(limit.value, log) })).filter(({ at }) => at >= min && at <= max));
   }
 
   private selected(plot: uPlot): void {
@@ -161,19 +168,14 @@ export class PlotCanvas {
   }
 }
 
-function limitsOf(limits: Limit[], right: boolean): number[] {
-  return limits.filter((limit) => (limit.right ?? false) === right).map((limit) => limit.value);
-}
-
 function flat(low: number | null, high: number | null, limits: number[]): [number, number] {
   const wide = withLimits(low ?? NaN, high ?? NaN, limits);
   const range = wide.high >= wide.low ? padded(wide.low, wide.high) : { min: -1, max: 1 };
   return [range.min, range.max];
 }
 
-// A horizontal line with name and value; at the edge if it is outside the range.
-function drawLimits(plot: uPlot, limits: Limit[]): void {
-  if (limits.length === 0) return;
+// Horizontal lines with names and values; `at`: on the axis.
+function drawLimits(plot: uPlot, limits: (Limit & { at: number })[]): void {
   const { ctx, bbox } = plot;
   const px = devicePixelRatio || 1;
   const taken: number[] = [];
@@ -182,20 +184,16 @@ function drawLimits(plot: uPlot, limits: Limit[]): void {
   ctx.strokeStyle = ctx.fillStyle = lineColor("limit");
   ctx.lineWidth = 1.25 * px;
   for (const limit of limits) {
-    const y = plot.valToPos(limit.value, limit.right ? "right" : "y", true);
-    const [above, below] = [y < bbox.top - 1, y > bbox.top + bbox.height + 1];
-    const text = `${above ? "↑ " : below ? "↓ " : ""}${limit.label} ${number(limit.value)}`;
-    if (!above && !below) {
-      ctx.setLineDash([7 * px, 3 * px, 1.5 * px, 3 * px]);
-      ctx.beginPath();
-      ctx.moveTo(bbox.left, y);
-      ctx.lineTo(bbox.left + bbox.width, y);
-      ctx.stroke();
-    }
-    const wish = above ? bbox.top + 13 * px : below ? bbox.top + bbox.height - 4 * px : y - bbox.top > 18 * px ? y - 4 * px : y + 13 * px;
-    const at = clear(wish, taken, 13 * px);
-    ctx.textAlign = limit.right ? "right" : "left";
-    const x = limit.right ? bbox.left + bbox.width - 5 * px : bbox.left + 5 * px;
+    const y = plot.valToPos(limit.at, "y", true);
+    const text = `${limit.label} ${number(limit.value)}`;
+    ctx.setLineDash([7 * px, 3 * px, 1.5 * px, 3 * px]);
+    ctx.beginPath();
+    ctx.moveTo(bbox.left, y);
+    ctx.lineTo(bbox.left + bbox.width, y);
+    ctx.stroke();
+    ctx.textAlign = "left";
+    const at = clear(y - bbox.top > 18 * px ? y - 4 * px : y + 13 * px, taken, 13 * px);
+    const x = bbox.left + 5 * px;
     ctx.lineWidth = 3 * px;
     ctx.setLineDash([]);
     ctx.strokeStyle = css("--card");
@@ -224,7 +222,7 @@ function seriesOf(line: Line, shown: boolean): uPlot.Series {
   return {
     label: line.label,
     show: shown,
-    scale: line.right ? "right" : "y",
+    scale: "y",
     stroke: () => lineColor(line.color),
     width: line.width,
     dash: line.dash.length > 0 ? line.dash : undefined,

@@ -14,7 +14,7 @@ export function pictureOf(
 ): string {
   let values = spec.lines.map((line) => line.values());
   if (spec.log) {
-    const floor = logFloor(values);
+    const floor = logFloor(values, spec.floor);
     values = values.map((one) => logValues(one, floor));
   }
   return svgPlot({
@@ -22,7 +22,6 @@ export function pictureOf(
     title: spec.title,
     xTitle: "time [s]",
     yTitle: spec.axis,
-    rightTitle: spec.rightAxis,
     limits: (spec.limits ?? []).map((limit) => ({ ...limit, color: roleColor("limit", "light") })),
     window: { min: window[0], max: window[1] },
     log: spec.log ?? false,
@@ -31,7 +30,6 @@ export function pictureOf(
       color: line.color === "ink" ? "#000000" : (knownRole(line.color, "light") ?? line.color),
       dash: line.dash,
       width: Math.max(1, line.width * 0.85),
-      right: line.right,
       time: runs[line.run].time,
       values: values[i],
     })),

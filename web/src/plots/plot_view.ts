@@ -33,6 +33,7 @@ export class PlotView {
   private own: [number, number] | null = null; // zoomed separately
   private readonly heading = element("h3");
   private readonly body = element("div", { class: "plot-body", tabindex: "0", role: "slider" });
+  private readonly strip = element("p", { class: "plot-strip" });
   private readonly legend = element("div", { class: "plot-legend" });
   private readonly print = element("div", { class: "plot-print" });
   private readonly whole = button("show all", "Show the whole run again (double click on the plot)", () =>
@@ -48,6 +49,7 @@ export class PlotView {
     this.lines = spec.lines;
     this.log = spec.log ?? false;
     this.shown = this.lines.map((line) => !line.hidden);
+    this.own = spec.start ?? null;
     this.root = this.frame();
     this.body.addEventListener("keydown", (event) => this.key(event));
     this.fillLegend();
@@ -71,9 +73,9 @@ export class PlotView {
       lines: this.lines,
       shown: this.shown,
       log: this.log,
+      floor: this.spec.floor,
       xTitle: "time [s]",
       yTitle: `${this.subtracted}${this.spec.axis}`,
-      rightTitle: this.spec.rightAxis && `${this.subtracted}${this.spec.rightAxis}`,
       limits: this.limits(),
       shaded: this.spec.window === undefined,
       window: [min, max],
@@ -81,7 +83,9 @@ export class PlotView {
       height: this.body.clientHeight,
       zoomed: (from, to) => this.zoom(from, to),
       reset: () => this.resetZoom(),
+      offScale: (limits) => this.showStrip(limits),
     });
+    this.showZoom();
     this.readValues();
   }
 
@@ -89,6 +93,7 @@ export class PlotView {
   setLines(lines: Line[], difference: boolean): void {
     this.lines = lines;
     this.log = !difference && (this.spec.log ?? false);
+    this.showStrip([]);
     this.subtracted = difference ? "B − A: " : "";
     this.heading.textContent = this.title();
     this.shown = lines.map((line) => !line.hidden);
@@ -126,9 +131,17 @@ export class PlotView {
   private applyWindow(): void {
     const [min, max] = this.window();
     this.canvas?.setWindow(min, max);
+    this.showZoom();
+  }
+  private showZoom(): void {
     const zoomed = !this.isWhole();
     this.whole.hidden = !zoomed;
     this.windowCsv.hidden = !zoomed;
+  }
+  // Limits beyond the axis have a strip above the plot: on the plot they would be labels without lines.
+  private showStrip(limits: string[]): void {
+    const text = limits.join(" · ");
+    if (this.strip.textContent !== text) this.strip.textContent = text;
   }
 
   preparePrint(): void {
@@ -159,6 +172,7 @@ export class PlotView {
     }
     this.own = window.allowed(min, max);
     this.applyWindow();
+    this.environment.clock.enter(...this.own);
   }
   private resetZoom(): void {
     const { window } = this.environment;
@@ -234,6 +248,7 @@ export class PlotView {
       "figure",
       { class: "plot", "data-plot": spec.id, "aria-labelledby": `${id}-title` },
       head,
+      (spec.limits ?? []).length > 0 && this.strip,
       element("div", { class: "plot-stage" }, this.body, this.whole),
       this.legend,
       this.print,
@@ -284,8 +299,7 @@ export class PlotView {
   private picture(size = kFileSize): string {
     const lines = this.lines.filter((_, i) => this.shown[i]);
     const words = { title: this.title(), axis: `${this.subtracted}${this.spec.axis}` };
-    const rightAxis = this.spec.rightAxis && `${this.subtracted}${this.spec.rightAxis}`;
-    return pictureOf({ ...this.spec, ...words, rightAxis, limits: this.limits(), lines, log: this.log }, this.environment.runs, this.window(), size);
+    return pictureOf({ ...this.spec, ...words, limits: this.limits(), lines, log: this.log }, this.environment.runs, this.window(), size);
   }
   private savePng(): void {
     pngOf(this.picture(), 3).then(

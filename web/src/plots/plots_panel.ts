@@ -1,7 +1,6 @@
 // All plots of a report: in groups that can be hidden, drawn when scrolled into view, synchronized by one clock.
 import type { Clock } from "../clock";
 import { element } from "../dom";
-import { words } from "../page/read";
 import type { Run } from "../run";
 import { plotsOf, type Catalog } from "./catalog";
 import { kOverview } from "./catalog_key";
@@ -9,7 +8,7 @@ import { differences, overlay } from "./compare_specs";
 import { PlotView, type PlotEnvironment } from "./plot_view";
 import type { PlotSpec } from "./spec";
 import { onThemeChange } from "./theme_colors";
-import { TimeWindow } from "./time_window";
+import { timeRanges, TimeWindow } from "./time_window";
 
 export interface PlotHandle {
   id: string;
@@ -32,12 +31,15 @@ export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileNam
   const environment: PlotEnvironment = { runs, clock, window, fileName };
   const views = specs.map((spec) => new PlotView(spec, environment));
   const groups = groupSections(views);
-  host.append(controls(runs, views, groups, window), ...groups.values());
+  host.append(controls(environment, views, groups), ...groups.values());
   if (absent.length > 0)
     groups.get(kOverview)?.append(element("p", { class: "hint" }, `Not shown here: ${absent.join("; ")}.`));
   drawWhenSeen(views);
   followClock(views, clock);
-  window.listen(() => views.forEach((view) => view.followWindow()));
+  window.listen(() => {
+    views.forEach((view) => view.followWindow());
+    clock.enter(window.min, window.max);
+  });
   onThemeChange(() => views.forEach((view) => view.recolor()));
   forPrinting(views);
   return views.map(handle);
@@ -94,14 +96,14 @@ function groupSections(views: PlotView[]): Map<string, HTMLElement> {
 
 // ---- Controls above the plots ----
 
-function controls(runs: Run[], views: PlotView[], groups: Map<string, HTMLElement>, window: TimeWindow): HTMLElement {
+function controls({ runs, window, clock }: PlotEnvironment, views: PlotView[], groups: Map<string, HTMLElement>): HTMLElement {
   return element(
     "div",
     { class: "plot-controls", role: "group", "aria-label": "Plots shown" },
     element(
       "div",
       { class: "plot-options" },
-      rangeChoice(runs[0], window),
+      rangeChoice(runs[0], window, clock),
       linkChoice(window),
       runs.length > 1 && differenceChoice(views, runs),
       foldChoice([...groups.values()].filter((one) => one instanceof HTMLDetailsElement)),
@@ -134,26 +136,20 @@ function foldChoice(groups: HTMLDetailsElement[]): HTMLElement | null {
   return button;
 }
 
-function rangeChoice(run: Run, window: TimeWindow): HTMLElement {
-  const choices: [string, number, number][] = [["whole run", window.begin, window.end]];
-  for (const phase of run.phases) {
-    if (/^contact/.test(phase.name)) {
-      const around = Math.max(phase.end - phase.begin, 0.02 * (window.end - window.begin)) / 2;
-      choices.push([
-        phase.name === "contact" ? "around the impact" : `around ${words(phase.name)}`,
-        phase.begin - around,
-        phase.end + around,
-      ]);
-    } else if (phase.end > phase.begin) choices.push([words(phase.name), phase.begin, phase.end]);
-  }
+function rangeChoice(run: Run, window: TimeWindow, clock: Clock): HTMLElement {
+  const choices = timeRanges(run.phases, window.begin, window.end);
   const select = element(
     "select",
     { id: "time-range" },
-    ...choices.map(([name], i) => element("option", { value: String(i) }, name)),
+    ...choices.map(({ name }, i) => element("option", { value: String(i) }, name)),
   );
   select.addEventListener("change", () => {
-    const [, min, max] = choices[Number(select.value)];
-    window.set(min, max);
+    const { begin, end, at } = choices[Number(select.value)];
+    if (at !== undefined) {
+      clock.pause();
+      clock.time = at;
+    }
+    window.set(begin, end);
   });
   return element("label", {}, "Time ", select);
 }

@@ -10,7 +10,6 @@ export interface Line {
   dash: number[];
   width: number; // [px]
   hidden?: boolean; // initially hidden; a click in the legend displays it
-  right?: boolean; // uses the right axis
   values: () => Float64Array; // per sample of its run; NaN: no value
 }
 
@@ -18,7 +17,6 @@ export interface Line {
 export interface Limit {
   label: string; // "rating of tip-1"
   value: number;
-  right?: boolean;
 }
 
 export interface PlotSpec {
@@ -26,12 +24,13 @@ export interface PlotSpec {
   group: string;
   title: string;
   axis: string; // "joint rate [rad/s]"
-  rightAxis?: string;
   unit: string;
   lines: Line[];
   limits?: Limit[];
   log?: boolean;
-  window?: [number, number]; // relevant part of time [s]; else everything
+  floor?: number; // of a logarithmic axis: smaller values are drawn on its bottom
+  window?: [number, number]; // the part of time that the plot is about [s]; else everything
+  start?: [number, number]; // the part of time shown first [s]; the button "show all" shows everything
   note?: string;
   xTitle?: string;
 }

@@ -1,14 +1,13 @@
 // A plot as SVG text for papers and printing: white, black axes, its own legend; no style sheets, so that all programs
 // draw the same picture.
 import { number } from "../format";
-import { decadeText, decadeTicks, extent, padded, tickTexts, ticks, withLimits, type Range } from "./axes";
+import { decadeText, decadeTicks, extent, limitAt, offScale, padded, tickTexts, ticks, withLimits, type Range } from "./axes";
 
 export interface SvgLine {
   label: string;
   color: string;
   dash: number[];
   width: number;
-  right?: boolean; // uses the right axis
   time: ArrayLike<number>;
   values: ArrayLike<number>; // of a logarithmic axis: log10
 }
@@ -18,8 +17,7 @@ export interface SvgPlot {
   title: string;
   xTitle: string;
   yTitle: string;
-  rightTitle?: string;
-  limits?: { label: string; value: number; right?: boolean; color: string }[];
+  limits?: { label: string; value: number; color: string }[];
   window: Range;
   log: boolean;
   lines: SvgLine[];
@@ -32,15 +30,14 @@ const kFont = "Helvetica, Arial, sans-serif";
 
 export function svgPlot(plot: SvgPlot): string {
   const legend = legendRows(plot);
-  const top = 28 + 15 * legend.length + 6;
-  const box = { left: 64, top, right: plot.width - (plot.rightTitle ? 62 : 14), bottom: plot.height + 15 * legend.length - 44 };
-  const height = plot.height + 15 * legend.length;
-  const y = yRange(plot, false);
-  const right = yRange(plot, true);
+  const y = yRange(plot);
+  const strip = offScale(plot.limits ?? [], y, plot.log);
+  const rows = legend.length + (strip.length > 0 ? 1 : 0);
+  const box = { left: 64, top: 28 + 15 * rows + 6, right: plot.width - 14, bottom: plot.height + 15 * rows - 44 };
+  const height = plot.height + 15 * rows;
   const toX = (t: number) =>
     box.left + ((t - plot.window.min) / (plot.window.max - plot.window.min)) * (box.right - box.left);
   const toY = (v: number) => box.bottom - ((v - y.min) / (y.max - y.min)) * (box.bottom - box.top);
-  const toRight = (v: number) => box.bottom - ((v - right.min) / (right.max - right.min)) * (box.bottom - box.top);
   const clip = `clip-${plot.id.replace(/[^\w-]/g, (c) => c.codePointAt(0)!.toString(16))}`;
   const parts = [
     `<svg xmlns="http://www.w3.org/2000/svg" width="${plot.width}" height="${height}" viewBox="0 0 ${plot.width} ${height}" font-family="${kFont}" font-size="11">`,
@@ -48,15 +45,15 @@ export function svgPlot(plot: SvgPlot): string {
     `<rect width="${plot.width}" height="${height}" fill="#ffffff"/>`,
     `<text x="${box.left}" y="17" font-size="13" font-weight="bold">${escaped(plot.title)}</text>`,
     ...legend.flatMap((row, i) => legendRow(row, box.left, 34 + 15 * i)),
+    ...stripText(strip, plot, box),
     `<clipPath id="${clip}"><rect x="${box.left}" y="${box.top}" width="${box.right - box.left}" height="${box.bottom - box.top}"/></clipPath>`,
     `<g clip-path="url(#${clip})">`,
     ...plot.phases.map((phase) => phaseRect(phase, plot.window, toX, box)),
     ...gridLines(plot, y, toX, toY, box),
-    ...plot.lines.map((line) => path(line, plot.window, toX, line.right ? toRight : toY)),
+    ...plot.lines.map((line) => path(line, plot.window, toX, toY)),
     `</g>`,
-    ...limitLines(plot, toY, toRight, box),
+    ...limitLines(plot, y, toY, box),
     ...frame(plot, y, toX, toY, box),
-    ...(plot.rightTitle ? rightFrame(plot.rightTitle, right, toRight, box, plot.width) : []),
     `</svg>`,
   ];
   return parts.join("\n") + "\n";
@@ -65,52 +62,42 @@ export function svgPlot(plot: SvgPlot): string {
 type Box = { left: number; top: number; right: number; bottom: number };
 type Scale = (value: number) => number;
 
-function yRange(plot: SvgPlot, right: boolean): Range {
+function yRange(plot: SvgPlot): Range {
   let low = Infinity;
   let high = -Infinity;
   for (const line of plot.lines) {
-    if ((line.right ?? false) !== right) continue;
     const found = extent(line.time, line.values, plot.window);
     if (!found) continue;
     low = Math.min(low, found.min);
     high = Math.max(high, found.max);
   }
   if (plot.log) return low <= high ? { min: Math.floor(low), max: Math.floor(high) + 1 } : padded(low, high);
-  const limits = (plot.limits ?? []).filter((limit) => (limit.right ?? false) === right).map((limit) => limit.value);
-  const wide = withLimits(low, high, limits);
+  const wide = withLimits(low, high, (plot.limits ?? []).map((limit) => limit.value));
   return padded(wide.low, wide.high);
 }
 
-function limitLines(plot: SvgPlot, toY: Scale, toRight: Scale, box: Box): string[] {
-  const taken: number[] = [];
-  return (plot.limits ?? []).flatMap((limit) => {
-    const y = (limit.right ? toRight : toY)(limit.value);
-    const [above, below] = [y < box.top - 1, y > box.bottom + 1];
-    let at = above ? box.top + 12 : below ? box.bottom - 4 : y - box.top > 16 ? y - 4 : y + 12;
-    while (taken.some((other) => Math.abs(other - at) < 12)) at += 12;
-    taken.push(at);
-    const [x, anchor] = limit.right ? [box.right - 4, "end"] : [box.left + 4, "start"];
-    const text = `${above ? "↑ " : below ? "↓ " : ""}${limit.label} ${number(limit.value)}`;
-    const line = `<path d="M${px(box.left)} ${px(y)}H${px(box.right)}" stroke="${limit.color}" stroke-width="1.1" stroke-dasharray="7 3 1.5 3"/>`;
-    return [
-      ...(above || below ? [] : [line]),
-      `<text x="${px(x)}" y="${px(at)}" text-anchor="${anchor}" fill="${limit.color}" font-weight="bold">${escaped(text)}</text>`,
-    ];
-  });
+// Limits beyond the axis, in a row of their own above the drawing.
+function stripText(strip: string[], plot: SvgPlot, box: Box): string[] {
+  if (strip.length === 0) return [];
+  const color = plot.limits![0].color;
+  return [`<text x="${px(box.left)}" y="${px(box.top - 6)}" fill="${color}" font-weight="bold">${escaped(strip.join("; "))}</text>`];
 }
 
-function rightFrame(title: string, range: Range, toRight: Scale, box: Box, width: number): string[] {
-  const values = ticks(range, 6);
-  const texts = tickTexts(values);
-  const middle = (box.top + box.bottom) / 2;
-  return [
-    `<path d="M${px(box.right)} ${px(box.top)}V${px(box.bottom)}" fill="none" stroke="#000000" stroke-width="0.8"/>`,
-    ...values.flatMap((v, i) => [
-      `<path d="M${px(box.right)} ${px(toRight(v))}h4" stroke="#000000" stroke-width="0.8"/>`,
-      `<text x="${px(box.right + 7)}" y="${px(toRight(v) + 3.8)}">${texts[i]}</text>`,
-    ]),
-    `<text x="${width - 8}" y="${px(middle)}" text-anchor="middle" transform="rotate(-90 ${width - 8} ${px(middle)})">${escaped(title)}</text>`,
-  ];
+function limitLines(plot: SvgPlot, range: Range, toY: Scale, box: Box): string[] {
+  const taken: number[] = [];
+  return (plot.limits ?? []).flatMap((limit) => {
+    const value = limitAt(limit.value, plot.log);
+    if (!(value >= range.min && value <= range.max)) return [];
+    const y = toY(value);
+    let at = y - box.top > 16 ? y - 4 : y + 12;
+    while (taken.some((other) => Math.abs(other - at) < 12)) at += 12;
+    taken.push(at);
+    const text = `${limit.label} ${number(limit.value)}`;
+    return [
+      `<path d="M${px(box.left)} ${px(y)}H${px(box.right)}" stroke="${limit.color}" stroke-width="1.1" stroke-dasharray="7 3 1.5 3"/>`,
+      `<text x="${px(box.left + 4)}" y="${px(at)}" fill="${limit.color}" font-weight="bold">${escaped(text)}</text>`,
+    ];
+  });
 }
 
 function yTicks(plot: SvgPlot, y: Range): { values: number[]; texts: string[] } {

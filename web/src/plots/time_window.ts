@@ -1,4 +1,6 @@
 // The displayed part of time, shared by all plots. A plot that is zoomed separately has its own.
+import { words } from "../page/read";
+import type { PhaseSpan } from "../run";
 import { kSmallestWindow } from "./jumps";
 
 export class TimeWindow {
@@ -38,4 +40,24 @@ export class TimeWindow {
       ? [min, max]
       : [Math.max(this.begin, max - least), Math.max(this.begin, max - least) + least];
   }
+}
+
+export interface TimeRange {
+  name: string;
+  begin: number; // [s]
+  end: number;
+  at?: number; // the instant that it is about, shown by the replay too
+}
+
+// The whole run, its phases, and the surroundings of its impacts.
+export function timeRanges(phases: readonly PhaseSpan[], begin: number, end: number): TimeRange[] {
+  const ranges: TimeRange[] = [{ name: "whole run", begin, end }];
+  for (const phase of phases) {
+    if (/^contact/.test(phase.name)) {
+      const around = Math.max(phase.end - phase.begin, 0.02 * (end - begin)) / 2;
+      const name = phase.name === "contact" ? "around the impact" : `around ${words(phase.name)}`;
+      ranges.push({ name, begin: phase.begin - around, end: phase.end + around, at: phase.begin });
+    } else if (phase.end > phase.begin) ranges.push({ name: words(phase.name), begin: phase.begin, end: phase.end });
+  }
+  return ranges;
 }
