@@ -1,4 +1,6 @@
-// Button groups with a single stop of the Tab key: arrow keys, Home and End move within a group.
+// Button groups with a single stop of the Tab key: arrow keys, Home and End move within a group that was reached by keys.
+
+import { isFocusClicked } from "./focus_origin";
 
 const kItems = "button, select, input, a[href]";
 
@@ -21,7 +23,7 @@ export function roving(group: HTMLElement, vertical = false): void {
     if (items().includes(held)) choose(held);
   });
   group.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    if (isFocusClicked() || event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
     const list = items().filter(shown);
     const at = list.indexOf(event.target as HTMLElement);
     if (at < 0) return;

@@ -7,7 +7,7 @@ import { bundle } from "./bundle.mjs";
 let v;
 before(async () => {
   v = await bundle([
-    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/facts",
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/facts", "replay/keyboard", "replay/actuators", "replay/sky",
     "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/obstacles", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
@@ -488,4 +488,42 @@ test("a browser without recording gives a message", () => {
   assert.match(v.videoType({}).why, /cannot record/);
   assert.match(v.videoType({ MediaRecorder: { isTypeSupported: () => false }, HTMLCanvasElement: canvas }).why, /WebM/);
   assert.deepEqual(v.videoType({ MediaRecorder: { isTypeSupported: (type) => /vp8/.test(type) }, HTMLCanvasElement: canvas }), { type: "video/webm;codecs=vp8" });
+});
+
+// ---- Keys ----
+
+test("keys reach the replay after any click, except where an element uses them", () => {
+  const at = (tag, more = {}) => ({ tag, type: "", editable: false, inside: false, ...more });
+  assert.equal(v.leaves(at("BUTTON"), " ", true), true); // clicked: the space bar plays
+  assert.equal(v.leaves(at("BUTTON"), " ", false), false); // reached by Tab: it presses
+  assert.equal(v.leaves(at("A"), "ArrowLeft", false), true);
+  assert.equal(v.leaves(at("INPUT", { type: "search" }), "w", true), false);
+  assert.equal(v.leaves(at("INPUT", { type: "range" }), "ArrowLeft", true), false);
+  assert.equal(v.leaves(at("INPUT", { type: "range", inside: true }), "ArrowLeft", true), true); // the replay's own
+  assert.equal(v.leaves(at("SELECT"), "1", true), false);
+  assert.equal(v.leaves(at("DIV"), "w", false), true);
+});
+
+// ---- Actuators ----
+
+test("actuators are coloured by the share of their limit", () => {
+  assert.equal(v.shareUsed(-200, 400, 300), 0.5);
+  assert.equal(v.shareUsed(150, null, 300), 0.5); // without a limit: of the largest value of the run
+  assert.equal(v.shareUsed(NaN, 400, 300), 0);
+  const hue = (share) => `#${v.saturationColor(share, "light").getHexString()}`;
+  assert.equal(hue(0), v.roleColor("idle", "light"));
+  assert.equal(hue(1.2), v.roleColor("limit", "light"));
+  assert.notEqual(hue(0.7), hue(0));
+});
+
+test("the central body has the direction and size of the orbit", () => {
+  const six = (...values) => values.map((one) => [one].flat());
+  const radial = six(...Array(6).fill([0, 1, 0]));
+  const run = impactRun(null, [["orbit/radial", "1", ["x", "y", "z"], radial], ["orbit/radius", "m", ["radius"], six(...Array(6).fill(7e6))]]);
+  const body = v.centralBodyOf(run, { central_body: { name: "earth", radius: 6.378137e6 } });
+  const { direction, ratio } = body.at({ index: 0, fraction: 0 });
+  assert.deepEqual(direction.toArray().map((x) => x + 0), [0, -1, 0]);
+  near(ratio, 0.911, 1e-3);
+  assert.equal(v.centralBodyOf(impactRun(), { central_body: { name: "earth", radius: 6.378137e6 } }), null);
+  assert.equal(v.centralBodyOf(run, { central_body: null }), null);
 });

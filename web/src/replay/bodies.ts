@@ -16,6 +16,7 @@ export interface BodyView {
   object: Group;
   track: PoseTrack | undefined;
   radius: number; // of the drawn shapes, about the frame's origin [m]
+  joint?: Group; // its drawn joint
 }
 
 export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style): BodyView[] {
@@ -28,10 +29,10 @@ export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style
     object.name = body.name;
     const own = body.geometry.map((shape) => geometrySolid(shape, scene, appearance, paints)).filter((made) => made !== undefined);
     for (const part of own.length > 0 ? own : defaultSolids(body, scene, rodRadius, appearance, paints)) object.add(part);
-    if (body.kind === "link") addJointAndGrippers(object, body, scene, !segments.has(body.name), rodRadius, appearance, paints);
+    const joint = body.kind !== "link" ? undefined : addJointAndGrippers(object, body, scene, !segments.has(body.name), rodRadius, appearance, paints);
     const track = poseTrack(run, body.series);
     object.visible = track !== undefined; // bodies without known motion are not displayed
-    return { body, object, track, radius: reach(body, scene) };
+    return { body, object, track, radius: reach(body, scene), joint };
   });
 }
 
@@ -70,13 +71,15 @@ function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
   return ends;
 }
 
-function addJointAndGrippers(object: Group, body: SceneBody, scene: Scene, showsJoint: boolean, rodRadius: number, appearance: Appearance, paints: Paints): void {
+// The drawn joint.
+function addJointAndGrippers(object: Group, body: SceneBody, scene: Scene, showsJoint: boolean, rodRadius: number, appearance: Appearance, paints: Paints): Group | undefined {
+  let joint: Group | undefined;
   const tube = body.geometry.find((g) => (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0);
   const girth = tube ? tube.size[0] : rodRadius;
   if (body.joint && showsJoint && !body.geometry.some((g) => g.shape === "mesh")) {
     // The joint axis has the same components in both frames of the joint, since rotation about it does not change it.
-    const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, appearance, paints);
-    if (made) object.add(made);
+    joint = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, appearance, paints);
+    if (joint) object.add(joint);
   }
   for (const e of scene.end_effectors) {
     if (e.body !== body.name) continue;
@@ -86,6 +89,7 @@ function addJointAndGrippers(object: Group, body: SceneBody, scene: Scene, shows
     gripper.position.copy(point);
     object.add(gripper);
   }
+  return joint;
 }
 
 // Distances between joints of chains, sorted.

@@ -14,6 +14,8 @@ export interface ViewSpec {
   label: string;
   follow: BodyView | null;
   top: boolean;
+  turn?: boolean; // always turns with the followed body
+  towards?: Vector3; // from the view target to the camera at first, in the followed body's frame; absent: the rig's
 }
 
 interface View extends ViewSpec {
@@ -101,6 +103,23 @@ export class CameraRig {
     this.changed();
   }
 
+  // Looks at a point of the view's frame, with a ball of that radius about it filling half the picture.
+  focus(point: Vector3, radius: number): void {
+    const view = this.current;
+    view.touched = true;
+    const towards = view.camera.position.clone().sub(view.controls.target).normalize();
+    view.controls.target.copy(point);
+    if (view.camera instanceof OrthographicCamera) {
+      view.camera.position.copy(point).addScaledVector(towards, 20 * radius);
+      view.camera.zoom = (view.camera.userData.half ?? 1) / (2 * radius);
+    } else {
+      view.camera.position.copy(point).addScaledVector(towards, (2 * radius) / Math.tan((kFieldOfView * Math.PI) / 360));
+    }
+    this.shape(view);
+    view.controls.update();
+    this.changed();
+  }
+
   // Rotates about the view target; the orthographic view pans instead.
   orbit(right: number, up: number): void {
     const view = this.current;
@@ -141,7 +160,7 @@ export class CameraRig {
     world.position.set(0, 0, 0);
     world.quaternion.identity();
     if (!body) return;
-    if (this.turnWithBody) world.quaternion.copy(body.quaternion).invert();
+    if (this.turnWithBody || this.current.turn) world.quaternion.copy(body.quaternion).invert();
     world.position.copy(body.position).negate().applyQuaternion(world.quaternion);
   }
 
@@ -158,7 +177,8 @@ export class CameraRig {
 
   private make(spec: ViewSpec): View {
     const camera = spec.top ? new OrthographicCamera() : new PerspectiveCamera(kFieldOfView, 16 / 9);
-    camera.up.set(0, spec.top ? 1 : 0, spec.top ? 0 : 1);
+    const upright = !spec.top && Math.abs(spec.towards?.z ?? 0) < 0.9; // z cannot be up if the camera looks along it
+    camera.up.set(0, upright ? 0 : 1, upright ? 1 : 0);
     const controls = new OrbitControls(camera, null);
     controls.zoomSpeed = 0.9;
     if (spec.top) {
@@ -175,7 +195,7 @@ export class CameraRig {
   // The camera position at which all balls are as large as possible.
   private fit(view: View): void {
     const balls = this.extent(view.follow);
-    const towards = view.top ? new Vector3(0, 0, 1) : this.direction;
+    const towards = view.top ? new Vector3(0, 0, 1) : (view.towards ?? this.direction);
     const turn = new Quaternion().setFromRotationMatrix(new Matrix4().lookAt(towards, new Vector3(), view.camera.up));
     const into = turn.clone().invert();
     const seen = balls.map((ball) => ({ centre: ball.centre.clone().applyQuaternion(into), radius: ball.radius }));

@@ -1,5 +1,7 @@
-// Keys of the replay. They are active if the replay, or no other element of the page, has the focus.
+// Keys of the replay: active wherever the focus is, except where an element uses the key itself; and their list.
 import type { Clock } from "../clock";
+import { element } from "../dom";
+import { isFocusClicked } from "../focus_origin";
 import type { Transport } from "./transport";
 
 export interface KeyTargets {
@@ -9,12 +11,15 @@ export interface KeyTargets {
   reset(): void;
   zoom(factor: number): void;
   orbit(right: number, up: number): void; // [rad]
+  help(): void;
 }
 
 // Returns the function that removes the listener.
 export function listenKeys(host: HTMLElement, targets: KeyTargets): () => void {
   const pressed = (event: KeyboardEvent): void => {
-    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || !concerns(host, event)) return;
+    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+    const focused = document.activeElement;
+    if (document.querySelector("dialog[open]") || (focused && !leaves(aboutFocus(host, focused), event.key, isFocusClicked()))) return;
     const act = action(event, targets);
     if (!act) return;
     event.preventDefault();
@@ -24,14 +29,49 @@ export function listenKeys(host: HTMLElement, targets: KeyTargets): () => void {
   return () => document.removeEventListener("keydown", pressed);
 }
 
-function concerns(host: HTMLElement, event: KeyboardEvent): boolean {
-  const focused = document.activeElement;
-  if (!focused || focused === document.body || focused === document.documentElement) return true;
-  if (!host.contains(focused)) return false;
-  const kind = focused.tagName;
-  if (kind === "SELECT") return event.key === "[" || event.key === "]"; // it uses the other keys itself
-  if (kind === "BUTTON" || (kind === "INPUT" && (focused as HTMLInputElement).type === "checkbox")) return event.key !== " " && event.key !== "Enter";
+interface Focus {
+  tag: string; // upper case, as in HTML
+  type: string; // of inputs
+  editable: boolean;
+  inside: boolean; // in the replay
+}
+
+function aboutFocus(host: HTMLElement, focused: Element): Focus {
+  const own = focused as HTMLElement;
+  return { tag: own.tagName, type: (own as HTMLInputElement).type ?? "", editable: own.isContentEditable, inside: host.contains(own) };
+}
+
+// Whether the focused element leaves a key to the replay.
+export function leaves({ tag, type, editable, inside }: Focus, key: string, clicked: boolean): boolean {
+  if (editable || tag === "TEXTAREA") return false;
+  if (tag === "SELECT") return key === "[" || key === "]"; // it uses the other keys itself
+  if (tag === "INPUT" && type !== "checkbox" && type !== "radio") return type === "range" && (inside || !/^(Arrow|Home|End)/.test(key));
+  if (tag === "INPUT" && type === "radio" && key.startsWith("Arrow")) return false;
+  if (tag === "BUTTON" || tag === "A" || tag === "SUMMARY" || tag === "INPUT") return clicked ? key !== "Enter" : key !== " " && key !== "Enter";
   return true;
+}
+
+const kKeys: [key: string, action: string][] = [
+  ["Space", "play or pause"],
+  ["← →", "one sample back or on; the states before and after an impact are separate"],
+  ["Shift + ← →", "one second back or on"],
+  ["Home, End", "begin, end"],
+  ["[ ]", "previous or next phase"],
+  ["W A S D", "turn the view; with Shift three times as far"],
+  ["+ −", "zoom"],
+  ["0", "see everything again"],
+  ["1 … 9", "cameras, in the order of the list"],
+  ["double click on a body", "look at it from near"],
+  ["?", "this list"],
+];
+
+// A dialog with the keys, opened by `?`.
+export function keyList(): HTMLDialogElement {
+  const close = element("button", { type: "button", class: "replay-chip" }, "Close");
+  const rows = kKeys.flatMap(([key, text]) => [element("dt", {}, element("kbd", {}, key)), element("dd", {}, text)]);
+  const dialog = element("dialog", { class: "replay-keys", "aria-label": "Keys of the replay" }, element("h3", {}, "Keys of the replay"), element("dl", {}, ...rows), close);
+  close.addEventListener("click", () => dialog.close());
+  return dialog;
 }
 
 const kTurn = Math.PI / 36; // 5 degrees per key press
@@ -39,7 +79,7 @@ const kTurn = Math.PI / 36; // 5 degrees per key press
 // By key position, independent of the keyboard layout: W, A, S, D.
 const kOrbit: Record<string, [number, number]> = { KeyW: [0, kTurn], KeyA: [-kTurn, 0], KeyS: [0, -kTurn], KeyD: [kTurn, 0] };
 
-function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom, orbit }: KeyTargets): (() => void) | undefined {
+function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom, orbit, help }: KeyTargets): (() => void) | undefined {
   const turn = Object.hasOwn(kOrbit, event.code) ? kOrbit[event.code] : undefined;
   if (turn) return () => orbit(turn[0] * (event.shiftKey ? 3 : 1), turn[1] * (event.shiftKey ? 3 : 1));
   switch (event.key) {
@@ -63,6 +103,8 @@ function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom, o
       return () => zoom(1 / 1.2);
     case "0":
       return reset;
+    case "?":
+      return help;
   }
   return /^[1-9]$/.test(event.key) ? () => camera(Number(event.key) - 1) : undefined;
 }

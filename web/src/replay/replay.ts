@@ -4,7 +4,7 @@ import type { Clock } from "../clock";
 import { element } from "../dom";
 import type { Run } from "../run";
 import { impactsOf } from "./impacts";
-import { listenKeys } from "./keyboard";
+import { keyList, listenKeys } from "./keyboard";
 import { makeStill } from "./print";
 import { webgl } from "./stage";
 import { Toolbar } from "./toolbar";
@@ -37,7 +37,11 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
     root.append(toolbar.host);
     picture.append(toolbar.turn);
   }
-  root.append(picture, moreButton(root));
+  const keys = keyList();
+  const help = (): void => (keys.open ? keys.close() : keys.showModal());
+  toolbar?.offerKeys(help);
+  root.append(picture, moreButton(root), keys);
+  if (viewport) root.append(viewport.legendHost);
   if (clock.end > clock.begin) root.append(transport.host);
   if (viewport && clock.end > clock.begin) offerVideo(transport, viewport, clock, first);
   const ends = [
@@ -52,6 +56,7 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
       reset: () => viewport?.rig.reset(),
       zoom: (factor) => viewport?.rig.zoom(factor),
       orbit: (right, up) => viewport?.rig.orbit(right, up),
+      help,
     }),
   ];
   if (viewport) ends.push(makeStill(root, viewport, clock, impactsOf(first)));

@@ -3,6 +3,7 @@ import { Group, Quaternion, type Sprite, Vector3 } from "three";
 import type { Scene } from "../data";
 import type { Instant, Run } from "../run";
 import { rolesOf } from "../roles";
+import { Actuators } from "./actuators";
 import { Bending } from "./bending";
 import { buildBodies, type BodyView, poseBodies, typicalLink } from "./bodies";
 import { type Impact, impactsOf } from "./impacts";
@@ -11,7 +12,8 @@ import { attitudeAxes, graspPoint, massCentre } from "./markers";
 import type { Paints } from "./palette";
 import { poseAt, poseTrack, vectorAt } from "./poses";
 import { Trail } from "./trails";
-import { contactForces, forceArrows, Impulses, momentumArrows, centreOf, type SeriesArrows } from "./vectors";
+import { TorqueTint } from "./torques";
+import { angularArrows, contactForces, forceArrows, Impulses, momentumArrows, centreOf, orbitArrows, type SeriesArrows } from "./vectors";
 
 // Display options.
 export interface Shown {
@@ -21,6 +23,10 @@ export interface Shown {
   impulses: boolean;
   forces: boolean;
   momentum: boolean;
+  angular: boolean;
+  actuators: boolean;
+  torques: boolean;
+  orbit: boolean;
   initial: boolean;
   mass: boolean;
   names: boolean;
@@ -32,6 +38,7 @@ export const kMaxBending = 100; // maximum factor of exaggeration
 export class RunView {
   readonly object = new Group();
   readonly bodies: BodyView[];
+  readonly ends: BodyView[]; // frames of the end-effectors, for cameras; not drawn
   readonly bending: Bending;
   readonly roles: Map<string, string>;
   readonly impacts: Impact[];
@@ -44,6 +51,10 @@ export class RunView {
   private readonly names: { label: Label; at: () => Vector3 }[] = [];
   readonly impulses: Impulses;
   private readonly momentum: SeriesArrows | undefined;
+  private readonly angular: SeriesArrows | undefined;
+  private readonly orbit: SeriesArrows | undefined;
+  private readonly actuators: Actuators | undefined;
+  private readonly torques: TorqueTint | undefined;
   private readonly forces: SeriesArrows | undefined;
 
   constructor(
@@ -56,6 +67,7 @@ export class RunView {
     this.roles = rolesOf(scene);
     this.impacts = impactsOf(run);
     this.bodies = buildBodies(run, scene, paints, second ? "second" : "solid");
+    this.ends = endFrames(run, scene);
     this.bending = new Bending(run, this.bodies);
     for (const view of this.bodies) this.object.add(view.object);
     poseBodies(this.bodies, { index: 0, fraction: 0 });
@@ -68,9 +80,17 @@ export class RunView {
       this.addNames();
       this.momentum = momentumArrows(run, this.bodies, paints, labels, this.span, this.roles);
       this.forces = forceArrows(run, scene.end_effectors.map((e) => e.name), paints, labels, this.span);
-      this.object.add(this.momentum.object, this.forces.object);
+      this.angular = angularArrows(run, paints, labels, this.span);
+      this.orbit = orbitArrows(run, this.bodies, paints, labels, this.span);
+      this.actuators = new Actuators(run, scene, this.base);
+      this.torques = new TorqueTint(run, scene, this.bodies);
+      this.object.add(this.momentum.object, this.angular.object, this.orbit.object, this.forces.object, this.actuators.object);
     }
     this.object.add(this.mass, this.initial);
+  }
+
+  get base(): BodyView | undefined {
+    return this.bodies.find((view) => view.body.kind === "base");
   }
 
   // Whether shapes of bodies touch at any sample.
@@ -83,6 +103,10 @@ export class RunView {
     if (what === "impulses") return this.impacts.some((i) => i.grasps.length > 0);
     if (what === "forces") return this.forces !== undefined && !this.forces.empty;
     if (what === "momentum") return this.momentum !== undefined && !this.momentum.empty;
+    if (what === "angular") return this.angular !== undefined && !this.angular.empty;
+    if (what === "orbit") return this.orbit !== undefined && !this.orbit.empty;
+    if (what === "actuators") return this.actuators !== undefined && !this.actuators.empty;
+    if (what === "torques") return this.torques !== undefined && !this.torques.empty;
     if (what === "mass") return this.run.series("system/center_of_mass") !== undefined;
     return true;
   }
@@ -91,6 +115,7 @@ export class RunView {
   update(time: number, back: number, shown: Shown, bent: number): void {
     const instant = this.run.locate(time, back);
     poseBodies(this.bodies, instant);
+    poseBodies(this.ends, instant);
     this.bending.apply(bent);
     for (const trail of this.trails) {
       trail.object.visible = shown.trails;
@@ -102,6 +127,10 @@ export class RunView {
     if (this.initial.visible && this.initial.children.length === 0) this.addGhost();
     this.impulses.update(time, instant, back, shown);
     this.momentum?.update(instant, shown.momentum);
+    this.angular?.update(instant, shown.angular);
+    this.orbit?.update(instant, shown.orbit);
+    this.actuators?.update(instant, this.base, shown.actuators, this.paints.theme);
+    this.torques?.update(instant, shown.torques, this.paints.theme);
     this.forces?.update(instant, shown.forces);
     this.placeMass(instant, shown);
     for (const { label, at } of this.names) {
@@ -193,6 +222,27 @@ export class RunView {
       this.names.push({ label: this.labels.add(this.roles.get(end.body) ?? "system", end.name), at });
     }
   }
+}
+
+// The end-effectors' frames as bodies without shapes.
+function endFrames(run: Run, scene: Scene): BodyView[] {
+  return scene.end_effectors.flatMap((end) => {
+    const carrier = scene.bodies.find((body) => body.name === end.body);
+    const series = `end_effectors/${end.name}`;
+    const track = poseTrack(run, series);
+    if (!carrier || !track) return [];
+    const body = { ...carrier, name: end.name, kind: "end_effector", series, geometry: [] };
+    return [{ body, object: new Group(), track, radius: 0.1 * typicalLink(scene) }];
+  });
+}
+
+// From a link's origin to its end-effector, in the end-effector's frame: outward.
+export function outwardOf(scene: Scene, name: string): Vector3 {
+  const end = scene.end_effectors.find((one) => one.name === name);
+  const position = new Vector3(...(end?.position ?? [0, 0, 1]));
+  if (!end || position.lengthSq() < 1e-12) return new Vector3(0, 0, 1);
+  const [w, x, y, z] = end.quaternion_wxyz;
+  return position.normalize().applyQuaternion(new Quaternion(x, y, z, w).invert());
 }
 
 // Half of the largest distance from the base, with a minimum.

@@ -1,4 +1,5 @@
-// Decorative stars and Earth: not computed, but fixed in W, which makes rotation visible.
+// Stars, fixed in W, which makes rotation visible; and with an orbit the central body, in its computed direction and
+// size. The pattern on its surface is decoration.
 import {
   BufferGeometry,
   Float32BufferAttribute,
@@ -15,16 +16,17 @@ import {
   type Camera,
   type WebGLRenderer,
 } from "three";
+import type { Scene as Bodies } from "../data";
+import type { Instant, Run } from "../run";
 import { kSun } from "./stage";
 
 const kStars = 1400;
-const kEarthSize = 0.17; // radius over distance
 
 const kVertex = `
 varying vec3 at;
 void main() { at = normalize(position); gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`;
 const kFragment = `
-uniform vec3 sun; varying vec3 at;
+uniform vec3 sun; uniform float earth; varying vec3 at;
 float hash(vec3 p) { return fract(sin(dot(p, vec3(12.9898, 78.233, 37.719))) * 43758.5453); }
 float noise(vec3 p) {
   vec3 i = floor(p), f = fract(p); f = f * f * (3.0 - 2.0 * f);
@@ -36,20 +38,53 @@ void main() {
   float land = smoothstep(0.52, 0.56, rough(2.4 * at + 3.0));
   float cloud = smoothstep(0.55, 0.75, rough(vec3(3.0, 3.0, 7.0) * at + 9.0));
   vec3 ground = mix(vec3(0.03, 0.12, 0.32), vec3(0.16, 0.24, 0.10), land);
-  vec3 color = mix(ground, vec3(0.85), 0.8 * cloud);
+  vec3 rock = mix(vec3(0.30, 0.27, 0.25), vec3(0.16, 0.15, 0.15), land);
+  vec3 color = mix(rock, mix(ground, vec3(0.85), 0.8 * cloud), earth);
   gl_FragColor = vec4(color * (0.03 + 1.1 * max(0.0, dot(at, sun))), 1.0);
 #include <colorspace_fragment>
 }`;
+
+const kDistance = 100; // at which it is drawn; only the ratio of its radius to it is visible
+
+export interface CentralBody {
+  name: string;
+  at(instant: Instant): { direction: Vector3; ratio: number }; // to its centre, in W; radius over distance
+}
+
+// Null: the run has no orbit, or the radius of its central body is not known.
+export function centralBodyOf(run: Run, scene: Bodies): CentralBody | null {
+  const body = scene.central_body;
+  const [radial, distance] = [run.series("orbit/radial"), run.series("orbit/radius")];
+  if (!body || typeof body.radius !== "number" || !radial || !distance) return null;
+  const size = body.radius;
+  return {
+    name: body.name,
+    at: (instant) => ({
+      direction: new Vector3().fromArray(run.at(radial, instant)).normalize().negate(),
+      ratio: Math.min(0.999, size / run.at(distance, instant)[0]),
+    }),
+  };
+}
 
 export class Sky {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(27, 1, 0.1, 200);
 
-  // `earth`: direction to the Earth, in W.
-  constructor(earth: Vector3) {
-    const globe = new Mesh(new SphereGeometry(100 * kEarthSize, 64, 48), new ShaderMaterial({ vertexShader: kVertex, fragmentShader: kFragment, uniforms: { sun: { value: kSun } } }));
-    globe.position.copy(earth).normalize().multiplyScalar(100);
-    this.scene.add(stars(), globe);
+  private readonly globe: Mesh | null = null;
+
+  constructor(private readonly central: CentralBody | null) {
+    this.scene.add(stars());
+    if (!central) return;
+    const uniforms = { sun: { value: kSun }, earth: { value: central.name === "earth" ? 1 : 0 } };
+    this.globe = new Mesh(new SphereGeometry(1, 128, 96), new ShaderMaterial({ vertexShader: kVertex, fragmentShader: kFragment, uniforms }));
+    this.scene.add(this.globe);
+  }
+
+  pose(instant: Instant): void {
+    if (!this.globe || !this.central) return;
+    const { direction, ratio } = this.central.at(instant);
+    this.globe.position.copy(direction).multiplyScalar(kDistance);
+    this.globe.scale.setScalar(kDistance * ratio);
   }
 
   // Drawn first; all other objects are drawn over it.

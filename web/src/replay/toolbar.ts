@@ -11,11 +11,15 @@ const kNames: [keyof Shown, string, string][] = [
   ["impulses", "Impulses", "Impulses on the robot at the impact [N s]"],
   ["forces", "Forces", "Forces of the grasps on the robot, and of contacts on the second body of each pair [N]"],
   ["momentum", "Momentum", "Linear momentum of robot, targets and all together [N s]"],
+  ["angular", "Angular momentum", "Angular momentum of all together and of the robot, about the centre of mass of all [N m s]"],
+  ["actuators", "Actuators", "Wheels and gyros: green far from their largest rate, red at it; thrusters with their exhaust"],
+  ["torques", "Joint torques", "Joints turn red towards their effort limits; without a limit towards their largest torque of the run"],
+  ["orbit", "Orbit", "Directions to the central body and along the orbit"],
   ["mass", "Centre of mass", "Centre of mass of the whole system"],
   ["axes", "Axes", "Axes of base, targets and end-effectors: x red, y green, z blue"],
   ["initial", "Initial pose", "Where everything was at the beginning"],
   ["ground", "Ground", "A grid that stands still in W, below everything, with the sun's shadows on it"],
-  ["sky", "Earth and stars", "For the eye: stars and an Earth that stand still in W; they are not computed"],
+  ["sky", "Sky", "Stars, fixed in W; with an orbit also the central body, at its computed direction and size"],
   ["names", "Names", "Names of bodies and end-effectors"],
 ];
 
@@ -50,6 +54,13 @@ export class Toolbar {
     roving(chips);
     this.host.append(element("div", { class: "replay-group" }, this.cameras, reset), chips);
     if (bends) this.host.append(bendingSlider(acts.bent));
+  }
+
+  // A button for those who do not know the key `?`.
+  offerKeys(show: () => void): void {
+    const button = element("button", { type: "button", class: "replay-chip", title: "Keys of the replay (?)" }, "Keys");
+    button.addEventListener("click", show);
+    this.host.firstElementChild!.append(button);
   }
 
   select(index: number, follows: boolean): void {

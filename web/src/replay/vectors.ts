@@ -139,7 +139,7 @@ class SeriesArrows {
         const value = vectorAt(this.run, one.series, instant);
         one.arrow.set(one.origin(instant), value, (this.length * value.length()) / this.largest);
         one.label.anchor.copy(one.arrow.tip);
-        one.label.text = `${one.name} ${number(value.length(), 3)} ${this.unit}`;
+        one.label.text = this.unit === "" ? one.name : `${one.name} ${number(value.length(), 3)} ${this.unit}`;
       }
       one.label.visible = one.arrow.object.visible;
       if (!one.marker) continue;
@@ -163,6 +163,32 @@ export function momentumArrows(run: Run, bodies: BodyView[], paints: Paints, lab
   const centre = run.series("system/center_of_mass");
   if (centre) made.add(run.series("system/linear_momentum"), "total", arrow("system"), labels.add("system"), (at) => vectorAt(run, centre, at));
   return made;
+}
+
+// The total angular momentum about the system's centre of mass, and its parts.
+export function angularArrows(run: Run, paints: Paints, labels: Labels, span: number): SeriesArrows {
+  const made = new SeriesArrows(run, 0.7 * span, "N m s");
+  const centre = run.series("system/center_of_mass");
+  if (!centre) return made;
+  const at = (instant: Instant) => vectorAt(run, centre, instant);
+  made.add(run.series("system/angular_momentum"), "total", new Arrow(paints, "angular", 0.007 * span), labels.add("angular"), at);
+  made.add(run.series("robot/angular_momentum"), "robot", new Arrow(paints, "robot", 0.0045 * span), labels.add("robot"), at);
+  return made;
+}
+
+// From the base: to the central body's centre, and along the orbit.
+export function orbitArrows(run: Run, bodies: BodyView[], paints: Paints, labels: Labels, span: number): SeriesArrows {
+  const made = new SeriesArrows(run, 0.8 * span, "");
+  const base = bodies.find((view) => view.body.kind === "base");
+  if (!base) return made;
+  const at = () => centreOf(base);
+  made.add(negated(run.series("orbit/radial")), "nadir", new Arrow(paints, "mass", 0.005 * span), labels.add("mass"), at);
+  made.add(run.series("orbit/along_track"), "along track", new Arrow(paints, "axis y", 0.005 * span), labels.add("axis y"), at);
+  return made;
+}
+
+function negated(series: Series | undefined): Series | undefined {
+  return series && { ...series, data: series.data.map((value) => -value) };
 }
 
 // During a compliant impact the grasp forces are displayed; later ones, and those of contacts between shapes, have the

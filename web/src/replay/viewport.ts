@@ -13,8 +13,9 @@ import { type Ground, makeGround } from "./ground";
 import { buildObstacles } from "./obstacles";
 import { goodDirection } from "./outlook";
 import { currentTheme, listenTheme, Paints, roleColor, type Theme } from "./palette";
-import { RunView, type Shown } from "./run_view";
-import { Sky } from "./sky";
+import { outwardOf, RunView, type Shown } from "./run_view";
+import { listenPointer } from "./pointing";
+import { centralBodyOf, Sky } from "./sky";
 import { Stage } from "./stage";
 import { Legend, type LegendRow } from "./toolbar";
 
@@ -23,6 +24,7 @@ export interface Pose {
   quaternion_wxyz: Quat;
 }
 
+const kNearEnd = 0.16; // radius about an end-effector that its cameras show, of the scene's span
 const kSamples = 80; // instants at which the extent of the motion is evaluated
 
 export class Viewport {
@@ -64,16 +66,21 @@ export class Viewport {
     const all = this.extent(null);
     const obstacles = buildObstacles(first.scene, middleOf(all), radiusOf(all), this.paints);
     this.stage.world.add(this.ground.object, obstacles);
-    host.append(this.labels.host, this.legend.host, this.compass.host);
+    host.append(this.labels.host, this.compass.host);
     this.stage.onDraw(() => this.draw());
     this.ends.push(listenTheme(() => this.retheme()));
     this.watchSize();
     this.watchWheel(canvas);
+    this.ends.push(listenPointer(this, canvas, () => first.run.locate(clock.time, clock.back)));
     canvas.addEventListener("webglcontextrestored", this.stage.invalidate);
     this.retheme();
   }
 
   // ---- Interface ----
+  // Below the picture, so that it covers nothing.
+  get legendHost(): HTMLElement {
+    return this.legend.host;
+  }
   invalidate(): void {
     this.stage.invalidate();
   }
@@ -81,6 +88,10 @@ export class Viewport {
     this.rig.select(index);
     this.refreshLegend();
     this.invalidate();
+  }
+  // `point`: on the body, in the stage's frame.
+  focusOn(view: BodyView, point: Vector3): void {
+    this.rig.focus(point, Math.min(view.radius, 0.6 * this.views[0].span));
   }
   bodyPose(name: string, run = 0): Pose | null {
     const view = this.views[run]?.bodies.find((b) => b.body.name === name);
@@ -166,6 +177,7 @@ export class Viewport {
   }
   private pose(time: number, back = 0): void {
     for (const view of this.views) view.update(time, back, this.shown, this.bent);
+    this.stage.sky?.pose(this.views[0].run.locate(time, back));
     this.rig.frame(this.stage.world);
   }
   private render(): void {
@@ -219,7 +231,7 @@ export class Viewport {
     this.legend.show(rows, (role) => roleColor(role, this.shownTheme));
   }
   refresh(): void {
-    if (this.shown.sky && !this.stage.sky) this.stage.sky = new Sky(earthDirection(this.direction));
+    if (this.shown.sky && !this.stage.sky) this.stage.sky = new Sky(centralBodyOf(this.views[0].run, this.views[0].scene));
     else if (!this.shown.sky && this.stage.sky) {
       this.stage.sky.dispose();
       this.stage.sky = null;
@@ -237,9 +249,11 @@ export class Viewport {
       ...follow("base").map((b) => ({ id: "follow base", label: "Follow base", follow: b, top: false })),
       ...follow("target").map((b) => ({ id: `follow ${b.body.name}`, label: `Follow ${b.body.name}`, follow: b, top: false })),
       { id: "top", label: "From above, orthographic", follow: null, top: true },
+      ...first.ends.map((end) => ({ id: `contact ${end.body.name}`, label: `Contact of ${end.body.name}`, follow: end, top: false })),
+      ...first.ends.map((end) => endCamera(first, end)),
     ];
     const extent = (body: BodyView | null) => this.extent(body);
-    let start = this.planar ? specs.length - 1 : 0;
+    let start = this.planar ? specs.findIndex((spec) => spec.top) : 0;
     const base = specs[1]?.follow;
     if (base && radiusOf(extent(null)) > 2.5 * radiusOf(extent(base))) start = 1; // large common drift
     return new CameraRig(specs, start, canvas, extent, this.direction, () => this.invalidate());
@@ -261,7 +275,8 @@ export class Viewport {
   private extent(follow: BodyView | null): Ball[] {
     const known = this.extents.get(follow);
     if (known) return known;
-    const balls = follow?.body.kind === "target" ? [{ centre: new Vector3(), radius: 2.1 * follow.radius }] : this.sweep(follow);
+    const near = follow?.body.kind === "target" ? 2.1 * follow.radius : follow?.body.kind === "end_effector" ? kNearEnd * this.views[0].span : 0;
+    const balls = near > 0 ? [{ centre: new Vector3(), radius: near }] : this.sweep(follow);
     const sound = balls.filter((ball) => Number.isFinite(ball.centre.lengthSq() + ball.radius)); // a failed run may end in NaN
     this.extents.set(follow, sound);
     return sound;
@@ -320,16 +335,18 @@ export class Viewport {
   }
 }
 
+// Behind the end-effector and above it, looking outward; turns with it.
+function endCamera(view: RunView, end: BodyView): ViewSpec {
+  const outward = outwardOf(view.scene, end.body.name);
+  const side = Math.abs(outward.z) < 0.9 ? new Vector3(0, 0, 1) : new Vector3(1, 0, 0);
+  const towards = outward.clone().negate().addScaledVector(side, 0.45).normalize();
+  return { id: `from ${end.body.name}`, label: `From ${end.body.name}`, follow: end, top: false, turn: true, towards };
+}
+
 // The share of a body's radius that a view must contain: links are represented by their ends, balls by their radius.
 function shownPart(body: SceneBody): number {
   if (body.kind === "link") return 0.06;
   return body.geometry.length === 1 && body.geometry[0].shape === "sphere" ? 1 : 0.85;
-}
-
-// Its position relative to the initial view: behind, above and to the side.
-function earthDirection(viewDirection: Vector3): Vector3 {
-  const right = new Vector3(-viewDirection.y, viewDirection.x, 0).normalize();
-  return viewDirection.clone().negate().addScaledVector(right, -0.3).addScaledVector(new Vector3().crossVectors(viewDirection, right).normalize(), 0.14);
 }
 
 function middleOf(balls: Ball[]): Vector3 {
@@ -348,6 +365,10 @@ function defaultShown(view: RunView): Shown {
     impulses: true,
     forces: view.impacts.some((i) => i.duration > 0) || view.touches,
     momentum: false,
+    angular: false,
+    actuators: true,
+    torques: true,
+    orbit: false,
     initial: false,
     mass: true,
     names: false,
