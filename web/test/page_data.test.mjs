@@ -7,7 +7,7 @@ import { bundle } from "./bundle.mjs";
 let v;
 before(async () => {
   v = await bundle([
-    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/facts", "replay/keyboard", "replay/actuators", "replay/sky",
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/yaml_values", "page/facts", "format", "replay/keyboard", "replay/actuators", "replay/sky",
     "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/obstacles", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
@@ -488,6 +488,62 @@ test("a browser without recording gives a message", () => {
   assert.match(v.videoType({}).why, /cannot record/);
   assert.match(v.videoType({ MediaRecorder: { isTypeSupported: () => false }, HTMLCanvasElement: canvas }).why, /WebM/);
   assert.deepEqual(v.videoType({ MediaRecorder: { isTypeSupported: (type) => /vp8/.test(type) }, HTMLCanvasElement: canvas }), { type: "video/webm;codecs=vp8" });
+});
+
+// ---- Comparisons ----
+
+test("scenarios are compared by values, not by how they are written", () => {
+  const a = `# a comment
+schema: grapnel-scenario/1
+robot: {file: r.yaml}   # where
+targets:
+  - name: "debris # 1"
+    position: [1, 2.0,
+      3e0]
+    spin:
+      rate: 5 deg/s
+  - name: other
+grasps:
+- end_effector: left
+- end_effector: right
+note: |
+  two
+  lines
+`;
+  const b = `robot: { file: r.yaml }
+schema: grapnel-scenario/1
+targets:
+  - name: 'debris # 1'
+    spin: 
+      rate: 8 deg/s
+    position: [1.0, 2, 3]
+  - name: other
+    mass: 7
+grasps:
+  - end_effector: left
+  - end_effector: right
+note: |
+  two
+  lines
+`;
+  const [x, y] = [a, b].map(v.yamlValues);
+  assert.equal(x.get("targets[0].name"), "debris # 1");
+  assert.equal(x.get("targets[0].position"), "[1, 2, 3]");
+  assert.equal(x.get("grasps[1].end_effector"), "right");
+  assert.equal(x.get("note"), "two lines");
+  assert.deepEqual(v.valueChanges(x, y), [
+    { path: "targets[0].spin.rate", a: "5 deg/s", b: "8 deg/s" },
+    { path: "targets[1].mass", a: null, b: "7" },
+  ]);
+  assert.equal(v.yamlValues("a: &anchor 1\n"), null);
+  assert.equal(v.yamlValues("a: [1, 2\n"), null);
+});
+
+test("rounding errors are zero and no difference", () => {
+  assert.equal(v.quiet(1e-17, 0.5), 0);
+  assert.equal(v.quiet(1e-9, 0.5), 1e-9);
+  const summary = { impact: { kinetic_energy_before: 2, kinetic_energy_after: 2 - 4e-16, grasps: [] } };
+  assert.equal(v.keyFacts(impactRun(null, [], summary)).find((fact) => fact.key === "energy").value, 0);
 });
 
 // ---- Keys ----

@@ -59,16 +59,19 @@ function csv(model: CampaignModel, list: WorstList): string {
 // Reasons for failures; similar reasons are grouped.
 export function failuresCard(model: CampaignModel, study: string): HTMLElement | null {
   if (model.failures.length === 0) return null;
+  const most = Math.max(...model.failures.map((f) => f.count));
+  const cases = model.success.trials;
   const rows = model.failures.map((f) =>
     element(
       "tr",
       {},
       element("td", {}, String(f.count)),
+      element("td", { class: "st-left" }, bar(f.count, most, cases)),
       element("td", { class: "st-left" }, element("span", { class: `st-status-${/^\w+$/.test(f.status) ? f.status : "other"}` }, f.status)),
       element("td", { class: "st-left" }, f.reason, element("div", { class: "cp-examples" }, ...f.examples.map((e) => example(model, e)))),
     ),
   );
-  const head = element("tr", {}, ...["cases", "status", "reason"].map((text, k) => element("th", { scope: "col", ...(k > 0 ? { class: "st-left" } : {}) }, text)));
+  const head = element("tr", {}, ...["cases", "share", "status", "reason"].map((text, k) => element("th", { scope: "col", ...(k > 0 ? { class: "st-left" } : {}) }, text)));
   const text = (): string => rowsToText([["cases", "status", "reason", "examples"], ...model.failures.map((f) => [f.count, f.status, f.reason, f.examples.map((e) => e.index).join(" ")])]);
   return element(
     "section",
@@ -78,6 +81,14 @@ export function failuresCard(model: CampaignModel, study: string): HTMLElement |
     graspTable(model),
     element("p", { class: "st-note" }, `${model.failuresAreAll ? "Every case is in one line." : "They count as no success."}${model.failuresLeftOut > 0 ? ` ${plural(model.failuresLeftOut, "case")} with rarer reasons are left out.` : ""}`),
   );
+}
+
+// A failure mode's share of all cases, as a bar relative to the most frequent one.
+function bar(count: number, most: number, cases: number): HTMLElement {
+  const share = element("span", {});
+  share.style.width = `${(100 * count) / Math.max(1, most)}%`;
+  const text = cases > 0 ? `${number((100 * count) / cases, 3)} %` : "";
+  return element("span", { class: "cp-mode" }, element("span", { class: "bar", role: "img", "aria-label": text }, share), element("span", {}, text));
 }
 
 // How often each grasp fails, and the most frequent tolerance; only for grasps that fail.

@@ -1,6 +1,6 @@
 // Two runs: their key numbers side by side.
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number, quiet, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, type Fact } from "./facts";
 import { list, text } from "./read";
@@ -44,8 +44,24 @@ export function answers(runs: Run[]): HTMLElement {
   );
 }
 
-export function keyNumbers(runs: Run[]): HTMLElement {
-  const [a, b] = runs.map(keyFacts);
+// Rounding errors are no difference.
+export function difference(a: number, b: number): number {
+  return quiet(b - a, Math.max(Math.abs(a), Math.abs(b)));
+}
+
+// What the impact did differently: a comparison begins with it.
+const kOfImpact = /^(impulse|mean force|peak force) |^(energy|base rate)$/;
+
+export function impactDifferences(runs: Run[]): HTMLElement | null {
+  return runs.some((run) => run.summary?.impact) ? numbers("Differences at the impact", runs, (fact) => kOfImpact.test(fact.key)) : null;
+}
+export function otherNumbers(runs: Run[]): HTMLElement {
+  const impact = runs.some((run) => run.summary?.impact);
+  return numbers(impact ? "Other key numbers" : "Key numbers", runs, (fact) => !impact || !kOfImpact.test(fact.key));
+}
+
+function numbers(caption: string, runs: Run[], wanted: (fact: Fact) => boolean): HTMLElement {
+  const [a, b] = runs.map((run) => keyFacts(run).filter(wanted));
   const keys = a.map((fact) => fact.key);
   b.forEach((fact, i) => {
     // Rows that exist only in B keep their position in B.
@@ -65,13 +81,13 @@ export function keyNumbers(runs: Run[]): HTMLElement {
       b.find((fact) => fact.key === key),
     ),
   );
-  return table("Key numbers", columns, rows);
+  return table(caption, columns, rows);
 }
 
 function row(a: Fact | undefined, b: Fact | undefined): Cell[] {
   const one = (a ?? b)!;
   const both = a?.value !== null && a?.value !== undefined && b?.value !== null && b?.value !== undefined;
-  const step = both ? b.value! - a.value! : null;
+  const step = both ? difference(a.value!, b.value!) : null;
   const relative = step !== null && a!.value !== 0 && !one.percent ? (100 * step) / Math.abs(a!.value!) : null;
   return [
     one.name,

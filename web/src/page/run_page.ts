@@ -7,7 +7,7 @@ import { buildPlots, type PlotHandle } from "../plots/plots_panel";
 import { createReplay } from "../replay/replay";
 import { roving } from "../roving";
 import { Run } from "../run";
-import { answers, differingScenarios, keyNumbers } from "./compare";
+import { answers, differingScenarios, impactDifferences, otherNumbers } from "./compare";
 import { contactsSection, hasContacts } from "./contacts";
 import { drivenSection, isDriven } from "./driven";
 import { loadsSection } from "./loads";
@@ -135,7 +135,7 @@ function runSections(run: Run): Section[] {
 
 function comparisonSections(runs: Run[]): Section[] {
   const [a, b] = runs;
-  const numbers = () => [answers(runs), keyNumbers(runs), differingScenarios(runs)];
+  const numbers = () => [impactDifferences(runs), answers(runs), otherNumbers(runs), differingScenarios(runs)].filter((one) => one !== null);
   const details = runs.map((run, i): Section => {
     const label = run.data.label || "AB"[i];
     return {

@@ -3,8 +3,9 @@ import type { SourceTexts } from "../data";
 import { element } from "../dom";
 import type { Run } from "../run";
 import { hunks, lineDiff, type DiffLine } from "./line_diff";
+import { valueChanges, yamlValues } from "./yaml_values";
 import { list, num, text } from "./read";
-import { absent, fold, pairs } from "./table";
+import { absent, fold, pairs, table } from "./table";
 
 interface Part {
   part: string;
@@ -76,7 +77,17 @@ function partDifference(part: string, a: Part | undefined, b: Part | undefined):
   const isStored = (file: Part) => file.text !== "" || file.bytes === 0;
   if (!isStored(a) || !isStored(b)) return element("p", {}, `${title}: too large to be stored and compared here.`);
   if (a.text === b.text) return element("p", {}, `${title}: identical in both.`);
+  const [valuesA, valuesB] = [yamlValues(a.text), yamlValues(b.text)];
   const lines = lineDiff(a.text, b.text);
+  if (valuesA && valuesB) {
+    const changes = valueChanges(valuesA, valuesB);
+    const code = (value: string | null) => (value === null ? "absent" : element("code", {}, value));
+    const shown =
+      changes.length > 0
+        ? table(`${title}: ${changes.length} different values`, [{ head: "Key" }, { head: "A" }, { head: "B" }], changes.map((one) => [element("code", {}, one.path || "file"), code(one.a), code(one.b)]))
+        : element("p", {}, `${title}: the same values, written differently.`);
+    return element("div", {}, shown, lines && fold("The lines that differ", difference(title, lines)));
+  }
   return lines ? difference(title, lines) : element("p", {}, `${title}: the texts differ too much for a comparison by lines.`);
 }
 

@@ -1,8 +1,10 @@
-// Assembles a study's page: the first screen immediately, other parts when they scroll into view.
+// Assembles a study's page: the first screen immediately, other parts one after the other once the browser is idle, or
+// when they scroll into view; a search of the browser then finds everything.
 import { element } from "../dom";
 import { rowName } from "./describe";
 import type { StudyState } from "./state";
 import { lightOnPaper } from "./paper";
+import { roving } from "../roving";
 import { button, whenSeen } from "./ui";
 
 export interface Parts {
@@ -20,19 +22,52 @@ export function assemble(host: HTMLElement, parts: Parts): void {
   lightOnPaper(); // before the parts that are built for printing
   const main = element("div", { class: "st-main" });
   const aside = element("aside", { class: "st-aside" }, parts.card);
-  host.replaceChildren(element("div", { class: "st-page" }, parts.head, element("div", { class: "st-columns" }, main, aside), jumpBar(parts)));
+  const nav = element("nav", { class: "page-nav", "aria-label": "Sections" });
+  roving(nav);
+  host.replaceChildren(element("div", { class: "st-page" }, parts.head, nav, element("div", { class: "st-columns" }, main, aside), jumpBar(parts)));
   for (const build of parts.first) place(main, build);
   if (parts.first.length === 0) main.append(element("section", { class: "card st-card" }, element("p", { class: "st-note" }, parts.empty)));
+  for (const card of main.querySelectorAll<HTMLElement>(":scope > [id]")) link(nav, card);
   main.append(parts.filter);
+  const waiting: (() => void)[] = [];
   for (const [id, build] of [...parts.later, ["table", parts.table] as [string, () => HTMLElement]]) {
     const slot = element("div", { class: "st-slot", "data-slot": id });
     main.append(slot);
-    whenSeen(slot, () => {
-      slot.classList.add("st-built");
-      place(slot, build);
-    });
+    const named = link(nav, slot);
+    waiting.push(
+      whenSeen(slot, () => {
+        slot.classList.add("st-built");
+        place(slot, build);
+        named(slot.querySelector<HTMLElement>("[id]"));
+      }),
+    );
   }
+  buildInIdle(waiting);
   expose(parts.state);
+}
+
+// One part per idle period, so that the page stays responsive.
+function buildInIdle(waiting: (() => void)[]): void {
+  const idle = window.requestIdleCallback ?? ((next: () => void) => window.setTimeout(next, 50));
+  const next = (): void => {
+    waiting.shift()?.();
+    if (waiting.length > 0) idle(next);
+  };
+  idle(next);
+}
+
+// Adds a link to a part. Returns the function that names it after the part is built; null: there is nothing to show.
+function link(nav: HTMLElement, part: HTMLElement): (built: HTMLElement | null) => void {
+  const made = element("a", { href: "#" });
+  const name = (built: HTMLElement | null): void => {
+    const title = built?.querySelector("h2")?.textContent ?? "";
+    made.hidden = title === "";
+    made.textContent = title;
+    if (built) made.href = `#${built.id}`;
+  };
+  name(part.id === "" ? null : part);
+  nav.append(made);
+  return name;
 }
 
 // A failed part shows its error; the others remain.

@@ -81,7 +81,7 @@ export function commandLine(command: string): HTMLElement {
 }
 
 // Builds a part when it scrolls into view, or before the page is printed, so that the first screen is fast.
-export function whenSeen(host: HTMLElement, build: () => void): void {
+export function whenSeen(host: HTMLElement, build: () => void): () => void {
   let done = false;
   const once = (): void => {
     if (done) return;
@@ -95,6 +95,7 @@ export function whenSeen(host: HTMLElement, build: () => void): void {
     once();
     for (const check of widths) check(); // printing does not wait for the next layout
   });
+  return once;
 }
 
 // Draws visible parts immediately, and others when they scroll into view: 100 000 points are not drawn off screen.
