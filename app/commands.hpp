@@ -72,6 +72,7 @@ struct ReportOptions {
   std::filesystem::path folder;
   std::filesystem::path second;  // a run to compare with; empty: none
   std::filesystem::path output;  // empty: in the folder
+  bool index = false;            // the page over all results in the folder
 };
 int report(const ReportOptions& options);
 

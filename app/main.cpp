@@ -124,9 +124,16 @@ int program(int argc, char** argv) {
   CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; for two runs a comparison");
   report_command->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or map")
       ->required();
-  report_command->add_option("second", report_options.second, "Result folder of a run to compare with (default: none)");
-  report_command->add_option("-o,--output", report_options.output,
-                             "File (default: report.html in the folder; for a comparison report-vs-SECOND.html)");
+  CLI::Option* second_run = report_command->add_option("second", report_options.second,
+                                                       "Result folder of a run to compare with (default: none)");
+  report_command
+      ->add_flag("--index", report_options.index,
+                 "Write index.html: an overview of all results in the folder and the folders below it, newest first")
+      ->excludes(second_run);
+  report_command->add_option(
+      "-o,--output", report_options.output,
+      "File (default: report.html in the folder; for a comparison report-vs-SECOND.html; index.html "
+      "with --index)");
   report_command->callback([&] { code = report(report_options); });
 
   CompareOptions compare_options;

@@ -11,6 +11,7 @@ namespace fs = std::filesystem;
 
 int report(const ReportOptions& options) {
   Terminal terminal;
+  if (options.index) return code_of(write_index_of(options.folder, options.output, terminal));
   return code_of(write_report_of(options.folder, options.second, options.output, terminal));
 }
 

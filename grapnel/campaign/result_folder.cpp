@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "grapnel/report/index_data.hpp"
 #include "grapnel/report/report_html.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/text/error_text.hpp"
@@ -214,22 +215,13 @@ Ending told(const std::exception& error, Ending ending, Listener& listener) {
   return ending;
 }
 
-}  // namespace
-
-Ending write_report_of(const fs::path& folder, const fs::path& second, fs::path file, Listener& listener) {
-  if (const std::string why = why_no_reports(); !why.empty()) {
-    listener.error("grapnel", "no report: " + why);
-    return Ending::failed;
-  }
-  if (file.empty()) file = report_file(folder, second);
-  for (const fs::path& read : {trimmed(folder), second}) {
-    if (!read.empty()) note_results(read);
-  }
+// Writes the page of the data that `read` returns; exceptions of `read` are errors in the input.
+template <class Read>
+Ending write_page(const Read& read, const fs::path& file, Listener& listener) {
   if (!may_write({file}, listener)) return Ending::bad_input;
   ReportData data;
   try {
-    data = second.empty() ? report_data(trimmed(folder), GRAPNEL_VERSION)
-                          : comparison_data(trimmed(folder), trimmed(second), GRAPNEL_VERSION);
+    data = read();
   } catch (const std::exception& error) {
     return told(error, Ending::bad_input, listener);
   }
@@ -241,6 +233,34 @@ Ending write_report_of(const fs::path& folder, const fs::path& second, fs::path 
   }
   listener.note(file.string() + "\n");
   return Ending::done;
+}
+
+}  // namespace
+
+Ending write_report_of(const fs::path& folder, const fs::path& second, fs::path file, Listener& listener) {
+  if (const std::string why = why_no_reports(); !why.empty()) {
+    listener.error("grapnel", "no report: " + why);
+    return Ending::failed;
+  }
+  if (file.empty()) file = report_file(folder, second);
+  for (const fs::path& read : {trimmed(folder), second}) {
+    if (!read.empty()) note_results(read);
+  }
+  return write_page(
+      [&] {
+        return second.empty() ? report_data(trimmed(folder), GRAPNEL_VERSION)
+                              : comparison_data(trimmed(folder), trimmed(second), GRAPNEL_VERSION);
+      },
+      file, listener);
+}
+
+Ending write_index_of(const fs::path& folder, fs::path file, Listener& listener) {
+  if (const std::string why = why_no_reports(); !why.empty()) {
+    listener.error("grapnel", "no index: " + why);
+    return Ending::failed;
+  }
+  if (file.empty()) file = folder / "index.html";
+  return write_page([&] { return index_data(trimmed(folder), file, GRAPNEL_VERSION); }, file, listener);
 }
 
 namespace {

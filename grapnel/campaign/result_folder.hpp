@@ -68,6 +68,9 @@ FolderReport write_folder_report(const std::filesystem::path& folder, ResultKind
 Ending write_report_of(const std::filesystem::path& folder, const std::filesystem::path& second,
                        std::filesystem::path file, Listener& listener);
 
+/// Writes the page over all results in a folder and below it. `file`: empty is index.html in the folder.
+Ending write_index_of(const std::filesystem::path& folder, std::filesystem::path file, Listener& listener);
+
 /// Draws a figure of a result folder. `image`: empty is figures/WHAT.pdf in the folder.
 Ending draw_figure(const FigureRequest& request, std::filesystem::path image, Listener& listener);
 

@@ -18,7 +18,7 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface ReportData {
   schema: "grapnel-report/1";
   version: string; // of Grapnel
-  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log" | "impulses" | "watch";
+  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign" | "log" | "impulses" | "watch" | "index";
   title: string; // scenario's or study's name
   runs: RunData[]; // run: 1, comparison: 2, else 0
   sweep?: SweepData;
@@ -27,12 +27,31 @@ export interface ReportData {
   log?: LogData;
   impulses?: ImpulsesData;
   watch?: WatchData;
+  index?: Partly<IndexData>;
 }
 
 // ---- Work in progress ----
 
 export interface WatchData {
   command: string; // "run", "campaign", ...
+}
+
+// ---- Index of a folder ----
+
+export interface IndexData {
+  results: IndexedResult[]; // the newest first
+  limit: number; // largest number of them
+}
+
+export interface IndexedResult {
+  kind?: string; // run, sweep, optimization, campaign
+  path?: string; // of the folder, relative to the page's
+  title?: string;
+  time?: number; // of its last change, since 1970 in UTC [s]
+  version?: string;
+  report?: boolean; // whether it has report.html
+  answers?: { question?: string; tone?: string; word?: string; sentence?: string }[];
+  fault?: string; // error of a damaged result; "": none
 }
 
 // ---- Comparison with a log ----

@@ -4,6 +4,7 @@ import { buildCampaignPage } from "./campaign/campaign_page";
 import type { ReportData } from "./data";
 import { element } from "./dom";
 import { buildImpulsesPage } from "./impulses_page";
+import { buildIndexPage } from "./index_page";
 import { buildLogPage } from "./log_page";
 import { buildRunPage } from "./page/run_page";
 import { buildStudyPage } from "./study/study_page";
@@ -30,6 +31,7 @@ function build(host: HTMLElement): void {
   else if (data.kind === "log") buildLogPage(host, data);
   else if (data.kind === "impulses") buildImpulsesPage(host, data);
   else if (data.kind === "watch") buildWatchPage(host, data);
+  else if (data.kind === "index") buildIndexPage(host, data);
   else buildStudyPage(host, data);
   skipLink(host);
 }
