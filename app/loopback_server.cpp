@@ -1,13 +1,17 @@
 #include "loopback_server.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <utility>  // before Boost 1.74, which uses std::exchange without it
 
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <exception>
 #include <optional>
@@ -23,9 +27,11 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using tcp = asio::ip::tcp;
 
-// A connection without a complete request, or whose response is not taken, is closed after this time.
-constexpr std::chrono::seconds kPatience{20};
-constexpr std::uint64_t kMostBody = 1024;  // of a request [bytes]
+// A connection without a complete request, or whose response is not taken, is closed after these times.
+constexpr std::chrono::seconds kReading{20}, kWriting{120};
+constexpr int kMostConnections = 32;
+constexpr std::chrono::milliseconds kPause{100};  // after a failed accept: there may be no file descriptor left
+constexpr std::uint64_t kMostBody = 1024;         // of a request [bytes]
 
 std::string random_token() {
   std::random_device source;
@@ -34,11 +40,15 @@ std::string random_token() {
   return token;
 }
 
+// Programs that this one starts do not inherit the descriptor.
+void keep_from_children(int descriptor) { ::fcntl(descriptor, F_SETFD, FD_CLOEXEC); }
+
 // What the connections share; the server outlives them.
 struct Site {
   LoopbackServer::Handler handler;
   std::string token;
-  std::string host;  // "127.0.0.1:PORT"
+  std::string host;     // "127.0.0.1:PORT"
+  int connections = 0;  // open
 };
 
 LoopbackServer::Response respond(const Site& site, const http::request<http::string_body>& request) {
@@ -60,12 +70,15 @@ LoopbackServer::Response respond(const Site& site, const http::request<http::str
 // One connection: reads a request, writes its response, and so on until the client closes or is silent.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, const Site& site) : stream_(std::move(socket)), site_(site) {}
+  Connection(tcp::socket socket, Site& site) : stream_(std::move(socket)), site_(site) { ++site_.connections; }
+  ~Connection() { --site_.connections; }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
   void read() {
     parser_.emplace();
     parser_->body_limit(kMostBody);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kReading);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (!error) self->write();
     });
@@ -75,6 +88,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void write() {
     const http::request<http::string_body>& request = parser_->get();
     LoopbackServer::Response made = respond(site_, request);
+    sent_ = std::move(made.sent);
     response_ = {static_cast<http::status>(made.status), request.version(), std::move(made.body)};
     response_.set(http::field::content_type, made.type);
     response_.set(http::field::cache_control, "no-store");
@@ -83,9 +97,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response_.set(http::field::x_frame_options, "DENY");
     response_.keep_alive(request.keep_alive());
     response_.prepare_payload();
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kWriting);
     http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (error) return;
+      if (self->sent_) self->sent_();
       if (self->response_.need_eof())
         self->close();
       else
@@ -98,7 +113,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   beast::tcp_stream stream_;
-  const Site& site_;
+  Site& site_;
+  std::function<void()> sent_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
@@ -107,15 +123,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
 }  // namespace
 
 struct LoopbackServer::State {
-  explicit State(Handler handler) : site{std::move(handler), random_token(), {}} {
+  explicit State(Handler handler) : site{std::move(handler), random_token(), {}, 0} {
     const tcp::endpoint loopback(asio::ip::address_v4::loopback(), 0);
     acceptor.open(loopback.protocol());
+    keep_from_children(acceptor.native_handle());
     acceptor.bind(loopback);
     acceptor.listen();
     site.host = fmt::format("127.0.0.1:{}", acceptor.local_endpoint().port());
     address = fmt::format("http://{}/{}/", site.host, site.token);
     accept();
-    thread = std::thread([this] { context.run(); });
+    thread = std::thread([this] { serve(); });
   }
   ~State() {
     context.stop();
@@ -124,15 +141,35 @@ struct LoopbackServer::State {
 
   void accept() {
     acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
-      if (!error) std::make_shared<Connection>(std::move(socket), site)->read();
+      if (error) return pause();
+      keep_from_children(socket.native_handle());
+      if (site.connections < kMostConnections) std::make_shared<Connection>(std::move(socket), site)->read();
       accept();
     });
+  }
+  void pause() {
+    timer.expires_after(kPause);
+    timer.async_wait([this](beast::error_code) { accept(); });
+  }
+  // Signals are for other threads. An exception, as for lack of memory, ends a connection, but not the work.
+  void serve() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, nullptr);
+    while (!context.stopped()) {
+      try {
+        context.run();
+      } catch (const std::exception&) {
+        pause();
+      }
+    }
   }
 
   Site site;
   std::string address;
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
+  asio::steady_timer timer{context};
   std::thread thread;
 };
 

@@ -12,7 +12,7 @@ namespace grapnel::app {
 
 /// Serves HTTP/1.1 on the loopback interface only, at a free port, below a path with a random token of 128 bits.
 /// Requests without this token get 404, and those that name another host 403: pages of other sites can neither read nor
-/// send. One thread serves all connections; none of them waits for another.
+/// send. One thread serves all connections, at most 32; none of them waits for another.
 class LoopbackServer {
  public:
   struct Request {
@@ -23,6 +23,7 @@ class LoopbackServer {
     int status = 200;
     std::string type = "text/plain; charset=utf-8";
     std::string body = {};
+    std::function<void()> sent = {};  // called once the client has all of it
   };
   /// Called in the server's thread. An exception becomes status 500.
   using Handler = std::function<Response(const Request&)>;

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "grapnel/campaign/result_folder.hpp"
@@ -23,9 +22,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostSamples = 2000, kMostCounts = 1000, kMostMessages = 200, kMostNotes = 100'000;
-constexpr double kCountInterval = 0.2;         // between entries of the history [s]
-constexpr std::chrono::seconds kOpen{3};       // a page that has asked within this time is open
-constexpr std::chrono::seconds kDelivery{15};  // of the report, to an open page
+constexpr std::chrono::seconds kOpen{3};                       // a page that has asked within this time is open
+constexpr std::chrono::seconds kDelivery{15}, kTransfer{120};  // request and transfer of the report
 
 const char* word_of(Ending ending) {
   switch (ending) {
@@ -76,9 +74,17 @@ void append_last(const TimeSeries& block, TimeSeries& series) {
   }
 }
 
+// Empty: there is no such file.
+std::optional<fs::file_time_type> time_of(const fs::path& file) {
+  std::error_code none;
+  const fs::file_time_type time = fs::last_write_time(file, none);
+  return none ? std::nullopt : std::optional(time);
+}
+
 }  // namespace
 
-Watch::Watch(Work work, Listener& next) : work_(std::move(work)), next_(next) {
+Watch::Watch(Work work, Listener& next)
+    : work_(std::move(work)), earlier_report_(time_of(work_.folder / "report.html")), next_(next) {
   if (const std::string fault = why_no_reports(); !fault.empty()) throw std::runtime_error(fault);
   server_ =
       std::make_unique<LoopbackServer>([this](const LoopbackServer::Request& request) { return respond(request); });
@@ -87,7 +93,7 @@ Watch::Watch(Work work, Listener& next) : work_(std::move(work)), next_(next) {
 void Watch::message(const Message& message) {
   {
     const std::lock_guard lock(mutex_);
-    if (messages_.size() < kMostMessages) messages_.push_back(message);
+    if (messages_.size() < kMostMessages || message.kind == Message::Kind::error) messages_.push_back(message);
   }
   next_.message(message);
 }
@@ -126,12 +132,13 @@ void Watch::count(const CaseProgress& at, const char* unit) {
   const double now = elapsed();
   const std::size_t n = history_.size();
   // The latest entry moves until it is old enough.
-  if (n >= 2 && now - history_[n - 2].elapsed < kCountInterval) history_.pop_back();
+  if (n >= 2 && now - history_[n - 2].elapsed < count_interval_) history_.pop_back();
   history_.push_back({now, at});
   if (history_.size() <= kMostCounts) return;
   std::size_t to = 0;
   for (std::size_t from = 0; from < history_.size(); from += 2) history_[to++] = history_[from];
   history_.resize(to);
+  count_interval_ *= 2;
 }
 
 void Watch::samples(const TimeSeries& block) {
@@ -144,8 +151,8 @@ void Watch::samples(const TimeSeries& block) {
 }
 
 bool Watch::has_report() const {
-  std::error_code unknown;
-  return ending_ && fs::is_regular_file(work_.folder / "report.html", unknown);
+  const auto time = time_of(work_.folder / "report.html");
+  return ending_ && time && time != earlier_report_;
 }
 
 std::string Watch::state() const {
@@ -190,30 +197,37 @@ LoopbackServer::Response Watch::respond(const LoopbackServer::Request& request) 
   std::unique_lock lock(mutex_);
   asked_ = Clock::now();
   if (request.path == "state") {
-    if (ending_ && !has_report()) delivered_ = true, changed_.notify_all();
-    return {200, json, state()};
+    LoopbackServer::Response made{200, json, state()};
+    if (ending_ && !has_report()) made.sent = [this] { delivered(); };
+    return made;
   }
   if (request.path == "series") {
     const TimeSeries copy = series_;
     lock.unlock();
-    return {200, json, packed_series(copy).dump()};
+    return {200, json, packed_series(copy).dump(-1, ' ', false, Json::error_handler_t::replace)};
   }
   if (!request.path.empty()) return {404, "text/plain; charset=utf-8", "not found\n"};
   if (!has_report()) return {200, html, page()};
+  sending_ = true;
+  return {200, html, file_bytes(work_.folder / "report.html"), [this] { delivered(); }};
+}
+
+void Watch::delivered() {
+  const std::lock_guard lock(mutex_);
   delivered_ = true;
   changed_.notify_all();
-  return {200, html, file_bytes(work_.folder / "report.html")};
 }
 
 void Watch::finish(Ending ending) {
   std::unique_lock lock(mutex_);
   ending_ = ending;
-  const auto is_open = [&] { return asked_ && Clock::now() - *asked_ < kOpen; };
-  const Clock::time_point latest = Clock::now() + kDelivery;
-  while (!delivered_ && is_open() && Clock::now() < latest) changed_.wait_for(lock, std::chrono::milliseconds(100));
-  const bool delivered = delivered_;
-  lock.unlock();
-  if (delivered) std::this_thread::sleep_for(std::chrono::milliseconds(300));  // the last response is on its way
+  const Clock::time_point end = Clock::now();
+  const auto waits = [&] {
+    const Clock::time_point now = Clock::now();
+    if (sending_) return now - end < kTransfer;
+    return asked_ && now - *asked_ < kOpen && now - end < kDelivery;
+  };
+  while (!delivered_ && waits()) changed_.wait_for(lock, std::chrono::milliseconds(100));
 }
 
 Ending watched(bool watch, const Watch::Work& about, Listener& terminal, const std::function<Ending(Listener&)>& work) {
@@ -226,9 +240,14 @@ Ending watched(bool watch, const Watch::Work& about, Listener& terminal, const s
     return Ending::failed;
   }
   terminal.note(fmt::format("live page: {}\n\n", live->address()));
-  const Ending ending = work(*live);
-  live->finish(ending);
-  return ending;
+  try {
+    const Ending ending = work(*live);
+    live->finish(ending);
+    return ending;
+  } catch (...) {
+    live->finish(Ending::failed);
+    throw;
+  }
 }
 
 }  // namespace grapnel::app

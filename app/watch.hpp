@@ -43,8 +43,8 @@ class Watch : public Listener {
   void cases(const CaseProgress& at) override;
   void samples(const TimeSeries& block) override;
 
-  /// The page learns how the work ended. Waits until an open page has loaded the report, at most 15 s and until a
-  /// further stop request.
+  /// The page learns how the work ended. Waits until an open page has loaded the report: at most 15 s for its request,
+  /// and two minutes for the transfer.
   void finish(Ending ending);
 
  private:
@@ -61,12 +61,14 @@ class Watch : public Listener {
 
   LoopbackServer::Response respond(const LoopbackServer::Request& request);
   bool has_report() const;  // of the ended work
+  void delivered();
   std::string state() const;
   std::string page() const;
   void count(const CaseProgress& at, const char* unit);
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   const Work work_;
+  const std::optional<std::filesystem::file_time_type> earlier_report_;  // of earlier work
   Listener& next_;
   const Clock::time_point begin_ = Clock::now();
 
@@ -75,12 +77,14 @@ class Watch : public Listener {
   std::vector<Phase> phases_;
   std::vector<Message> messages_;
   std::string notes_;
-  std::string unit_;            // "case", "point"; empty: a single run
-  std::vector<Count> history_;  // thinned; the last is the latest
-  TimeSeries series_;           // every `stride_`-th sample
+  std::string unit_;             // "case", "point"; empty: a single run
+  std::vector<Count> history_;   // thinned; the last is the latest
+  double count_interval_ = 0.2;  // between entries of the history [s]
+  TimeSeries series_;            // every `stride_`-th sample
   std::uint64_t samples_ = 0, stride_ = 1;
   std::optional<Ending> ending_;
   std::optional<Clock::time_point> asked_;  // latest request of a page
+  bool sending_ = false;                    // the report, to a page
   bool delivered_ = false;                  // a page knows the ending, and has the report if there is one
 
   std::unique_ptr<LoopbackServer> server_;  // last: its thread uses the rest

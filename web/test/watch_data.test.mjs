@@ -10,14 +10,14 @@ const state = (more) => ({ elapsed: 10, stopping: false, ending: null, report: f
 test("a phase's share and time left follow its rate", () => {
   const phase = { name: "approach", from: 2, at: 4, end: 10, begun: 1, latest: 5, unit: "s" };
   assert.equal(share(phase), 0.25);
-  assert.equal(share({ ...phase, end: 2 }), 0);
+  assert.equal(share({ ...phase, end: 2 }), 1);
   assert.equal(timeLeft(state({ phases: [phase] })), 12); // 0.5 simulated s per s
   assert.equal(timeLeft(state({ phases: [{ ...phase, unit: "evaluations" }] })), null);
   assert.equal(timeLeft(state({ phases: [phase], ending: "done" })), null);
 });
 
 test("a resumed campaign's time left counts only its own cases", () => {
-  assert.equal(timeLeft(state({ unit: "case", total: 100, begun_with: 40, history: [[10, 60, 50, 0]] })), 20);
+  assert.equal(timeLeft(state({ unit: "case", total: 100, begun_with: 40, history: [[5, 40, 30, 0], [15, 60, 50, 0]] })), 20); // since the first entry
   assert.equal(timeLeft(state({ unit: "case", total: 100, begun_with: 40, history: [[1, 40, 30, 0]] })), null);
 });
 

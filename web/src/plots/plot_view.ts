@@ -103,6 +103,11 @@ export class PlotView {
     if (this.visible) this.build();
   }
 
+  // Of a view that leaves the page.
+  destroy(): void {
+    this.canvas?.destroy();
+    this.canvas = null;
+  }
   resize(): void {
     if (this.body.clientWidth > 0) this.canvas?.resize(this.body.clientWidth, this.body.clientHeight);
   }

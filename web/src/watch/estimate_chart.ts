@@ -34,7 +34,7 @@ export class EstimateChart {
       height: 240,
       legend: { show: false },
       cursor: { show: false },
-      scales: { x: { time: false, range: () => [0, Math.max(total, 1)] }, y: { range: (plot) => shownRange(plot.data[2] as number[], plot.data[1] as number[]) } },
+      scales: { x: { time: false, range: () => [0, Math.max(total, 1)] }, y: { range: (plot) => shownRange(plot.data as number[][]) } },
       axes: [
         { ...axis, label: "completed cases", labelFont: kFont },
         { ...axis, label: "probability of success", labelFont: kFont, size: 60, values: (_, ticks) => ticks.map((tick) => tick.toFixed(3)) },
@@ -45,9 +45,9 @@ export class EstimateChart {
   }
 }
 
-// Without the first fifth, whose intervals are wide.
-function shownRange(lower: number[], upper: number[]): [number, number] {
-  const from = Math.floor(lower.length / 5);
+// Without the first fifth of the cases, whose intervals are wide.
+function shownRange([cases, upper, lower]: number[][]): [number, number] {
+  const from = cases.findIndex((count) => count >= cases[cases.length - 1] / 5);
   const [least, most] = [Math.min(...lower.slice(from)), Math.max(...upper.slice(from))];
   const margin = 0.2 * (most - least) + 0.005;
   return [Math.max(0, least - margin), Math.min(1, most + margin)];

@@ -29,16 +29,18 @@ export interface LiveState {
 // Done so far, from 0 to 1.
 export function share(phase: LivePhase): number {
   const whole = phase.end - phase.from;
-  return whole > 0 ? Math.min(1, Math.max(0, (phase.at - phase.from) / whole)) : 0;
+  return whole > 0 ? Math.min(1, Math.max(0, (phase.at - phase.from) / whole)) : 1;
 }
 
-// Time left at the rate so far [s]; null: unknown.
+// Time left of the cases or of the current phase at the rate so far [s]; null: unknown.
 export function timeLeft(state: LiveState): number | null {
   if (state.ending !== null) return null;
   const latest = state.history.at(-1);
   if (latest && state.total !== undefined) {
     const computed = latest[1] - (state.begun_with ?? 0);
-    return computed > 0 && latest[0] > 0 ? ((state.total - latest[1]) * latest[0]) / computed : null;
+    const elapsed = latest[0] - state.history[0][0];
+    const open = state.total - latest[1];
+    return computed > 0 && elapsed > 0 && open > 0 ? (open * elapsed) / computed : null;
   }
   const phase = state.phases.at(-1);
   if (!phase || phase.unit !== "s") return null;

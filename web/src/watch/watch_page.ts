@@ -17,6 +17,18 @@ import { EstimateChart } from "./estimate_chart";
 const kStatePeriod = 500; // [ms]
 const kPlotPeriod = 3000; // at least; longer in long work, since each update draws all plots again
 const kConfidence = 0.95;
+const kMostSilent = 5; // requests without an answer
+const kPatience = 10000; // for an answer [ms]
+
+// What the program answers; null: nothing in time, or an error.
+async function ask<T>(what: string): Promise<T | null> {
+  try {
+    const answer = await fetch(what, { signal: AbortSignal.timeout(kPatience) });
+    return answer.ok ? ((await answer.json()) as T) : null;
+  } catch {
+    return null;
+  }
+}
 
 export function buildWatchPage(host: HTMLElement, data: ReportData): void {
   const page = new WatchPage(data);
@@ -33,10 +45,12 @@ class WatchPage {
   private readonly notes = element("pre", { class: "watch-notes" });
   private readonly plots = element("div", { class: "plot-grid" });
   private readonly chart = new EstimateChart();
+  private readonly command: string;
+  private views: PlotView[] = [];
   private drawn = { samples: 0, at: -Infinity };
 
   constructor(data: ReportData) {
-    const command = data.watch?.command ?? "";
+    const command = (this.command = data.watch?.command ?? "");
     this.stop.addEventListener("click", () => void this.requestStop());
     this.parts = [
       element(
@@ -54,19 +68,17 @@ class WatchPage {
 
   // Asks until the work has ended or the program no longer answers.
   async follow(): Promise<void> {
-    for (let silent = 0; silent < 5; ) {
-      try {
-        const state = (await (await fetch("state")).json()) as LiveState;
-        silent = 0;
+    for (let silent = 0; silent < kMostSilent; ) {
+      const state = await ask<LiveState>("state");
+      silent = state ? 0 : silent + 1;
+      if (state?.ending) return this.end(state);
+      if (state) {
         this.show(state);
-        if (state.ending !== null) return this.end(state);
         await this.updatePlots(state);
-      } catch {
-        ++silent;
       }
       await new Promise((resolve) => setTimeout(resolve, kStatePeriod));
     }
-    this.status.textContent = "The program has ended or does not answer. Its report is in the result folder.";
+    this.status.textContent = "The program has ended, or does not answer. Its terminal has the result.";
     this.stop.hidden = true;
   }
 
@@ -77,6 +89,7 @@ class WatchPage {
   }
 
   private end(state: LiveState): void {
+    this.show(state);
     this.stop.hidden = true;
     this.status.textContent = `Ended after ${durationText(state.elapsed)}: ${state.ending}.`;
     if (state.report) location.reload(); // the program now sends the report
@@ -84,9 +97,9 @@ class WatchPage {
 
   private show(state: LiveState): void {
     const left = timeLeft(state);
-    this.status.textContent = `${state.stopping ? "stopping, " : ""}${durationText(state.elapsed)} elapsed${left === null ? "" : `, about ${durationText(left)} left`}`;
+    this.status.textContent = `${state.stopping ? "stopping, " : ""}${durationText(state.elapsed)} elapsed${left === null ? "" : `, about ${durationText(left)} left${state.unit ? "" : ` of ${words(state.phases.at(-1)?.name ?? "")}`}`}`;
     this.progress.replaceChildren(...(state.unit ? [this.casesBar(state)] : state.phases.map((phase) => bar(words(phase.name), share(phase), `${number(phase.at)} of ${number(phase.end)} ${phase.unit}`))));
-    this.chart.show(state.unit === "case" ? estimates(state, kConfidence) : null, state.total ?? 0);
+    this.chart.show(this.command === "campaign" && state.unit === "case" ? estimates(state, kConfidence) : null, state.total ?? 0);
     this.messages.replaceChildren(...state.messages.map((one) => element("li", { class: one.kind }, one.text)));
     if (this.notes.textContent !== state.notes) this.notes.textContent = state.notes;
   }
@@ -104,7 +117,8 @@ class WatchPage {
     const period = Math.max(kPlotPeriod, 20 * state.elapsed); // at most 50 times per doubling of the elapsed time
     if (state.samples < 2 || state.samples === this.drawn.samples || now - this.drawn.at < period) return;
     this.drawn = { samples: state.samples, at: now };
-    const series = (await (await fetch("series")).json()) as PackedSeries;
+    const series = await ask<PackedSeries>("series");
+    if (!series) return;
     const run = new Run({ label: "", summary: null, scene: null, series, notes: [] });
     if (run.samples < 2) return;
     const environment = { runs: [run], clock: new Clock(run.begin, run.end), window: new TimeWindow(run.begin, run.end), fileName: "live" };
@@ -114,7 +128,9 @@ class WatchPage {
     const height = this.plots.offsetHeight;
     this.plots.style.minHeight = `${height}px`; // no jump of what follows
     this.plots.replaceChildren(...views.map((view) => view.root));
+    for (const view of this.views) view.destroy();
     for (const view of views) view.build();
+    this.views = views;
     this.plots.style.minHeight = "";
   }
 }
