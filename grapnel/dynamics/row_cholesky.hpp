@@ -28,48 +28,45 @@ class RowCholesky {
       begin_.push_back(static_cast<int>(on_.size()));
     }
     for (const std::vector<Beyond>& list : beyond) {
-      beyond_.insert(beyond_.end(), list.begin(), list.end());
+      beyond_.insert(beyond_.end(), list.rbegin(), list.rend());
       beyond_begin_.push_back(static_cast<int>(beyond_.size()));
     }
+    places_.resize(on_.size());
+    for (std::size_t e = 0; e < beyond_.size(); ++e)
+      places_[static_cast<std::size_t>(beyond_[e].entry)] = static_cast<int>(e);
     transposed_.resize(beyond_.size());
+    weighted_.resize(beyond_.size());
   }
   int size() const { return static_cast<int>(inverse_.size()); }
 
-  // Reads M(i, a) for a = i and the velocities between i and the root.
+  // Reads M(i, a) for a = i and the velocities between i and the root. Row i is the sum of its row of M and of the rows
+  // beyond it, of which it is a part: in registers, stored once. The row that was computed last is added last.
   void factor(const double* M, int stride) {
     for (int i = 0; i < size(); ++i) {
-      inverse_[i] = M[i * stride + i];
       for (int e = begin_[i]; e < begin_[i + 1]; ++e) L_.data()[e] = e < end_[i] ? M[i * stride + on_[e]] : 0;
+      L_.data()[end_[i]] = M[i * stride + i];
     }
-    for (int k = size(); k-- > 0;) {
-      const double inverse = inverse_[k] = 1 / inverse_[k];
-      const int count = end_[k] - begin_[k];
-      double* const row = L_.data() + begin_[k];
-      // The row of the a-th velocity from the root has the first a velocities of this row. What follows it is not used.
-      for (int a = 0; a < count; ++a) {
-        const int i = on_[begin_[k] + a];
-        const double share = inverse * row[a];
-        inverse_[i] -= share * row[a];
-        double* const to = L_.data() + begin_[i];
-        for (int b = 0; b < a; b += kPack) pack_at(to + b) -= share * pack_at(row + b);
-      }
-      for (int b = 0; b < count; b += kPack) pack_at(row + b) *= inverse;
+    for (int i = size(); i-- > 0;) {
+      const int packs = (end_[i] - begin_[i]) / kPack + 1;
+      int at = 0;
+      for (; at + 4 <= packs; at += 4) sum_row<4>(i, at * kPack);
+      if (at + 2 <= packs) sum_row<2>(i, at * kPack), at += 2;
+      if (at < packs) sum_row<1>(i, at * kPack);
+      scale_row(i, packs);
     }
-    for (std::size_t e = 0; e < beyond_.size(); ++e) transposed_[e] = L_.data()[beyond_[e].entry];
   }
 
-  // x <- M^-1 x. By columns, then by rows in two sums: a chain of products would take their latency each.
+  // x <- M^-1 x. Of every sum the latest term comes last.
   void solve(double* x) const {
-    for (int k = size(); k-- > 0;) {
-      const double y = x[k];
-      for (int e = begin_[k]; e < end_[k]; ++e) x[on_[e]] -= L_.data()[e] * y;
+    for (int i = size(); i-- > 0;) {
+      double sum = x[i];
+      for (int e = beyond_begin_[i]; e < beyond_begin_[i + 1]; ++e) sum -= transposed_[e] * x[beyond_[e].velocity];
+      x[i] = sum;
     }
     for (int i = 0; i < size(); ++i) {
-      double sum = inverse_[i] * x[i], other = 0;
-      int e = begin_[i];
-      for (; e + 1 < end_[i]; e += 2) sum -= L_.data()[e] * x[on_[e]], other -= L_.data()[e + 1] * x[on_[e + 1]];
-      if (e < end_[i]) sum -= L_.data()[e] * x[on_[e]];
-      x[i] = sum + other;
+      double sum = inverse_[i] * x[i];
+      for (int e = begin_[i]; e < end_[i]; ++e) sum -= L_.data()[e] * x[on_[e]];
+      x[i] = sum;
     }
   }
 
@@ -102,6 +99,29 @@ class RowCholesky {
     return static_cast<int>(count);
   }
 
+  // kCount packs of row i from entry `at` on: M - sum of D_k L_ki L_k over the velocities k beyond i.
+  template <int kCount>
+  GRAPNEL_INLINE void sum_row(int i, int at) {
+    double* const row = L_.data() + begin_[i] + at;
+    Pack sum[kCount];
+    for (int c = 0; c < kCount; ++c) sum[c] = pack_at(row + c * kPack);
+    for (int e = beyond_begin_[i]; e < beyond_begin_[i + 1]; ++e) {
+      const double* const from = L_.data() + begin_[beyond_[e].velocity] + at;
+      for (int c = 0; c < kCount; ++c) sum[c] -= weighted_[e] * pack_at(from + c * kPack);
+    }
+    for (int c = 0; c < kCount; ++c) pack_at(row + c * kPack) = sum[c];
+  }
+
+  // Row i of D L => D and L. Entries of column i of L are those that the sums of the ancestors need.
+  GRAPNEL_INLINE void scale_row(int i, int packs) {
+    double* const row = L_.data() + begin_[i];
+    const double inverse = inverse_[i] = 1 / row[end_[i] - begin_[i]];
+    for (int e = begin_[i]; e < end_[i]; ++e) {
+      weighted_[places_[e]] = L_.data()[e], transposed_[places_[e]] = inverse * L_.data()[e];
+    }
+    for (int c = 0; c < packs; ++c) pack_at(row + c * kPack) *= inverse;
+  }
+
   template <int kCount>
   void solve_packs(double* X, int stride) const {
     for (int i = size(); i-- > 0;) {
@@ -129,8 +149,10 @@ class RowCholesky {
   std::vector<double> inverse_;  // of D
   std::vector<int> beyond_begin_, begin_, end_, on_;
   std::vector<Beyond> beyond_;
-  PackedNumbers L_;                 // in the order of on_
-  std::vector<double> transposed_;  // in that of beyond_
+  PackedNumbers L_;          // in the order of on_
+  std::vector<int> places_;  // of each entry of L_ in beyond_
+  // In the order of beyond_: L and D L.
+  std::vector<double> transposed_, weighted_;
 };
 
 }  // namespace grapnel::packed_rows
