@@ -32,7 +32,7 @@ export function buildIndexPage(host: HTMLElement, data: ReportData): void {
       element("p", { class: "facts" }, ...counts(results).map((one) => element("span", {}, one))),
     ),
     ...(broken.length > 0
-      ? [element("section", { class: "notices", "aria-label": "Warnings" }, element("ul", {}, element("li", {}, mark("bad", `${broken.length} results cannot be read; the table names the errors`))))]
+      ? [element("section", { class: "notices", "aria-label": "Warnings" }, element("ul", {}, element("li", {}, mark("bad", `${broken.length} ${broken.length === 1 ? "result" : "results"} cannot be read; the table names the errors`))))]
       : []),
     element("section", { id: "results", class: "part" }, element("h2", {}, "Results"), element("p", { class: "index-controls" }, filter, kinds, status), box),
     element("footer", { class: "page-foot" }, `Made by Grapnel ${text(data.version, "of unknown version")} from the folders of results; this page loads nothing until a link is followed.`),

@@ -165,7 +165,7 @@ describe("layout", () => {
     assert.match((await seen(page, ".replay-legend")).join(), /grid \d/);
     assert.match((await seen(page, ".replay-scale")).join(), /^[\d.]+ m$/);
     assert.deepEqual(await page.locator(".replay-compass text").evaluateAll((all) => all.map((one) => one.textContent).sort()), ["x", "y", "z"]);
-    await page.locator(".replay-chip", { hasText: "Earth and stars" }).click();
+    await page.locator(".replay-chip", { hasText: "Sky" }).click();
     await page.waitForTimeout(800);
     assert.equal(await page.locator(".replay-viewport").getAttribute("data-theme"), "dark");
     assert.deepEqual(faults, []);

@@ -6,8 +6,9 @@ import { bundle } from "./bundle.mjs";
 
 let v;
 before(async () => {
+  globalThis.ResizeObserver ??= class {}; // of tables, which these tests do not draw
   v = await bundle([
-    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/yaml_values", "page/facts", "format", "replay/keyboard", "replay/actuators", "replay/sky",
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "plots/time_window", "page/line_diff", "page/yaml_values", "page/envelope_bars", "page/facts", "format", "replay/keyboard", "replay/actuators", "replay/sky",
     "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/obstacles", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
@@ -582,4 +583,12 @@ test("the central body has the direction and size of the orbit", () => {
   near(ratio, 0.911, 1e-3);
   assert.equal(v.centralBodyOf(impactRun(), { central_body: { name: "earth", radius: 6.378137e6 } }), null);
   assert.equal(v.centralBodyOf(run, { central_body: null }), null);
+});
+
+test("three or more grasps show the share of their envelopes", () => {
+  const grasp = (name, distance) => ({ end_effector: name, captured: "yes", reason: "", distance, velocity: 0.005 });
+  const grasps = [grasp("tip-1", 0.015), grasp("tip-2", 0.04), grasp("tip-3", null)];
+  const shares = v.envelopeShares(impactRun(twoArms(), [], { capture: { grasps } }));
+  assert.deepEqual(shares.map((one) => one.shares.map((share) => [share.name, share.value / share.limit])), [[["distance", 0.5], ["speed", 0.25]], [["distance", 0.04 / 0.03], ["speed", 0.5]], []]);
+  assert.deepEqual(v.envelopeShares(impactRun(twoArms(), [], { capture: { grasps: grasps.slice(0, 2) } })), []);
 });

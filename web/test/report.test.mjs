@@ -265,7 +265,7 @@ describe("replay and plots share an instant", () => {
   test("a click on a plot sets the instant", async () => {
     const { page, context } = await open(reportOf(openLoop()));
     await scrollThrough(page);
-    const over = page.locator(".u-over").first();
+    const over = page.locator('[data-plot="base-angular_velocity"] .u-over'); // shows the whole run
     await over.scrollIntoViewIfNeeded();
     const box = await over.boundingBox();
     await page.mouse.click(box.x + 0.75 * box.width, box.y + 0.5 * box.height);

@@ -3,15 +3,16 @@ import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
 import type { Answer } from "../summary_types";
+import { envelopeBars, envelopeShares } from "./envelope_bars";
 import { goalFirst, keyFacts, type Fact } from "./facts";
-import { list, text, type Partly, type PartlySummary } from "./read";
+import { list, text, type Partly } from "./read";
 import { absent, mark } from "./table";
 
 export function verdict(run: Run): HTMLElement[] {
   const s = run.summary ?? {};
   const answers = goalFirst(list(s.verdicts));
   return [
-    answers.length > 0 ? element("div", { class: "verdicts" }, ...answers.map((answer) => card(answer, s))) : absent(kNoVerdicts),
+    answers.length > 0 ? element("div", { class: "verdicts" }, ...answers.map((answer) => card(answer, run))) : absent(kNoVerdicts),
     element("div", { class: "tiles" }, ...tiles(keyFacts(run))),
   ];
 }
@@ -24,7 +25,9 @@ const kDetails: Record<string, { id: string; title: string }> = {
   Feasibility: { id: "feasibility", title: "All events and limits" },
 };
 
-function card(answer: Partly<Answer>, s: PartlySummary): HTMLElement {
+function card(answer: Partly<Answer>, run: Run): HTMLElement {
+  const s = run.summary ?? {};
+  const shares = answer.question === "Capture" ? envelopeShares(run) : [];
   const more = s.ledger ? kDetails[text(answer.question)] : undefined;
   const remarks = list(answer.remarks).map((one) =>
     element("li", {}, mark(toneOf(one), text(one.of, "")), element("span", { class: "reason" }, text(one.text))),
@@ -37,7 +40,7 @@ function card(answer: Partly<Answer>, s: PartlySummary): HTMLElement {
       "div",
       {},
       element("p", {}, text(answer.sentence)),
-      remarks.length > 0 ? element("ul", { class: "grasps" }, ...remarks) : null,
+      shares.length > 0 ? envelopeBars(shares) : remarks.length > 0 ? element("ul", { class: "grasps" }, ...remarks) : null,
       more ? element("p", { class: "more" }, element("a", { href: `#${more.id}` }, more.title)) : null,
     ),
   );
