@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <stdexcept>
 
 #include "grapnel/spatial/decompositions.hpp"
@@ -273,9 +275,52 @@ Silhouette::Silhouette(const Scene& scene, const SceneShape& shape) : centre_(sh
     return;
   }
   points_ = triangles_of(scene, shape, 16).points;
-  if (shape.shape != "mesh") return;
-  centre_ = Vector3d::zero();
+  if (shape.shape == "mesh") *this = Silhouette(std::move(points_));
+}
+
+Silhouette::Silhouette(std::vector<Vector3d> points) : points_(std::move(points)), centre_(Vector3d::zero()) {
   for (const Vector3d& p : points_) centre_ += (1 / static_cast<double>(points_.size())) * p;
+}
+
+namespace {
+
+// The parts of a mesh that share no point: points per part.
+std::vector<std::vector<Vector3d>> connected_parts(const DrawnMesh& mesh) {
+  std::vector<std::size_t> parent(mesh.points.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::map<std::array<double, 3>, std::size_t> by_place;  // triangles meet at equal points
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const auto [found, is_new] = by_place.try_emplace({mesh.points[i][0], mesh.points[i][1], mesh.points[i][2]}, i);
+    if (!is_new) parent[root(i)] = root(found->second);
+  }
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    for (const int other : {triangle[1], triangle[2]})
+      parent[root(static_cast<std::size_t>(other))] = root(static_cast<std::size_t>(triangle[0]));
+  }
+  std::map<std::size_t, std::vector<Vector3d>> parts;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) parts[root(i)].push_back(mesh.points[i]);
+  std::vector<std::vector<Vector3d>> list;
+  for (auto& [first, points] : parts) list.push_back(std::move(points));
+  return list;
+}
+
+}  // namespace
+
+std::vector<Silhouette> silhouettes_of(const Scene& scene, const SceneShape& shape) {
+  constexpr std::size_t kMostParts = 256;
+  std::vector<Silhouette> silhouettes;
+  if (shape.shape == "mesh") {
+    std::vector<std::vector<Vector3d>> parts = connected_parts(triangles_of(scene, shape));
+    if (parts.size() <= kMostParts) {
+      for (std::vector<Vector3d>& points : parts) silhouettes.push_back(Silhouette(std::move(points)));
+    }
+  }
+  if (silhouettes.empty()) silhouettes.emplace_back(scene, shape);
+  return silhouettes;
 }
 
 std::vector<Point2> Silhouette::operator()(const Posed& X_WB, const View& view) const {

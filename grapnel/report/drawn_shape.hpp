@@ -69,9 +69,15 @@ class Silhouette {
   const Vector3d& centre() const { return centre_; }  // in the body's frame
 
  private:
+  friend std::vector<Silhouette> silhouettes_of(const Scene& scene, const SceneShape& shape);
+  explicit Silhouette(std::vector<Vector3d> points);
   std::vector<Vector3d> points_;  // in the body's frame; of a sphere none
   Vector3d centre_;
   double radius_ = 0;  // of a sphere
 };
+
+/// The silhouettes of a shape: of a mesh one for each of its connected parts, since the hull of all of them would hide
+/// bus, panels and dish of a satellite in one outline. Meshes of more than 256 parts have one.
+std::vector<Silhouette> silhouettes_of(const Scene& scene, const SceneShape& shape);
 
 }  // namespace grapnel

@@ -123,20 +123,59 @@ SeriesPanel joint_panel(const RunSource& run, const std::string& path, const std
   return panel;
 }
 
-Drawing joints(const RunSource& run) {
-  Drawing drawing{
-      {joint_panel(run, "joints/position", "joint angle"), joint_panel(run, "joints/velocity", "joint rate")}, 1};
-  drawing.panels[1].legend = false;
+constexpr std::size_t kMostCurves = 8;  // that one panel shows clearly
+
+// A panel per arm where all joints in one would be too many, else one panel.
+Panels joint_panels(const RunSource& run, const std::string& path, const std::string& quantity) {
+  const SeriesPanel whole = joint_panel(run, path, quantity);
+  const std::vector<ArmPlace> places = joint_places(run, wanted(run, path).components);
+  int arms = 0;
+  for (const ArmPlace& place : places) arms = std::max(arms, place.arm + 1);
+  if (whole.curves.size() <= kMostCurves || arms < 2) return {whole};
+  Panels panels(static_cast<std::size_t>(arms), whole);
+  for (int arm = 0; arm < arms; ++arm) {
+    SeriesPanel& panel = panels[static_cast<std::size_t>(arm)];
+    panel.quantity = fmt::format("{}, arm {}", quantity, arm + 1);
+    panel.curves.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (places[i].arm != arm) continue;
+      panel.curves.push_back(whole.curves[i]);
+      panel.curves.back().dash = std::max(places[i].joint, 0) / 8;
+    }
+  }
+  return panels;
+}
+
+// Quantities of joints below each other; arms beside each other where they have panels of their own, in at most two
+// columns. Legends stand in the panels of the first quantity.
+Drawing joint_drawing(const RunSource& run, const std::vector<std::pair<const char*, const char*>>& quantities) {
+  Drawing drawing;
+  for (const auto& [path, quantity] : quantities) {
+    const Panels panels = joint_panels(run, path, quantity);
+    if (panels.size() > 1) drawing.columns = 2;
+    const bool first = drawing.panels.empty();
+    for (const SeriesPanel& panel : panels) {
+      drawing.panels.push_back(panel);
+      drawing.panels.back().legend = first;
+    }
+  }
   return drawing;
 }
 
+Drawing joints(const RunSource& run) {
+  return joint_drawing(run, {{"joints/position", "joint angle"}, {"joints/velocity", "joint rate"}});
+}
+
+// For a page with other quantities: all joints in one panel.
+Drawing joints_together(const RunSource& run) {
+  return {{joint_panel(run, "joints/position", "joint angle"), joint_panel(run, "joints/velocity", "joint rate")}, 1};
+}
+
 Drawing torques(const RunSource& run) {
-  Drawing drawing{{joint_panel(run, "joints/effort", "motor torque")}, 1};
-  if (find_series(run.series, "joints/friction") != nullptr && !all_zero(wanted(run, "joints/friction").data)) {
-    drawing.panels.push_back(joint_panel(run, "joints/friction", "joint friction"));
-    drawing.panels.back().legend = false;
-  }
-  return drawing;
+  std::vector<std::pair<const char*, const char*>> quantities{{"joints/effort", "motor torque"}};
+  if (find_series(run.series, "joints/friction") != nullptr && !all_zero(wanted(run, "joints/friction").data))
+    quantities.emplace_back("joints/friction", "joint friction");
+  return joint_drawing(run, quantities);
 }
 
 // The velocity of an end-effector's grasp point, or empty.
@@ -471,9 +510,13 @@ Drawing summary(const RunSource& run) {
   page.columns = 2;
   append([](const RunSource& r) { return Drawing{{distance_panel(r)}, 1}; }, run, 1, page.panels);
   append(energy, run, 1, page.panels);
-  append(joints, run, 2, page.panels);
+  append(joints_together, run, 2, page.panels);
   append(base, run, 2, page.panels);
-  append(torques, run, 1, page.panels);
+  append(
+      [](const RunSource& r) {
+        return Drawing{{joint_panel(r, "joints/effort", "motor torque")}, 1};
+      },
+      run, 1, page.panels);
   append(contacts, run, 1, page.panels);
   append(clearance, run, 1, page.panels);
   append(wheels, run, 1, page.panels);

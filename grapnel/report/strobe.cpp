@@ -43,7 +43,9 @@ std::vector<Actor> actors_of(const RunSource& run) {
                 body.kind == "target",
                 {},
                 link && body.joint && body.joint->type != "fixed"};
-    for (const SceneShape& shape : drawn_shapes(scene, i)) actor.shapes.emplace_back(scene, shape);
+    for (const SceneShape& shape : drawn_shapes(scene, i)) {
+      for (Silhouette& part : silhouettes_of(scene, shape)) actor.shapes.push_back(std::move(part));
+    }
     for (const SceneGraspPoint& point : scene.grasp_points) {
       if (actor.is_target && point.target == body.name) actor.grasp_points.push_back(point.position);
     }
@@ -177,8 +179,9 @@ void draw_obstacles(Figure& figure, FigurePanel& panel, const RunSource& run, co
                           translucent(kObstacleColor, 0.25), kObstacleColor));
   const MotionExtent extent = motion_extent(run);
   for (const SceneObstacle& obstacle : run.scene->obstacles) {
-    for (const SceneShape& shape : drawn_shapes(obstacle, extent))
-      stage.polygon(Silhouette(*run.scene, shape)(obstacle.X_WO, view));
+    for (const SceneShape& shape : drawn_shapes(obstacle, extent)) {
+      for (const Silhouette& part : silhouettes_of(*run.scene, shape)) stage.polygon(part(obstacle.X_WO, view));
+    }
   }
   panel.items.insert(panel.items.end(), behind.items.begin(), behind.items.end());
 }

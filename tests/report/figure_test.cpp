@@ -178,6 +178,52 @@ TEST(Outline, HullIsConvexAndComplete) {
   EXPECT_EQ(hull, (std::vector<Point2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
 }
 
+TEST(Outline, PartsOfAMeshHaveSeparateOutlines) {
+  Scene scene;
+  SceneMesh& mesh = scene.meshes.emplace_back();
+  for (const double at : {0.0, 10.0}) {  // a tetrahedron, and another one beside it
+    const int first = static_cast<int>(mesh.vertices.size() / 3);
+    mesh.vertices.insert(mesh.vertices.end(), {at, 0, 0, at + 1, 0, 0, at, 1, 0, at, 0, 1});
+    for (const int k : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) mesh.triangles.push_back(first + k);
+  }
+  SceneShape shape;
+  shape.shape = "mesh", shape.size = {1, 1, 1}, shape.mesh = 0;
+  const std::vector<Silhouette> parts = silhouettes_of(scene, shape);
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].centre()[0], 0.25);
+  EXPECT_EQ(parts[1].centre()[0], 10.25);
+  for (const Silhouette& part : parts) EXPECT_EQ(part(Posed::identity(), view_along("z")).size(), 3U);
+  shape.shape = "box";
+  EXPECT_EQ(silhouettes_of(scene, shape).size(), 1U);
+}
+
+// Ten joints in one panel cannot be distinguished.
+TEST(Figure, ArmsWithManyJointsHaveAPanelEach) {
+  RunSource run = sample_run(false);
+  std::vector<std::string> names;
+  run.scene->bodies.resize(1);
+  for (const char* arm : {"left-", "right-"}) {
+    std::string parent = run.scene->bodies[0].name;
+    for (int k = 0; k < 5; ++k) {
+      SceneBody link;
+      link.name = names.emplace_back(arm + std::to_string(k)), link.kind = "link", link.parent = parent;
+      link.joint = SceneJoint{link.name, "revolute", {0, 0, 1}, Posed::identity()};
+      parent = link.name;
+      run.scene->bodies.push_back(link);
+    }
+  }
+  for (const char* path : {"joints/position", "joints/velocity"}) {
+    std::erase_if(run.series.series, [&](const Series& one) { return one.path == path; });
+    run.series.series.push_back({path, "rad", "", names, std::vector<double>(10 * run.series.time.size(), 0.5)});
+  }
+  const Figure figure = series_figure(run, request_for("joints"));
+  ASSERT_EQ(figure.panels.size(), 4U);
+  EXPECT_EQ(figure.columns, 2);
+  for (const FigurePanel& panel : figure.panels) EXPECT_EQ(panel.items.size(), 5U);
+  EXPECT_EQ(figure.panels[1].y_label, "joint angle, arm 2 [rad]");
+  EXPECT_EQ(series_figure(sample_run(false), request_for("joints")).panels.size(), 2U);
+}
+
 TEST(Figure, GnuplotDrawsEveryKindAndTheScriptAlone) {
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   TemporaryFolder folder;
