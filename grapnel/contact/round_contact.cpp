@@ -174,8 +174,10 @@ double nearest_on_axis(const RoundPair& shapes, const Posed& X_AB, const AxisDis
     const ConvexDistance nearest = convex_distance({shapes.a.core(), core, X_AB});
     if (nearest.separated) return std::clamp(nearest.point_a[2], -axis.half, axis.half);
   } else {
+    // Where the axis enters B, the derivative is zero too, and the distance a rounding error.
+    constexpr double kOutside = 1e-9;
     const double z = core.round ? nearest_to_cylinder(axis) : nearest_to_box(axis);
-    if (axis.at(z).distance > 0) return z;
+    if (axis.at(z).distance > kOutside * axis.in_touch) return z;
   }
   double low = -axis.half, high = axis.half;  // the distance is convex, inside of B too
   for (int step = 0; step < 60; ++step) {

@@ -125,6 +125,25 @@ TEST(ContactGeometry, LyingCapsuleHasTheForceOfACylinderPerLength) {
   }
 }
 
+// At the places where the axis enters and leaves the other shape, the derivative of the squared distance vanishes as
+// well.
+TEST(ContactGeometry, CapsuleWithItsAxisInsideIsBeyondTheModel) {
+  for (const CaseShape kind : {CaseShape::cylinder, CaseShape::box}) {
+    int flagged = 0;
+    for (int i = 0; i < 100; ++i) {
+      Random random(i);
+      const ContactShape b = random_contact_shape(kind, random);
+      const Posed X_WB{random.rotation(), random.vector(1)};
+      // The axis passes near the middle of B, which is at least 0.05 m inside, with one end or none in B.
+      const Posed X_WA{random.rotation(), X_WB * b.X_BC().p + random.vector(0.01)};
+      const Posed X_WA_moved{X_WA.R, X_WA.p + random.uniform(-0.45, 0.45) * X_WA.R.column(2)};
+      PairContact pair(ContactShape(primitive(Shape::capsule, {0.02, 1, 0})), b, elastic_law());
+      flagged += pair.evaluate({X_WA_moved, kRest}, {X_WB, kRest}).beyond_model;
+    }
+    EXPECT_EQ(flagged, 100) << name_of(kind);
+  }
+}
+
 TEST(ContactGeometry, SeparationHasTheDistanceAndTheNearestPoints) {
   const PairContact pair(box(0.2, 0.2, 0.2), ContactShape(primitive(Shape::sphere, {0.1, 0, 0})), elastic_law());
   const ShapeSeparation s = pair.separation(at(0, 0, 0), at(0.5, 0.05, 0));
