@@ -201,7 +201,8 @@ double ContactSet::margin(double t, const Kinematics& kinematics) {
   return least;
 }
 
-// `duration`: of the step that ends here. Pairs far beyond its reach need neither distance nor margin.
+// `duration`: of the longer one of the steps that end and begin here. Pairs beyond the reach of both need neither
+// distance nor margin.
 ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kinematics, double duration) {
   Clearance at;
   if (pair.mode == Mode::unknown) return at;
@@ -209,10 +210,9 @@ ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kin
   const auto [a, b] = motions_of(pair, kinematics);
   const double level = pair.is_hard() && touching ? kPartingGap : 0;
   if (apart) {
-    constexpr double kFar = 4;
     at.gap = pair.contact.gap_bound(a.X_WB, b.X_WB), at.speed = pair.contact.speed_bound(a, b);
     at.between = pair.contact.between_centers(a.X_WB, b.X_WB);
-    if (at.gap > kFar * kFaster * at.speed * duration) return at;
+    if (at.gap > kFaster * at.speed * duration) return at;
     at.gap = std::max(at.gap, pair.contact.gap(a.X_WB, b.X_WB));  // the bound of neighbours may be far below
     if (pair.is_hard()) return at;
   }
@@ -229,10 +229,10 @@ ContactSet::Clearance ContactSet::clearance_of(Pair& pair, const Kinematics& kin
   return at;
 }
 
-void ContactSet::begin_step(const Kinematics& kinematics) {
+void ContactSet::begin_step(const Kinematics& kinematics, double duration) {
   for (Pair& pair : pairs_) {
     pair.watched = true;
-    pair.at_begin = clearance_of(pair, kinematics, std::numeric_limits<double>::infinity());
+    pair.at_begin = clearance_of(pair, kinematics, duration);
   }
 }
 
@@ -278,10 +278,10 @@ double ContactSet::reach_of(int body) const {
   return reach;
 }
 
-bool ContactSet::end_step(const Kinematics& kinematics, double duration, double prescribed_travel) {
+bool ContactSet::end_step(const Kinematics& kinematics, double duration, double prescribed_travel, double next) {
   bool any = false;
   for (Pair& pair : pairs_) {
-    const Clearance end = clearance_of(pair, kinematics, duration);
+    const Clearance end = clearance_of(pair, kinematics, std::max(duration, next));
     pair.watched = may_change(pair.at_begin, end, duration, pair.mode != Mode::apart, prescribed_travel);
     pair.at_begin = end;
     any = any || pair.watched;

@@ -138,14 +138,17 @@ class ContactSet {
   void let_pass(int group, const Kinematics& kinematics, double t, bool but_touching = false);
   /// Positive while the modes of all watched pairs are valid [m]: gaps of pairs that are apart, depths of others.
   double margin(double t, const Kinematics& kinematics);
-  /// Begins a step in this state, and watches all pairs.
-  void begin_step(const Kinematics& kinematics);
+  /// Begins a step in this state, and watches all pairs. `duration`: of the step [s], as expected; a longer one may
+  /// watch more pairs.
+  void begin_step(const Kinematics& kinematics, double duration = std::numeric_limits<double>::infinity());
   /// Ends a step of this duration [s] in this state, in which the next one begins. Of this step, those pairs are
   /// watched whose modes may change if no velocity inside of the step exceeds kFaster times the largest one of its ends
   /// and the mean, or, of pairs with a sphere, no acceleration kFaster times the mean ones. Returns whether there are
   /// any. `prescribed_travel`: a bound of what changes of prescribed rates inside of the step add to the travel of
-  /// shapes relative to each other, by any rates [m]; above zero, accelerations have no bound.
-  bool end_step(const Kinematics& kinematics, double duration, double prescribed_travel = 0);
+  /// shapes relative to each other, by any rates [m]; above zero, accelerations have no bound. `next`: duration of the
+  /// step that begins here [s], as expected; a longer one may watch more pairs.
+  bool end_step(const Kinematics& kinematics, double duration, double prescribed_travel = 0,
+                double next = std::numeric_limits<double>::infinity());
   static constexpr double kFaster = 3;
   /// Whether the contact of a pair may end within a few steps of this duration [s] after the last begin_step() or
   /// end_step(), if velocities change little.

@@ -45,8 +45,9 @@ void ShapeForces::begin_step(const State& state) {
 }
 
 bool ShapeForces::end_step(const State& state, double duration) {
+  constexpr double kLongestNext = 4;  // in this step
   forward_kinematics(model_, state, kinematics_);
-  return shapes_.contacts.end_step(kinematics_, duration);
+  return shapes_.contacts.end_step(kinematics_, duration, 0, kLongestNext * duration);
 }
 
 void ShapeForces::find_rubbing() {

@@ -98,19 +98,11 @@ void AutomaticStepper::note_explicit_step() {
   const bool backwards = time() < previous_time();
   if (choice_ != Choice::automatic || backwards) return;
   StiffnessMonitor::ExplicitStep step{.size = time() - previous_time(), .product = explicit_.stiffness()};
-  if (step.product > StiffnessMonitor::kLeastProduct) measure(step);
+  if (step.product > StiffnessMonitor::kLeastProduct) {
+    const auto [bend, motion] = explicit_.bend();
+    step.bend = bend, step.motion = motion;
+  }
   changes_ = monitor_.explicit_step(step);
-}
-
-// The last step => how far its motion bends, and its change of slope relative to its motion.
-void AutomaticStepper::measure(StiffnessMonitor::ExplicitStep& step) {
-  const std::span<const double> y = state(), slope = derivative();
-  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] = y[i] - begin_[i];
-  const double moved = norm_(y, begin_);
-  for (std::size_t i = 0; i < y.size(); ++i) begin_[i] -= step.size * begin_slope_[i];
-  for (std::size_t i = 0; i < y.size(); ++i) begin_slope_[i] = slope[i] - begin_slope_[i];
-  step.bend = norm_(y, begin_);
-  if (moved > 0) step.motion = step.size * norm_(y, begin_slope_) / moved;
 }
 
 void AutomaticStepper::note_implicit_step() {

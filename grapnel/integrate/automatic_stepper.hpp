@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -106,13 +107,7 @@ class AutomaticStepper {
   /// Throws std::invalid_argument as DormandPrince853 does.
   AutomaticStepper(const Manifold& manifold, const Tolerances& tolerances, const StepControl& control = {},
                    Choice choice = Choice::automatic)
-      : tolerances_(tolerances),
-        control_(control),
-        choice_(choice),
-        explicit_(manifold, tolerances, control),
-        norm_(manifold, tolerances),
-        begin_(static_cast<std::size_t>(manifold.size)),
-        begin_slope_(begin_) {}
+      : tolerances_(tolerances), control_(control), choice_(choice), explicit_(manifold, tolerances, control) {}
 
   /// As DormandPrince853::start. Statistics count from here.
   template <RightHandSide<double> Rhs>
@@ -159,6 +154,10 @@ class AutomaticStepper {
   void reset_derivative(Rhs&& rhs) {
     on_active([&](auto& s) { s.reset_derivative(rhs); });
   }
+  /// The size of the next step, if it is not rejected and the method does not change; of implicit steps unlimited.
+  double proposed_step() const {
+    return implicit_ ? std::numeric_limits<double>::infinity() : explicit_.proposed_step();
+  }
   void propose_step(double size) {
     on_active([&](auto& s) { s.propose_step(size); });
   }
@@ -184,7 +183,6 @@ class AutomaticStepper {
   template <class Rhs>
   void change_method(Rhs& rhs);
   void note_explicit_step();
-  void measure(StiffnessMonitor::ExplicitStep& step);
   void note_implicit_step();
 
   Tolerances tolerances_;
@@ -193,10 +191,8 @@ class AutomaticStepper {
   DormandPrince853<double> explicit_;
   std::optional<RadauStepper> implicit_;  // where it is used
   StiffnessMonitor monitor_;
-  ErrorNorm<double> norm_;
-  std::vector<double> begin_, begin_slope_;  // state and derivative at the begin of an explicit step
-  IntegrationStatistics done_;               // by steppers used before, since start()
-  bool changes_ = false;                     // of the method before the next step
+  IntegrationStatistics done_;  // by steppers used before, since start()
+  bool changes_ = false;        // of the method before the next step
   bool steps_used_up_ = false;
   std::int64_t implicit_steps_ = 0;
   std::vector<std::array<double, 2>> implicit_spans_;
@@ -280,8 +276,6 @@ StepStatus AutomaticStepper::step(Rhs&& rhs) {
     monitor_.implicit_failed();
     begin_explicit(rhs);
   }
-  std::copy(state().begin(), state().end(), begin_.begin());
-  std::copy(derivative().begin(), derivative().end(), begin_slope_.begin());
   explicit_.step(rhs);
   if (goes_on()) note_explicit_step();
   return status();

@@ -7,12 +7,14 @@
 /// which are renormalized after every step and in every interpolated state. Thread safety: a stepper belongs to one
 /// thread at a time; different ones are independent.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -60,21 +62,26 @@ class ErrorNorm {
     return root_mean(sum_of_squares(y, y, difference));
   }
 
- private:
-  struct Range {
-    int begin;
-    int end;
-  };
+  /// The same of several differences in one pass, in less time.
+  template <std::size_t kCount>
+  std::array<double, kCount> of_each(std::span<const S> y,
+                                     const std::array<std::span<const S>, kCount>& differences) const;
 
+  /// Differences are zero in these ranges, which are increasing and outside of quaternions: their sums skip them.
+  void skip(std::span<const NumberRange> ranges);
+
+ private:
+  S add_rotations(S sum, std::span<const S> y, std::span<const S> difference) const;
   double root_mean(const S& sum) const {
     using std::sqrt;
     return dimension_ == 0 ? 0.0 : static_cast<double>(sqrt(sum * S(1.0 / dimension_)));
   }
 
   double rtol_;
-  std::vector<double> atol_;      // n numbers
-  std::vector<Range> vectors_;    // controlled runs of ordinary numbers
-  std::vector<int> quaternions_;  // controlled quaternions
+  std::vector<double> atol_;          // n numbers
+  std::vector<NumberRange> vectors_;  // controlled runs of ordinary numbers
+  std::vector<NumberRange> moving_;   // these without skipped ones
+  std::vector<int> quaternions_;      // controlled quaternions
   int dimension_ = 0;
 };
 
@@ -95,19 +102,36 @@ ErrorNorm<S>::ErrorNorm(const Manifold& manifold, const Tolerances& tolerances)
   }
 
   // The gaps between quaternions are the runs of ordinary numbers.
-  std::vector<bool> in_quaternion(static_cast<std::size_t>(manifold.size), false);
   const int controlled = manifold.controlled_size();
+  std::vector<NumberRange> in_quaternions;
   for (const int offset : manifold.quaternions) {
-    for (int i = 0; i < 4; ++i) in_quaternion[static_cast<std::size_t>(offset + i)] = true;
-    if (offset < controlled) quaternions_.push_back(offset);
+    if (offset < controlled) quaternions_.push_back(offset), in_quaternions.push_back({offset, offset + 4});
   }
-  dimension_ = 3 * static_cast<int>(quaternions_.size());
-  for (int i = 0; i < controlled; ++i) {
-    if (in_quaternion[static_cast<std::size_t>(i)]) continue;
-    if (vectors_.empty() || vectors_.back().end != i) vectors_.push_back({i, i});
-    ++vectors_.back().end;
-    ++dimension_;
+  std::ranges::sort(in_quaternions, {}, &NumberRange::begin);
+  vectors_ = moving_ = numbers_beside(controlled, in_quaternions);
+  dimension_ = controlled - static_cast<int>(quaternions_.size());
+}
+
+template <class S>
+void ErrorNorm<S>::skip(std::span<const NumberRange> ranges) {
+  moving_.clear();
+  for (const NumberRange& vector : vectors_) {
+    NumberRange rest = vector;
+    for (const NumberRange& range : ranges) {
+      if (range.end <= rest.begin || range.begin >= rest.end) continue;
+      if (range.begin > rest.begin) moving_.push_back({rest.begin, range.begin});
+      rest.begin = std::min(range.end, rest.end);
+    }
+    if (rest.end > rest.begin) moving_.push_back(rest);
   }
+}
+
+// Quaternion and its difference => the rotation vector Im(conj(q) ⊗ d) = q_w d_v − d_w q_v − q_v × d_v, twice.
+template <class S>
+std::array<S, 3> rotation_between(const S* q, const S* d) {
+  return {S(2.0) * (q[0] * d[1] - d[0] * q[1] - q[2] * d[3] + q[3] * d[2]),
+          S(2.0) * (q[0] * d[2] - d[0] * q[2] - q[3] * d[1] + q[1] * d[3]),
+          S(2.0) * (q[0] * d[3] - d[0] * q[3] - q[1] * d[2] + q[2] * d[1])};
 }
 
 // Two states and a difference => sum of squares of (difference/scale), quaternions by their rotation vectors.
@@ -116,20 +140,21 @@ S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std
   using std::abs;
   using std::max;
   S sum(0.0);
-  for (const Range& range : vectors_) {
+  for (const NumberRange& range : moving_) {
     for (int i = range.begin; i < range.end; ++i) {
       const S magnitude = max(S(abs(y0[i])), S(abs(y1[i])));
       const S ratio = difference[i] / (S(atol_[i]) + rtol_ * magnitude);
       sum = sum + ratio * ratio;
     }
   }
+  return add_rotations(sum, y1, difference);
+}
+
+// Sum over ordinary numbers => the same with the quaternions.
+template <class S>
+S ErrorNorm<S>::add_rotations(S sum, std::span<const S> y, std::span<const S> difference) const {
   for (const int offset : quaternions_) {
-    const S* q = y1.data() + offset;
-    const S* d = difference.data() + offset;
-    // Im(conj(q) ⊗ d) = q_w d_v − d_w q_v − q_v × d_v
-    const S rotation[3] = {S(2.0) * (q[0] * d[1] - d[0] * q[1] - q[2] * d[3] + q[3] * d[2]),
-                           S(2.0) * (q[0] * d[2] - d[0] * q[2] - q[3] * d[1] + q[1] * d[3]),
-                           S(2.0) * (q[0] * d[3] - d[0] * q[3] - q[1] * d[2] + q[2] * d[1])};
+    const std::array<S, 3> rotation = rotation_between(y.data() + offset, difference.data() + offset);
     for (int i = 0; i < 3; ++i) {
       const S ratio = rotation[i] * S(1.0 / (atol_[offset + 1 + i] + rtol_));
       sum = sum + ratio * ratio;
@@ -138,12 +163,40 @@ S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std
   return sum;
 }
 
+// The scale of each number is computed once; quotients of eight numbers are independent, and sums have the order of
+// sum_of_squares().
+template <class S>
+template <std::size_t kCount>
+std::array<double, kCount> ErrorNorm<S>::of_each(std::span<const S> y,
+                                                 const std::array<std::span<const S>, kCount>& differences) const {
+  using std::abs;
+  constexpr int kAtOnce = 8;
+  S sums[kCount] = {};
+  const auto add = [&](int first, auto numbers) {
+    S scale[kAtOnce], ratio[kAtOnce];
+    for (int i = 0; i < numbers; ++i) scale[i] = S(atol_[first + i]) + rtol_ * S(abs(y[first + i]));
+    for (std::size_t k = 0; k < kCount; ++k) {
+      const S* difference = differences[k].data() + first;
+      for (int i = 0; i < numbers; ++i) ratio[i] = difference[i] / scale[i];
+      for (int i = 0; i < numbers; ++i) sums[k] = sums[k] + ratio[i] * ratio[i];
+    }
+  };
+  for (const NumberRange& range : moving_) {
+    int first = range.begin;
+    for (; first + kAtOnce <= range.end; first += kAtOnce) add(first, std::integral_constant<int, kAtOnce>());
+    add(first, range.end - first);
+  }
+  std::array<double, kCount> norms;
+  for (std::size_t k = 0; k < kCount; ++k) norms[k] = root_mean(add_rotations(sums[k], y, differences[k]));
+  return norms;
+}
+
 // State => root mean square of y/scale(y).
 template <class S>
 double ErrorNorm<S>::magnitude(std::span<const S> y) const {
   using std::abs;
   S sum(0.0);
-  for (const Range& range : vectors_) {
+  for (const NumberRange& range : vectors_) {
     for (int i = range.begin; i < range.end; ++i) {
       const S ratio = y[i] / (S(atol_[i]) + rtol_ * S(abs(y[i])));
       sum = sum + ratio * ratio;
@@ -177,8 +230,9 @@ struct StepControl {
 template <class S>
 class DormandPrince853 : public Stepper<S> {
  public:
-  /// Allocates everything. Throws std::invalid_argument if the manifold or the tolerances are invalid (see `validate`
-  /// and `ErrorNorm`), if initial_step is negative or not finite, or if max_step or max_steps is not positive.
+  /// Allocates everything but the ranges of numbers that remain constant (RightHandSide). Throws std::invalid_argument
+  /// if the manifold or the tolerances are invalid (see `validate` and `ErrorNorm`), if initial_step is negative or not
+  /// finite, or if max_step or max_steps is not positive.
   DormandPrince853(const Manifold& manifold, const Tolerances& tolerances, const StepControl& control = {});
 
   /// Begins at t0 with y0 (n numbers; quaternions are normalized) towards t_end, on either side of t0, and chooses the
@@ -200,6 +254,17 @@ class DormandPrince853 : public Stepper<S> {
   /// evaluations at the same time (HNW IV.2, as in the program DOP853): at least 6 where stability limits the step.
   /// Zero without a completed step. Call it before dense output, which overwrites the data.
   double stiffness();
+
+  /// The last step in tolerances: the norm of y(end) - y(begin) - h y'(begin), and that of h (y'(end) - y'(begin))
+  /// relative to that of y(end) - y(begin).
+  struct Bend {
+    double bend = 0, motion = 0;
+  };
+  /// Zero without a completed step, and after stiffness() only before dense output.
+  Bend bend();
+
+  /// The size of the next step, if it is not rejected.
+  double proposed_step() const { return proposed_step_; }
 
   /// Evaluates the additional stages for dense output in the last step, unless already done (3 evaluations). Throws
   /// std::logic_error if there is no completed step.
@@ -229,18 +294,22 @@ class DormandPrince853 : public Stepper<S> {
     return dop853::weighted_sum<kRow>(stages_.data(), this->size(), i);
   }
 
-  /// Adapts the right-hand side to the kernel's signature.
-  template <class Rhs>
-  auto counted(Rhs& rhs) {
-    return [this, &rhs](double t, const S* y, S* dydt) {
-      this->evaluate(rhs, t, {y, this->state_.size()}, {dydt, this->state_.size()});
-    };
+  /// Calls f(i) for the numbers that do not remain constant.
+  template <class F>
+  void each_moving(F&& f) const {
+    for (const NumberRange& range : moving_) {
+      for (int i = range.begin; i < range.end; ++i) f(i);
+    }
   }
-  /// A stage of dense output.
+  void leave_still();
+  /// As dop853::evaluate_stage, for these numbers.
   template <int kNumber, const auto& kRow, class Rhs>
   void evaluate_stage(Rhs& rhs, double t, double h, const std::vector<S>& from) {
-    const dop853::StepStages<S> step{t, h, this->size(), from.data(), stage_state_.data(), stages_.data()};
-    dop853::evaluate_stage<kNumber, kRow>(counted(rhs), step);
+    const S *const begin = from.data(), *const stages = stages_.data();
+    S* const at = stage_state_.data();
+    const int n = this->size();
+    each_moving([=](int i) { at[i] = begin[i] + h * dop853::weighted_sum<kRow>(stages, n, i); });
+    this->evaluate(rhs, t + dop853::kNodes[kNumber - 1] * h, stage_state_, stage(kNumber));
   }
 
   template <class Rhs>
@@ -251,6 +320,8 @@ class DormandPrince853 : public Stepper<S> {
 
   ErrorNorm<S> norm_;
   StepControl control_;
+  std::vector<NumberRange> left_;    // numbers that steps leave as they are
+  std::vector<NumberRange> moving_;  // the others
   double proposed_step_ = 0.0;
   dop853::AcceptedStep accepted_step_;
   bool dense_ready_ = false;
@@ -267,6 +338,7 @@ DormandPrince853<S>::DormandPrince853(const Manifold& manifold, const Tolerances
     : Stepper<S>(manifold),
       norm_(manifold, tolerances),
       control_(control),
+      moving_{{0, manifold.size}},
       stages_(dop853::kExtendedStages * this->state_.size()),
       dense_(kDenseCoefficients * this->state_.size()),
       stage_state_(this->state_.size()),
@@ -284,6 +356,7 @@ template <RightHandSide<S> Rhs>
 void DormandPrince853<S>::start(Rhs&& rhs, double t0, std::span<const S> y0, double t_end) {
   dense_ready_ = false;
   this->begin(rhs, t0, y0, t_end);
+  if (std::exchange(this->renewed_, false)) leave_still();
   proposed_step_ = control_.initial_step;
   accepted_step_ = {};
   if (this->status_ == StepStatus::running && control_.initial_step == 0.0) proposed_step_ = choose_initial_step(rhs);
@@ -310,12 +383,27 @@ void DormandPrince853<S>::propose_step(double size) {
   proposed_step_ = size;
 }
 
+// Numbers that remain constant have the same value in all states of a step. The right-hand side writes their
+// derivatives, which are zero, at every stage.
+template <class S>
+void DormandPrince853<S>::leave_still() {
+  if (left_ != this->still_) {
+    left_ = this->still_;
+    moving_ = numbers_beside(this->size(), left_);
+    norm_.skip(left_);
+  }
+  for (const auto [begin, end] : left_) {
+    for (int i = begin; i < end; ++i) stage_state_[i] = this->end_[i] = this->state_[i];
+  }
+}
+
 // Tries steps until one is accepted or the status is final: fits the size to the end, evaluates stages and error, and
 // adapts the size (HNW II.4).
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
   if (this->status_ != StepStatus::running) return this->status_;
+  if (std::exchange(this->renewed_, false)) leave_still();
   this->has_step_ = dense_ready_ = false;
   bool rejected = false;
   bool finite = true;
@@ -361,9 +449,27 @@ template <class S>
 template <class Rhs>
 void DormandPrince853<S>::evaluate_stages(Rhs& rhs, double h) {
   std::copy(this->derivative_.begin(), this->derivative_.end(), stages_.begin());
-  const dop853::StepStages<S> step{this->time_,   h, this->size(), this->state_.data(), stage_state_.data(),
-                                   stages_.data()};
-  dop853::evaluate_stages(counted(rhs), step, this->end_.data(), error5_.data(), error3_.data());
+  const double t = this->time_;
+  evaluate_stage<2, dop853::kStage2>(rhs, t, h, this->state_);
+  evaluate_stage<3, dop853::kStage3>(rhs, t, h, this->state_);
+  evaluate_stage<4, dop853::kStage4>(rhs, t, h, this->state_);
+  evaluate_stage<5, dop853::kStage5>(rhs, t, h, this->state_);
+  evaluate_stage<6, dop853::kStage6>(rhs, t, h, this->state_);
+  evaluate_stage<7, dop853::kStage7>(rhs, t, h, this->state_);
+  evaluate_stage<8, dop853::kStage8>(rhs, t, h, this->state_);
+  evaluate_stage<9, dop853::kStage9>(rhs, t, h, this->state_);
+  evaluate_stage<10, dop853::kStage10>(rhs, t, h, this->state_);
+  evaluate_stage<11, dop853::kStage11>(rhs, t, h, this->state_);
+  evaluate_stage<12, dop853::kStage12>(rhs, t, h, this->state_);
+  const S *const begin = this->state_.data(), *const stages = stages_.data();
+  S *const end = this->end_.data(), *const error5 = error5_.data(), *const error3 = error3_.data();
+  const int n = this->size();
+  each_moving([=](int i) {
+    const S slope = dop853::weighted_sum<dop853::kSolution>(stages, n, i);
+    end[i] = begin[i] + h * slope;
+    error3[i] = slope - dop853::weighted_sum<dop853::kThirdOrder>(stages, n, i);
+    error5[i] = dop853::weighted_sum<dop853::kError5>(stages, n, i);
+  });
 }
 
 // Error estimate in units of the tolerance; at most 1: acceptable. NaN if any number is not finite.
@@ -379,12 +485,26 @@ double DormandPrince853<S>::estimate_error(double h) {
 template <class S>
 double DormandPrince853<S>::stiffness() {
   if (!this->has_step_ || dense_ready_) return 0.0;
-  for (int i = 0; i < this->size(); ++i) {
+  each_moving([&](int i) {
     error5_[i] = this->end_[i] - stage_state_[i];
     error3_[i] = stage(13)[i] - stage(12)[i];
-  }
-  const double apart = norm_(this->end_, error5_), change = norm_(this->end_, error3_);
+  });
+  const auto [apart, change] = norm_.template of_each<2>(this->end_, {error5_, error3_});
   return apart > 0.0 ? std::abs(this->time_ - this->previous_time_) * change / apart : 0.0;
+}
+
+template <class S>
+typename DormandPrince853<S>::Bend DormandPrince853<S>::bend() {
+  if (!this->has_step_ || dense_ready_) return {};
+  const double h = this->time_ - this->previous_time_;
+  const std::span<S> motion = stage_state_;  // a later step sets it again
+  each_moving([&](int i) {
+    motion[i] = this->end_[i] - this->previous_state_[i];
+    error5_[i] = motion[i] - h * stage(1)[i];
+    error3_[i] = stage(13)[i] - stage(1)[i];
+  });
+  const auto [moved, bent, turned] = norm_.template of_each<3>(this->end_, {motion, error5_, error3_});
+  return {bent, moved > 0.0 ? h * turned / moved : 0.0};
 }
 
 // Evaluates stages 14 to 16 and the coefficients 1 to 7 of the interpolating polynomial (HNW II.6).

@@ -6,6 +6,17 @@
 
 namespace grapnel {
 
+std::vector<NumberRange> numbers_beside(int size, std::span<const NumberRange> ranges) {
+  std::vector<NumberRange> others;
+  int begin = 0;
+  for (const NumberRange& range : ranges) {
+    if (range.begin > begin) others.push_back({begin, range.begin});
+    begin = range.end;
+  }
+  if (size > begin) others.push_back({begin, size});
+  return others;
+}
+
 // Checks sizes and offsets of the manifold. @throws std::invalid_argument with the first error.
 void validate(const Manifold& manifold) {
   const auto reject = [](const std::string& fault) { throw std::invalid_argument("Manifold: " + fault); };

@@ -13,6 +13,12 @@
 
 namespace grapnel {
 
+/// Numbers of a state from `begin` to before `end`.
+struct NumberRange {
+  int begin, end;
+  bool operator==(const NumberRange&) const = default;
+};
+
 /// Layout of a state y of `size` numbers.
 struct Manifold {
   static constexpr int kAllControlled = -1;
@@ -24,6 +30,9 @@ struct Manifold {
   /// Number of leading numbers under error control, in 0 … size.
   int controlled_size() const { return controlled == kAllControlled ? size : controlled; }
 };
+
+/// The numbers of a state of `size` numbers outside of `ranges`, which are increasing and do not overlap.
+std::vector<NumberRange> numbers_beside(int size, std::span<const NumberRange> ranges);
 
 /// Checks a manifold. Throws std::invalid_argument that names the error: size is negative, a quaternion lies outside
 /// the state, overlaps another one or straddles the end of the controlled part, or that end lies outside the state.
@@ -51,7 +60,7 @@ double normalize(const Manifold& manifold, std::span<S> y) {
 template <class S>
 bool all_finite(std::span<const S> y) {
   bool finite = true;
-  for (const S& value : y) finite = finite && std::isfinite(static_cast<double>(value * value * S(0.0)));
+  for (const S& value : y) finite &= std::isfinite(static_cast<double>(value * value * S(0.0)));
   return finite;
 }
 

@@ -46,7 +46,9 @@ struct IntegrationStatistics {
 
 /// A right-hand side y' = f(t, y): called as rhs(t, y, dydt) with spans of n numbers, it writes all of dydt. At
 /// intermediate stages quaternions have norm 1 only to the order of the stage; rhs must be a smooth function of y
-/// there.
+/// there. A right-hand side may have the member `still(std::vector<NumberRange>& ranges)`, which appends the ranges,
+/// increasing, of those numbers outside of quaternions whose derivatives are zero until the next start(), set_state()
+/// or reset_derivative(). Steppers leave them as they are.
 template <class F, class S>
 concept RightHandSide = std::invocable<F&, double, std::span<const S>, std::span<S>>;
 
@@ -110,6 +112,16 @@ class Stepper {
     rhs(t, y, dydt);
   }
 
+  /// Asks rhs for the numbers that remain constant from now on.
+  template <class Rhs>
+  void find_still(Rhs& rhs) {
+    renewed_ = true;
+    if constexpr (requires { rhs.still(still_); }) {
+      still_.clear();
+      rhs.still(still_);
+    }
+  }
+
   /// Accepts end_ at time t_new as the new state, with the derivative dydt.
   void accept(double t_new, std::span<const S> dydt, double quaternion_defect);
 
@@ -127,10 +139,12 @@ class Stepper {
   double direction_ = 1.0;  // +1 or −1
   bool has_step_ = false;   // previous_state_, end_ and the stages describe a complete step
   IntegrationStatistics statistics_;
-  std::vector<S> state_;           // at time_
-  std::vector<S> derivative_;      // f(time_, state_)
-  std::vector<S> previous_state_;  // at previous_time_, at the begin of the last step
-  std::vector<S> end_;             // at time_, as integrated in the last step (state_ may have been replaced since)
+  std::vector<NumberRange> still_;  // numbers that remain constant
+  bool renewed_ = true;             // still_ since the last step
+  std::vector<S> state_;            // at time_
+  std::vector<S> derivative_;       // f(time_, state_)
+  std::vector<S> previous_state_;   // at previous_time_, at the begin of the last step
+  std::vector<S> end_;              // at time_, as integrated in the last step (state_ may have been replaced since)
 
  private:
   static std::size_t checked_size(const Manifold& manifold) {
@@ -174,6 +188,7 @@ template <class S>
 template <RightHandSide<S> Rhs>
 void Stepper<S>::reset_derivative(Rhs&& rhs) {
   require_active("reset_derivative");
+  find_still(rhs);
   evaluate(rhs, time_, state_, derivative_);
   if (!all_finite(std::span<const S>(state_)) || !all_finite(std::span<const S>(derivative_))) {
     fail(StepStatus::non_finite);

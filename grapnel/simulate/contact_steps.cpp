@@ -91,21 +91,21 @@ double PhaseDynamics::prescribed_travel(double t, double duration) {
   return is_bounded && travel < infinity ? travel : infinity;
 }
 
-void PhaseDynamics::begin_step(double t, std::span<const double> y) {
+void PhaseDynamics::begin_step(double t, std::span<const double> y, double duration) {
   if (!setup_.contacts) return;
   load_integrated(t, y);
   forward_kinematics(model_, now_, workspace_.kinematics);
-  setup_.contacts->begin_step(workspace_.kinematics);
+  setup_.contacts->begin_step(workspace_.kinematics, duration);
 }
 
-bool PhaseDynamics::end_step(double t, std::span<const double> y, double duration) {
+bool PhaseDynamics::end_step(double t, std::span<const double> y, double duration, double next) {
   if (!setup_.contacts || !modes_.empty() || base_.switches()) {
-    begin_step(t, y);
+    begin_step(t, y, next);
     return true;
   }
   load_integrated(t, y);
   forward_kinematics(model_, now_, workspace_.kinematics);
-  return setup_.contacts->end_step(workspace_.kinematics, std::abs(duration), prescribed_travel(t, duration));
+  return setup_.contacts->end_step(workspace_.kinematics, std::abs(duration), prescribed_travel(t, duration), next);
 }
 
 double PhaseDynamics::least_overlap(double t, std::span<const double> y) {

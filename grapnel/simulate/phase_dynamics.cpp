@@ -201,6 +201,15 @@ void PhaseDynamics::coupled(std::vector<int>& numbers) const {
   if (setup_.contacts) setup_.contacts->add_active_sticks(size() - exchange_count() - stick_count(), numbers);
 }
 
+void PhaseDynamics::still(std::vector<NumberRange>& ranges) const {
+  if (!setup_.contacts || setup_.contacts->touches()) return;
+  const int whole = model_.coordinates() + model_.velocities();
+  const int trees_end = whole + kWholeCount + kTreeCount * static_cast<int>(trees_.size());
+  if (only_contacts_) ranges.push_back({whole + kExternalWork, trees_end});
+  const int contacts_end = size() - exchange_count();
+  ranges.push_back({contacts_end - contact_integral_count(), contacts_end});
+}
+
 std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   momenta_time_ = t;
   placed_ = false;
@@ -604,7 +613,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   }
   if (has_external_ && !is_left_alone()) add_external(integrals);
   add_joint_integrals(integrals);
-  add_contact_integrals(integrals);
+  if (setup_.contacts && setup_.contacts->touches()) add_contact_integrals(integrals);
   add_slip_integrals(integrals);
 }
 

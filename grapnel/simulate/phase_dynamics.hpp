@@ -145,6 +145,9 @@ class PhaseDynamics {
   /// Appends the indices of the numbers in y on which dy/dt depends with the present modes; all others are integrals
   /// without an effect on the motion.
   void coupled(std::vector<int>& numbers) const;
+  /// Appends the ranges of the numbers in y that remain constant with the present modes: integrals of contacts that are
+  /// apart, and of external effects if there are no others.
+  void still(std::vector<NumberRange>& ranges) const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
   /// The same for a phase that continues, with its integrals so far. @throws std::invalid_argument if these are the
@@ -205,12 +208,13 @@ class PhaseDynamics {
   /// Positive while the modes are valid: for wheels distances from maximum rates, and accelerations of held wheels; for
   /// thrusters distances from their levels; for joints JointModes' margins; for contacts ContactSet's.
   double switch_margin(double t, std::span<const double> y);
-  /// Begins a step in y at t: from now on switch_margin() watches all contacts.
-  void begin_step(double t, std::span<const double> y);
-  /// Ends a step of this duration, negative backwards, in y at t, in which the next one begins. Returns whether modes
-  /// may change in it; for times in it, switch_margin() is that of the contacts that may change (ContactSet::end_step).
-  /// Always if other modes than those of contacts can change. Trajectories bound the motions of prescribed joints.
-  bool end_step(double t, std::span<const double> y, double duration);
+  /// Begins a step in y at t, of this expected duration: from now on switch_margin() watches all contacts.
+  void begin_step(double t, std::span<const double> y, double duration);
+  /// Ends a step of this duration, negative backwards, in y at t, in which the next one begins, of the expected
+  /// duration `next`. Returns whether modes may change in it; for times in it, switch_margin() is that of the contacts
+  /// that may change (ContactSet::end_step). Always if other modes than those of contacts can change. Trajectories
+  /// bound the motions of prescribed joints.
+  bool end_step(double t, std::span<const double> y, double duration, double next);
   /// ContactSet::may_part().
   bool may_part(double duration) const { return setup_.contacts && setup_.contacts->may_part(duration); }
   /// The least overlap of touching contacts in y, where their forces end [m]: ContactSet::least_overlap().

@@ -211,7 +211,7 @@ void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
 // Last evaluation => rates of the integrals of each group of contacts, and of deformations.
 void PhaseDynamics::add_contact_integrals(std::span<double> integrals) {
   double* at = integrals.data() + integrals.size() - exchange_count() - contact_integral_count();
-  for (std::size_t g = 0; setup_.contacts && g < setup_.contacts->groups(); ++g) {
+  for (std::size_t g = 0; g < setup_.contacts->groups(); ++g) {
     const GroupContact& group = setup_.contacts->group(g);
     at[kContactWork] = group.power;
     at[kContactDamping] = group.damping_power;
@@ -220,7 +220,7 @@ void PhaseDynamics::add_contact_integrals(std::span<double> integrals) {
     at[kContactSlip] = group.slip_speed;
     at += kContactCount;
   }
-  if (setup_.contacts) setup_.contacts->stick_rates({at, setup_.contacts->stick_count()});
+  setup_.contacts->stick_rates({at, setup_.contacts->stick_count()});
 }
 
 MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {

@@ -59,11 +59,12 @@ class PhaseRun {
         resumed_(observers.resumed),
         locator_(stepper.manifold()),
         switch_locator_(stepper.manifold()),
-        norm_(stepper.manifold(), tolerances),
         relative_tolerance_(tolerances.rtol),
         y_(static_cast<std::size_t>(dynamics.size())),
         motor_(dynamics.model().joints().size()),
-        friction_(motor_.size()) {}
+        friction_(motor_.size()) {
+    if (dynamics.loops()) norm_.emplace(stepper.manifold(), tolerances);
+  }
 
   // Start state, interval and output grid => outcome of the phase. Closes loops, handles stops at t0 and integrates
   // over all breaks; a ControllerError ends the phase with its message as the failure.
@@ -146,7 +147,7 @@ class PhaseRun {
     loops_.unprojected.raise(result.before);
     if (!result.changed) return false;
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
-    loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
+    loops_.correction_total += relative_tolerance_ * (*norm_)(y, correction_);
     if (result.converged) return true;
     broken_off_ =
         dynamics_.loops()->contradiction() > loop_limits::kContradiction ? contradiction(t) : unclosed(t, result);
@@ -195,6 +196,14 @@ class PhaseRun {
       check(t, stepper_.state());
   }
 
+  // Of the next step.
+  double expected_step() const {
+    if constexpr (requires { stepper_.proposed_step(); })
+      return std::min(stepper_.proposed_step(), std::abs(stepper_.end_time() - stepper_.time()));
+    else
+      return std::numeric_limits<double>::infinity();
+  }
+
   bool may_stop() const { return stop_ || stop_on_load_; }
 
   // The smaller of both conditions' values.
@@ -211,7 +220,7 @@ class PhaseRun {
     if (!usable()) return;
     if (may_stop() && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
-    dynamics_.begin_step(begin, stepper_.state());
+    dynamics_.begin_step(begin, stepper_.state(), expected_step());
     while (stepper_.status() == StepStatus::running) {
       step();
       if (!usable()) return;
@@ -223,7 +232,7 @@ class PhaseRun {
       // Velocities inside of an accepted step do not exceed those at its ends by more than ContactSet::kFaster: it is
       // shorter than half a period of any vibration that exceeds its tolerance.
       const double duration = stepper_.time() - stepper_.previous_time();
-      if (dynamics_.switches() && dynamics_.end_step(stepper_.time(), stepper_.state(), duration)) {
+      if (dynamics_.switches() && dynamics_.end_step(stepper_.time(), stepper_.state(), duration, expected_step())) {
         const auto g = [&](double t, std::span<const double> y) { return dynamics_.switch_margin(t, y); };
         switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
@@ -313,7 +322,7 @@ class PhaseRun {
     const double end = dynamics_.next_edge(t, smooth_end);
     count_steps(t);
     stepper_.start(dynamics_, t, y_, end);
-    dynamics_.begin_step(t, y_);
+    dynamics_.begin_step(t, y_, expected_step());
     parting_.reset();
     fresh_ = true;
   }
@@ -421,7 +430,7 @@ class PhaseRun {
   long switches_ = 0;
   long implicit_steps_ = 0;
   std::vector<std::array<double, 2>> implicit_spans_;
-  ErrorNorm<double> norm_;
+  std::optional<ErrorNorm<double>> norm_;  // with loops
   double relative_tolerance_;
   LoopOutcome loops_;
   std::string broken_off_;  // the reason, if not in the stepper's status

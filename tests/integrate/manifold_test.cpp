@@ -96,5 +96,38 @@ TEST(ErrorNorm, UncontrolledNumbersDoNotCount) {
   EXPECT_EQ(ErrorNorm<double>({.size = 2, .controlled = 0}, {})(Vector{1, 1}, Vector{1, 1}), 0.0);
 }
 
+TEST(Manifold, NumbersBesideRanges) {
+  using Ranges = std::vector<NumberRange>;
+  EXPECT_EQ(numbers_beside(5, Ranges{}), (Ranges{{0, 5}}));
+  EXPECT_EQ(numbers_beside(9, Ranges{{0, 2}, {4, 5}, {5, 6}}), (Ranges{{2, 4}, {6, 9}}));
+  EXPECT_EQ(numbers_beside(9, Ranges{{3, 9}}), (Ranges{{0, 3}}));
+  EXPECT_EQ(numbers_beside(0, Ranges{}), Ranges{});
+}
+
+// Twenty numbers with a quaternion, more than one block of numbers and a rest.
+TEST(ErrorNorm, SkipsZeroDifferencesAndTakesSeveralInOnePass) {
+  const Manifold manifold{.size = 22, .quaternions = {10}, .controlled = 21};
+  ErrorNorm<double> norm(manifold, {.rtol = 0.1, .atol = 0.5});
+  Vector y(22), one(22), other(22);
+  for (int i = 0; i < 22; ++i) y[i] = std::sin(i), one[i] = std::cos(3 * i), other[i] = 1.0 / (1 + i);
+  normalize(manifold, std::span<double>(y));
+  for (const int i : {0, 1, 5, 6, 7, 20}) one[i] = other[i] = 0;
+  const double whole = norm(y, one), of_other = norm(y, other), magnitude = norm.magnitude(y);
+  const auto expect_equal = [&] {
+    EXPECT_EQ(norm(y, one), whole);
+    EXPECT_EQ(norm.magnitude(y), magnitude);
+    const auto [first, second] = norm.of_each<2>(y, {one, other});
+    EXPECT_EQ(first, whole);
+    EXPECT_EQ(second, of_other);
+  };
+  expect_equal();
+  norm.skip(std::vector<NumberRange>{{0, 2}, {5, 8}, {20, 21}});
+  expect_equal();
+  one[6] = 100;  // skipped
+  EXPECT_EQ(norm(y, one), whole);
+  norm.skip({});
+  EXPECT_GT(norm(y, one), 2 * whole);
+}
+
 }  // namespace manifold_test
 }  // namespace grapnel

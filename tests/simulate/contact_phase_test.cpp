@@ -104,6 +104,36 @@ TEST(ContactPhase, PairsThatStayFarApartNeedNoSearchForEvents) {
 }
 
 // A ball without friction keeps its slip velocity, from the first to the last instant of the contact.
+// While the balls are apart, the integrals of their contact and of the impulses on them are named as constant.
+TEST(ContactPhase, OnlyConstantNumbersAreLeftByTheIntegrator) {
+  for (const double gravity : {0.0, -0.1}) {
+    Scene s({ball("first"), ball("second")});
+    s.gravity = {0, 0, gravity};
+    for (int i = 0; i < 2; ++i) s.add(primitive(Shape::sphere, {kRadius, 0, 0}));
+    s.place(0, {0, 0, 0}), s.place(1, {0.3, 0, 0}, {{0, 0, 1}, {-1, 0, 0}});
+    s.pair(0, 1, linear_law(1e3));
+    const PhaseOutcome outcome = s.run(0.05);
+    ASSERT_TRUE(outcome.finished);
+    const std::vector<double> y = s.dynamics->initial(outcome.end_state, 0.05);
+    std::vector<double> rates(y.size());
+    (*s.dynamics)(0.05, y, rates);
+    std::vector<NumberRange> still;
+    s.dynamics->still(still);
+    int count = 0;
+    for (const NumberRange& range : still) {
+      for (int i = range.begin; i < range.end; ++i, ++count) EXPECT_EQ(rates[i], 0) << i;
+    }
+    // Of the contact five and its deformation four; without gravity external work and impulses, in all and of each
+    // tree.
+    EXPECT_EQ(count, gravity == 0 ? 9 + 7 + 2 * 7 : 9);
+    s.run(0.11);
+    ASSERT_TRUE(s.contacts->touches());
+    still.clear();
+    s.dynamics->still(still);
+    EXPECT_TRUE(still.empty());
+  }
+}
+
 TEST(ContactPhase, SlipBeginsAndEndsWithTheContactWithoutShortSteps) {
   Scene s({ball("ball")});
   s.add(primitive(Shape::sphere, {kRadius, 0, 0})), s.add_floor();
