@@ -25,7 +25,7 @@ Json answer(const char* question, const char* tone, std::string word, std::strin
 }
 
 template <class T>
-T value_at(const Json& document, const char* pointer, T otherwise) {
+T value_of(const Json& document, const char* pointer, T otherwise) {
   const Json::json_pointer at(pointer);
   if (!document.contains(at)) return otherwise;
   const Json& found = document.at(at);
@@ -34,7 +34,7 @@ T value_at(const Json& document, const char* pointer, T otherwise) {
 }
 
 std::string count_at(const Json& document, const char* pointer) {
-  return fmt::format("{:.0f}", value_at(document, pointer, 0.0));
+  return fmt::format("{:.0f}", value_of(document, pointer, 0.0));
 }
 
 // Name and answers of a result, from its characteristic file.
@@ -42,7 +42,7 @@ void describe_run(const fs::path& folder, Json& entry) {
   const fs::path path = folder / "summary.json";
   const Json summary = read_json_document(path, "grapnel-summary/2", "grapnel-summary/1");
   entry["title"] = required_text(summary, "/scenario/name", path);
-  entry["version"] = value_at(summary, "/version", std::string());
+  entry["version"] = value_of(summary, "/version", std::string());
   if (summary.contains("verdicts") && summary["verdicts"].is_array()) {
     for (const Json& one : summary["verdicts"]) {
       if (!one.is_object()) continue;
@@ -52,16 +52,16 @@ void describe_run(const fs::path& folder, Json& entry) {
                                   {"sentence", one.value("sentence", "")}});
     }
   }
-  if (value_at(summary, "/status", std::string()) == "failed")
-    entry["answers"].push_back(answer("Run", "bad", "Failed", value_at(summary, "/failure", std::string())));
+  if (value_of(summary, "/status", std::string()) == "failed")
+    entry["answers"].push_back(answer("Run", "bad", "Failed", value_of(summary, "/failure", std::string())));
 }
 
 void describe_sweep(const fs::path& folder, Json& entry) {
   const fs::path path = folder / "study.json";
   const Json study = read_json_document(path, "grapnel-study-table/1");
   entry["title"] = required_text(study, "/study/name", path);
-  entry["version"] = value_at(study, "/version", std::string());
-  const bool failed = value_at(study, "/failed", 0.0) > 0;
+  entry["version"] = value_of(study, "/version", std::string());
+  const bool failed = value_of(study, "/failed", 0.0) > 0;
   entry["answers"].push_back(answer("Points", failed ? "warn" : "good", count_at(study, "/points") + " points",
                                     fmt::format("{} completed, {} failed, {} unreachable", count_at(study, "/ok"),
                                                 count_at(study, "/failed"), count_at(study, "/unreachable"))));
@@ -71,7 +71,7 @@ void describe_campaign(const fs::path& folder, Json& entry) {
   const fs::path path = folder / "campaign.json";
   const Json campaign = read_json_document(path, "grapnel-campaign-report/1");
   entry["title"] = required_text(campaign, "/campaign/name", path);
-  entry["version"] = value_at(campaign, "/version", std::string());
+  entry["version"] = value_of(campaign, "/version", std::string());
   const Json::json_pointer estimate("/success/estimate");
   if (!campaign.contains(estimate) || !campaign.at(estimate).is_number()) {
     entry["answers"].push_back(answer("Success", "none", "No cases", ""));
@@ -80,19 +80,19 @@ void describe_campaign(const fs::path& folder, Json& entry) {
   entry["answers"].push_back(answer(
       "Success", "none", fmt::format("{:.3g} %", 100 * campaign.at(estimate).get<double>()),
       fmt::format("{} of {} cases; {:.3g} to {:.3g} % at {:.3g} % confidence", count_at(campaign, "/counts/success"),
-                  count_at(campaign, "/rows"), 100 * value_at(campaign, "/success/lower", 0.0),
-                  100 * value_at(campaign, "/success/upper", 1.0),
-                  100 * value_at(campaign, "/success/confidence", 0.0))));
+                  count_at(campaign, "/rows"), 100 * value_of(campaign, "/success/lower", 0.0),
+                  100 * value_of(campaign, "/success/upper", 1.0),
+                  100 * value_of(campaign, "/success/confidence", 0.0))));
 }
 
 void describe_optimization(const fs::path& folder, Json& entry) {
   const fs::path path = folder / "comparison.json";
   const Json best = read_json_document(path, "grapnel-optimization-result/1");
   entry["title"] = required_text(best, "/optimization/name", path);
-  entry["version"] = value_at(best, "/version", std::string());
+  entry["version"] = value_of(best, "/version", std::string());
   const Json::json_pointer after("/objective/after");
   if (!best.contains(after) || !best.at(after).is_number()) {
-    entry["answers"].push_back(answer("Best point", "bad", "None", value_at(best, "/why", std::string())));
+    entry["answers"].push_back(answer("Best point", "bad", "None", value_of(best, "/why", std::string())));
     return;
   }
   const Json::json_pointer before("/objective/before");
@@ -101,20 +101,21 @@ void describe_optimization(const fs::path& folder, Json& entry) {
                                : "";
   entry["answers"].push_back(
       answer("Best point", "good", "Found",
-             fmt::format("{} from {}{:.4g} {}", value_at(best, "/objective/name", std::string("objective")), from,
-                         best.at(after).get<double>(), value_at(best, "/objective/unit", std::string()))));
+             fmt::format("{} from {}{:.4g} {}", value_of(best, "/objective/name", std::string("objective")), from,
+                         best.at(after).get<double>(), value_of(best, "/objective/unit", std::string()))));
 }
 
-struct Kind {
+struct IndexedKind {
   ResultKind kind;
   const char* name;
   const char* file;
   void (*describe)(const fs::path&, Json&);
 };
-constexpr Kind kKinds[] = {{ResultKind::run, "run", "summary.json", describe_run},
-                           {ResultKind::sweep, "sweep", "study.json", describe_sweep},
-                           {ResultKind::optimization, "optimization", "comparison.json", describe_optimization},
-                           {ResultKind::campaign, "campaign", "campaign.json", describe_campaign}};
+constexpr IndexedKind kIndexedKinds[] = {
+    {ResultKind::run, "run", "summary.json", describe_run},
+    {ResultKind::sweep, "sweep", "study.json", describe_sweep},
+    {ResultKind::optimization, "optimization", "comparison.json", describe_optimization},
+    {ResultKind::campaign, "campaign", "campaign.json", describe_campaign}};
 
 double seconds_of(const fs::path& file) {
   std::error_code error;
@@ -125,7 +126,7 @@ double seconds_of(const fs::path& file) {
 }
 
 // comparison.json has two kinds: of optimizations, and of comparisons with logs, which are no result folders.
-bool is_of_kind(const fs::path& folder, const Kind& kind) {
+bool is_of_kind(const fs::path& folder, const IndexedKind& kind) {
   std::error_code error;
   if (!fs::exists(folder / kind.file, error)) return false;
   return kind.kind != ResultKind::optimization || fs::exists(folder / "evaluations.csv", error);
@@ -133,12 +134,12 @@ bool is_of_kind(const fs::path& folder, const Kind& kind) {
 
 // The entry of a folder; null: it holds no result.
 Json entry_of(const fs::path& folder, const fs::path& page_folder) {
-  std::vector<const Kind*> found;
-  for (const Kind& kind : kKinds) {
+  std::vector<const IndexedKind*> found;
+  for (const IndexedKind& kind : kIndexedKinds) {
     if (is_of_kind(folder, kind)) found.push_back(&kind);
   }
   if (found.empty()) return nullptr;
-  const Kind& kind = *found.front();
+  const IndexedKind& kind = *found.front();
   const fs::path seen = fs::absolute(folder).lexically_normal().lexically_relative(page_folder);
   std::error_code error;
   Json entry{{"kind", kind.name},

@@ -23,6 +23,8 @@ const kTargets: Pair[] = [
   ["#5c1f78", "#e3c8ff"],
   ["#1f5f68", "#a8ecf5"],
   ["#4f5a14", "#bccb5a"],
+  ["#8c1238", "#ffb3a6"],
+  ["#1a1f9e", "#7af5a8"],
 ];
 // Only for items ordered along a chain: joints, kinds of energy. From dark to bright.
 const kSteps: Pair[] = [

@@ -137,15 +137,15 @@ describe("accessibility", () => {
 });
 
 describe("layout", () => {
-  test("six plots initially, the others in collapsed groups", async () => {
+  test("seven plots initially, the others in collapsed groups", async () => {
     const { page, context } = await open(handles, { ...kUndrawn, viewport: { width: 1600, height: 1000 } });
     await page.waitForSelector(".plot");
     const titles = await seen(page, ".plot h3");
-    assert.deepEqual(titles, ["Distance and relative speed", "Grasp force", "Base rate", "Minimum clearance", "Energy and work", "Worst margin to a rating"]);
+    assert.deepEqual(titles, ["Distance to the grasp points", "Speed relative to the grasp points", "Grasp force", "Base rate", "Minimum clearance", "Energy and work", "Worst margin to a rating"]);
     await page.getByText("Open all groups").click();
     assert.ok((await seen(page, ".plot h3")).length > 20);
     await page.getByText("Fold all groups").click();
-    assert.equal((await seen(page, ".plot h3")).length, 6);
+    assert.equal((await seen(page, ".plot h3")).length, 7);
     await context.close();
   });
 

@@ -130,6 +130,10 @@ test("colours of arms, targets and axes are distinct and have contrast with the 
       }
     });
   }
+  for (const scheme of ["light", "dark"]) {
+    const targets = [0, 1, 2, 3, 4, 5].map((k) => v.roleColor(`target ${k}`, scheme)); // one for each of six arms
+    targets.forEach((color, i) => targets.slice(0, i).forEach((other) => assert.ok(apart(color, other) > 20, `${color} and ${other}`))); // measured at least 21
+  }
   const [r, g, b] = ["axis x", "axis y", "axis z"].map((role) => rgb(v.roleColor(role, "light")));
   assert.ok(r[0] > r[1] && r[0] > r[2] && g[1] > g[0] && g[1] > g[2] && b[2] > b[0] && b[2] > b[1]); // x red, y green, z blue
 });
