@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "grapnel/dynamics/derivatives_structure.hpp"
 #include "grapnel/dynamics/derivatives_workspace.hpp"
 #include "grapnel/dynamics/modal_chains.hpp"
 #include "grapnel/model/tree.hpp"
@@ -12,28 +13,6 @@ using namespace recursion;
 using namespace derivatives;
 
 namespace {
-
-// Velocities between the root of each velocity and itself, from the root outwards.
-std::vector<std::vector<int>> ancestors_of(const Tree<double>& tree) {
-  std::vector<std::vector<int>> on(static_cast<std::size_t>(tree.velocities));
-  const bool dense = !tree.chains.empty();  // as projected mass matrices are
-  std::vector<int> last;                    // velocity of each link or of its nearest ancestor with one
-  for (const TreeLink<double>& link : tree.links) {
-    int before = link.parent < 0 ? -1 : last[static_cast<std::size_t>(link.parent)];
-    const int count = velocity_count(link.joint);
-    for (int v = link.v; v < link.v + count; ++v) {
-      std::vector<int>& list = on[static_cast<std::size_t>(v)];
-      if (dense) before = v - 1;
-      if (before >= 0) {
-        list = on[static_cast<std::size_t>(before)];
-        list.push_back(before);
-      }
-      before = v;
-    }
-    last.push_back(before);
-  }
-  return on;
-}
 
 // In the order of load_inertia(), in one lane.
 void put_inertia(const RigidBodyInertiad& I, double* lane) {
@@ -73,7 +52,7 @@ DerivativesWorkspace::DerivativesWorkspace(const Model& model)
       force_(static_cast<std::size_t>(n_)),
       start_(static_cast<std::size_t>(n_)),
       roots_(links_.size()),
-      cholesky_(ancestors_of(*tree_)) {
+      cholesky_(velocities_before(*tree_)) {
   for (std::size_t n = 0; n < links_.size(); ++n) {
     const int parent = tree_->links[n].parent;
     root_of_[n] = parent < 0 ? static_cast<int>(n) : root_of_[static_cast<std::size_t>(parent)];

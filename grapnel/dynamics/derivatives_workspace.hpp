@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/dynamics_derivatives.hpp"
+#include "grapnel/dynamics/motion_products.hpp"
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/dynamics/row_cholesky.hpp"
 
@@ -29,23 +30,6 @@ using PackMotion = Twist<Pack>;
 using PackLoad = Wrench<Pack>;
 using PackInertia = RigidBodyInertia<Pack>;
 
-template <class S>
-GRAPNEL_INLINE Twist<S> cross(const Twist<S>& V, const Twist<S>& X) {
-  return {cross(V.angular, X.angular), cross(V.angular, X.linear) + cross(V.linear, X.angular)};
-}
-template <class S>
-GRAPNEL_INLINE Wrench<S> cross_load(const Twist<S>& V, const Wrench<S>& F) {
-  return {cross(V.angular, F.angular) + cross(V.linear, F.linear), cross(V.angular, F.linear)};
-}
-template <class S>
-GRAPNEL_INLINE S product(const Twist<S>& V, const Wrench<S>& F) {
-  return dot(V.angular, F.angular) + dot(V.linear, F.linear);
-}
-template <class S>
-GRAPNEL_INLINE Wrench<S> times(const RigidBodyInertia<S>& I, const Twist<S>& X) {
-  return {I.rotational * X.angular + cross(I.first_moment, X.linear),
-          I.mass * X.linear + cross(X.angular, I.first_moment)};
-}
 GRAPNEL_INLINE void add(Matrix3& A, const Matrix3& B) {
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) A(r, c) += B(r, c);

@@ -22,11 +22,12 @@ class States {
   States(const States&) = delete;
   States& operator=(const States&) = delete;
 
-  /// Computes on the calling thread. @throws std::invalid_argument if accelerations or mass matrices are requested for
-  /// a model with modal joints (ModalJoint).
+  /// Computes on the calling thread. @throws std::invalid_argument if accelerations, mass matrices or derivatives are
+  /// requested for a model with modal joints (ModalJoint).
   void run(const StateCases& cases) const;
 
  private:
+  DerivativesStructure structure_;
   StatesTables tables_;
   void (*run_)(const StatesTables&, const StateCases&);
   void (*run_few_)(const StatesTables&, const StateCases&);  // for few cases; the same bits

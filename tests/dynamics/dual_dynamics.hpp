@@ -14,6 +14,20 @@
 
 namespace grapnel::testing {
 
+/// Roots and joints with given accelerations in some cases; none in others.
+inline PrescribedMotion some_prescribed(const Case& c, int index) {
+  PrescribedMotion given;
+  if (index % 2 == 0) return given;
+  Random random(200000 + index);
+  given.prescribed.assign(c.model.velocities(), 0);
+  for (const Body& b : c.model.bodies()) {
+    const bool chosen = random.chance(b.parent < 0 ? 0.5 : 0.3);
+    for (int k = 0; k < velocity_count(b.description.joint.type); ++k) given.prescribed[b.v + k] = chosen;
+  }
+  given.vdot = random.values(c.model.velocities(), 3);
+  return given;
+}
+
 // The kernels on dual numbers: the derivatives along one direction of coordinates, velocities or forces.
 class DualDynamics {
  public:

@@ -24,37 +24,6 @@ double error(const RowMatrix& value, const Eigen::MatrixXd& expected) {
   return (value - expected).norm() / (1 + expected.norm());
 }
 
-// A random robot whose joints with one axis also have rotors with stated axes, in half of the cases.
-Case case_with_rotors(int index) {
-  Case c = random_case(index);
-  if (index % 4 < 2) return c;
-  Random random(300000 + index);
-  ModelBuilder builder(c.model);
-  for (const Body& body : c.model.bodies()) {
-    JointDescription joint = body.description.joint;
-    if (body.parent < 0 || !has_one_axis(joint.type) || random.chance(0.3)) continue;
-    joint.rotor_axis = random.direction();
-    joint.rotor_inertia = random.log_uniform(0.01, 1), joint.gear_ratio = random.uniform(-5, 5);
-    builder.attach(body.description.name, body.description.parent, body.description.X_PF, joint);
-  }
-  c.model = builder.build();
-  return c;
-}
-
-// Roots and joints with given accelerations in some cases; none in others.
-PrescribedMotion some_prescribed(const Case& c, int index) {
-  PrescribedMotion given;
-  if (index % 2 == 0) return given;
-  Random random(200000 + index);
-  given.prescribed.assign(c.model.velocities(), 0);
-  for (const Body& b : c.model.bodies()) {
-    const bool chosen = random.chance(b.parent < 0 ? 0.5 : 0.3);
-    for (int k = 0; k < velocity_count(b.description.joint.type); ++k) given.prescribed[b.v + k] = chosen;
-  }
-  given.vdot = random.values(c.model.velocities(), 3);
-  return given;
-}
-
 TEST(InverseDynamicsDerivatives, AgreeWithDualNumbers) {
   Worst dq("d tau / d q"), dv("d tau / d v"), dvdot("d tau / d vdot"), tau("tau");
   for (int i = 0; i < kRobots / 2; ++i) {

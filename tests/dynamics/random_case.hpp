@@ -35,6 +35,23 @@ inline Case random_case(int index) {
   return {std::move(model), std::move(state), std::move(forces)};
 }
 
+/// A random robot whose joints with one axis also have rotors with stated axes, in half of the cases.
+inline Case case_with_rotors(int index) {
+  Case c = random_case(index);
+  if (index % 4 < 2) return c;
+  Random random(300000 + index);
+  ModelBuilder builder(c.model);
+  for (const Body& body : c.model.bodies()) {
+    JointDescription joint = body.description.joint;
+    if (body.parent < 0 || !has_one_axis(joint.type) || random.chance(0.3)) continue;
+    joint.rotor_axis = random.direction();
+    joint.rotor_inertia = random.log_uniform(0.01, 1), joint.gear_ratio = random.uniform(-5, 5);
+    builder.attach(body.description.name, body.description.parent, body.description.X_PF, joint);
+  }
+  c.model = builder.build();
+  return c;
+}
+
 /// Generalized forces of the external wrenches, sum J^T F: computed by Jacobians, independent of the kernels.
 inline Eigen::VectorXd external_forces(const Case& c) {
   const Kinematics kinematics = forward_kinematics(c.model, c.state);
