@@ -146,9 +146,8 @@ class ContactSet {
   /// and the mean, or, of pairs with a sphere, no acceleration kFaster times the mean ones. Returns whether there are
   /// any. `prescribed_travel`: a bound of what changes of prescribed rates inside of the step add to the travel of
   /// shapes relative to each other, by any rates [m]; above zero, accelerations have no bound. `next`: duration of the
-  /// step that begins here [s], as expected; a longer one may watch more pairs.
-  bool end_step(const Kinematics& kinematics, double duration, double prescribed_travel = 0,
-                double next = std::numeric_limits<double>::infinity());
+  /// step that begins here [s], if one is expected that is longer; a still longer one may watch more pairs.
+  bool end_step(const Kinematics& kinematics, double duration, double prescribed_travel = 0, double next = 0);
   static constexpr double kFaster = 3;
   /// Whether the contact of a pair may end within a few steps of this duration [s] after the last begin_step() or
   /// end_step(), if velocities change little.
