@@ -45,12 +45,22 @@ export class Clock {
 
   constructor(
     readonly begin: number,
-    readonly end: number,
+    private ending: number,
   ) {
     this.now = begin;
     globalThis.document?.addEventListener?.("visibilitychange", () => {
       if (document.hidden) this.unseen = true;
     });
+  }
+
+  // The end may change: a variant of a run may be longer.
+  get end(): number {
+    return this.ending;
+  }
+  set end(end: number) {
+    this.ending = end;
+    if (this.now > end) this.show(end, 0);
+    else this.notify();
   }
 
   get time(): number {

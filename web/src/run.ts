@@ -133,6 +133,21 @@ export class Run {
   }
 }
 
+// Damaged series do not hide the other parts.
+export function decodedRun(data: RunData): Run {
+  const notes = Array.isArray(data.notes) ? data.notes : [];
+  const whole = { ...data, notes, summary: data.summary ?? {} };
+  try {
+    return new Run(whole);
+  } catch (error) {
+    return new Run({
+      ...whole,
+      series: null,
+      notes: [...notes, `The time series is damaged and not shown: ${(error as Error).message}`],
+    });
+  }
+}
+
 // Between sample `index` and the next.
 export interface Instant {
   index: number;

@@ -318,7 +318,7 @@ test("files of a plot have its limits", () => {
 
 test("two runs share equal limits and mark different ones", () => {
   const plot = (value) => ({ id: "p", group: "g", title: "", axis: "", unit: "N", lines: [], limits: [{ label: "contact", value: 0 }, { label: "rating", value }] });
-  const [joined] = v.overlay([plot(100)], [plot(200)]);
+  const [joined] = v.overlay([plot(100)], [plot(200)], ["A", "B"]);
   assert.deepEqual(joined.limits, [{ label: "contact", value: 0 }, { label: "rating, A", value: 100 }, { label: "rating, B", value: 200 }]);
 });
 

@@ -32,11 +32,9 @@ export function dataOf(report) {
   return JSON.parse(text);
 }
 
-// Every value of a scenario and of its robot, as the engine lists them.
+// Values of a scenario and of its robot as the engine lists them: items by index, without names.
 export function settablesOf(value, at = "") {
-  const join = (key) => (at ? `${at}.${key}` : key);
-  if (Array.isArray(value) && value.some((item) => item !== null && typeof item === "object"))
-    return value.flatMap((item, i) => settablesOf(item, item.name ?? item.end_effector ? join(item.name ?? item.end_effector) : `${at}[${i}]`));
-  if (value !== null && typeof value === "object" && !Array.isArray(value)) return Object.entries(value).flatMap(([key, item]) => settablesOf(item, join(key)));
-  return [{ path: at, unit: "", text: `meaning of ${at}`, value }];
+  if (Array.isArray(value) && value.some((item) => item !== null && typeof item === "object")) return value.flatMap((item, i) => settablesOf(item, `${at}[${i}]`));
+  if (value !== null && typeof value === "object" && !Array.isArray(value)) return Object.entries(value).flatMap(([key, item]) => settablesOf(item, at ? `${at}.${key}` : key));
+  return /(^|\.)(name|end_effector|target|point|robot)$/.test(at) ? [] : [{ path: at, unit: "", text: `meaning of ${at}`, value }];
 }

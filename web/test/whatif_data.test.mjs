@@ -16,7 +16,7 @@ const valuesOf = (file) => v.plainValue(v.readYaml(readFileSync(file, "utf8")));
 function settingsOf(name) {
   const values = valuesOf(scenario(name));
   const robot = typeof values.robot === "string" ? valuesOf(path.resolve(path.dirname(scenario(name)), values.robot)) : values.robot;
-  return new v.Settings(settablesOf({ ...values, robot }));
+  return new v.Settings(settablesOf({ ...values, robot }), [], { ...values, robot });
 }
 const runs = new Map();
 function runOf(name, ...more) {
@@ -114,6 +114,22 @@ test("quantities follow what a scenario has", () => {
   for (const name of ["Speed at contact", "Gain kp of joints, times", "Duration for mean forces"]) assert.ok(handles.includes(name), name);
   assert.ok(names("compliant-grip.yaml").includes("Grasp stiffness"));
   assert.ok(names("contact-rebound.yaml").includes("Restitution"));
+});
+
+test("values of the text are found by names, with numbers of the engine where the text has units", () => {
+  const stated = { targets: [{ name: "a.b", mass: "1.4 t", state: { angular_velocity: [0, 0, "2 deg/s"] } }], impact: { law: "plastic" } };
+  const listed = [{ path: "targets[0].mass", value: 1400 }, { path: "targets[0].state.angular_velocity", value: [0, 0, 0.035] }, { path: "impact.restitution", value: 0 }];
+  const settings = new v.Settings(listed, ["a.b"], stated);
+  assert.equal(settings.value("targets.a.b.mass"), 1400);
+  assert.deepEqual(settings.value("targets[0].state.angular_velocity"), [0, 0, 0.035]);
+  assert.equal(settings.value("impact.restitution"), undefined); // a default that the scenario does not state
+  assert.equal(settings.named("targets[0].mass"), "targets.a.b.mass");
+  assert.deepEqual(settings.spellings("targets.a.b.mass"), ["targets.a.b.mass", "targets[0].mass"]);
+  assert.deepEqual(settings.match("targets.*.mass").map((one) => [one.path, one.names]), [["targets.a.b.mass", ["a.b"]]]);
+  const base = runOf("thesis/closed-loop.yaml", ...quick);
+  const values = v.scenarioValues(base.data.source);
+  assert.equal(values.post_impact.duration, 0.1); // with --set of the run
+  assert.equal(values.robot.links[0].name, "arm-1-link-1");
 });
 
 test("links carry variants; hostile and damaged ones are refused or remain text", () => {

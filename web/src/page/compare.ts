@@ -3,6 +3,7 @@ import { element } from "../dom";
 import { number, quiet, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, type Fact } from "./facts";
+import { differenceName, kComparison, type Names } from "./names";
 import { list, text } from "./read";
 import { scenarioDifferences } from "./scenario";
 import { absent, mark, table, type Cell, type Column } from "./table";
@@ -28,8 +29,8 @@ function code(value: unknown): Cell {
   return element("code", { title: full }, full.slice(0, 16));
 }
 
-// The verdicts of A and B, one row per question.
-export function answers(runs: Run[]): HTMLElement {
+// The verdicts of both, one row per question.
+export function answers(runs: Run[], names: Names = kComparison): HTMLElement {
   const [a, b] = runs.map((run) => list(run.summary?.verdicts));
   const questions = [...new Set([...a, ...b].map((one) => text(one.question)))];
   if (questions.length === 0) return absent(kNoVerdicts);
@@ -39,7 +40,7 @@ export function answers(runs: Run[]): HTMLElement {
   };
   return table(
     "Verdicts",
-    [{ head: "" }, { head: "A" }, { head: "B" }],
+    [{ head: "" }, { head: names[0] }, { head: names[1] }],
     questions.map((question): Cell[] => [question, answer(a, question), answer(b, question)]),
   );
 }
@@ -52,15 +53,15 @@ export function difference(a: number, b: number): number {
 // What the impact did differently: a comparison begins with it.
 const kOfImpact = /^(impulse|mean force|peak force) |^(energy|base rate)$/;
 
-export function impactDifferences(runs: Run[]): HTMLElement | null {
-  return runs.some((run) => run.summary?.impact) ? numbers("Differences at the impact", runs, (fact) => kOfImpact.test(fact.key)) : null;
+export function impactDifferences(runs: Run[], names: Names = kComparison): HTMLElement | null {
+  return runs.some((run) => run.summary?.impact) ? numbers("Differences at the impact", runs, names, (fact) => kOfImpact.test(fact.key)) : null;
 }
-export function otherNumbers(runs: Run[]): HTMLElement {
+export function otherNumbers(runs: Run[], names: Names = kComparison): HTMLElement {
   const impact = runs.some((run) => run.summary?.impact);
-  return numbers(impact ? "Other key numbers" : "Key numbers", runs, (fact) => !impact || !kOfImpact.test(fact.key));
+  return numbers(impact ? "Other key numbers" : "Key numbers", runs, names, (fact) => !impact || !kOfImpact.test(fact.key));
 }
 
-function numbers(caption: string, runs: Run[], wanted: (fact: Fact) => boolean): HTMLElement {
+function numbers(caption: string, runs: Run[], names: Names, wanted: (fact: Fact) => boolean): HTMLElement {
   const [a, b] = runs.map((run) => keyFacts(run).filter(wanted));
   const keys = a.map((fact) => fact.key);
   b.forEach((fact, i) => {
@@ -69,9 +70,9 @@ function numbers(caption: string, runs: Run[], wanted: (fact: Fact) => boolean):
   });
   const columns: Column[] = [
     { head: "Quantity" },
-    { head: "A", numeric: true },
-    { head: "B", numeric: true },
-    { head: "B − A", numeric: true },
+    { head: names[0], numeric: true },
+    { head: names[1], numeric: true },
+    { head: differenceName(names), numeric: true },
     { head: "Change", unit: "%", numeric: true },
     { head: "Unit" },
   ];

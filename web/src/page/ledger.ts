@@ -4,6 +4,7 @@ import { number, unitText } from "../format";
 import { kLedgerEntry, kLedgerScale, type FieldNote } from "../summary_types";
 import { describedPairs, describedTable, those } from "./described";
 import { ledgerRows, type LedgerRow } from "./facts";
+import { kComparison, type Names } from "./names";
 import { num, text, words, type PartlySummary } from "./read";
 import { absent, fold, mark, table, type Cell, type Column } from "./table";
 
@@ -74,16 +75,16 @@ export function name(key: string): HTMLElement {
 }
 
 // Two ledgers side by side.
-export function ledgerOfBoth(a: PartlySummary, b: PartlySummary): HTMLElement[] {
+export function ledgerOfBoth(a: PartlySummary, b: PartlySummary, [nameA, nameB]: Names = kComparison): HTMLElement[] {
   const [rowsA, rowsB] = [ledgerRows(a), ledgerRows(b)];
   const keys = [...new Set([...rowsA, ...rowsB].map((row) => row.key))];
   if (keys.length === 0) return [absent("Neither result has a ledger.")];
   const columns: Column[] = [
     { head: "Quantity" },
-    { head: "A", numeric: true },
-    { head: "Result of A" },
-    { head: "B", numeric: true },
-    { head: "Result of B" },
+    { head: nameA, numeric: true },
+    { head: `Result of ${nameA}` },
+    { head: nameB, numeric: true },
+    { head: `Result of ${nameB}` },
     { head: "Bound", numeric: true },
     { head: "Unit" },
   ];
@@ -95,5 +96,5 @@ export function ledgerOfBoth(a: PartlySummary, b: PartlySummary): HTMLElement[] 
     const bounds = [x, y].filter((row) => row !== undefined).map((row) => number(num(row.bound), 3));
     return [name(key), value(x), result(x), value(y), result(y), [...new Set(bounds)].join(" / "), ledgerUnit((x ?? y)!)];
   });
-  return [table("Ledgers of A and B", columns, rows)];
+  return [table(`Ledgers of ${nameA} and ${nameB}`, columns, rows)];
 }

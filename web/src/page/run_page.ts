@@ -1,12 +1,14 @@
 // The page of one run, or of two compared.
-import type { ReportData, RunData } from "../data";
+import type { ReportData } from "../data";
 import { Clock } from "../clock";
 import { element } from "../dom";
 import { number } from "../format";
-import { buildPlots, type PlotHandle } from "../plots/plots_panel";
-import { createReplay } from "../replay/replay";
+import { buildPlots, type PlotHandle, type Plots } from "../plots/plots_panel";
+import { createReplay, type Replay } from "../replay/replay";
 import { roving } from "../roving";
-import { Run } from "../run";
+import { decodedRun, type Run } from "../run";
+import type { VariantEngine } from "../whatif/engine_interface";
+import { whatIfSection } from "../whatif/panel";
 import { answers, differingScenarios, impactDifferences, otherNumbers } from "./compare";
 import { contactsSection, hasContacts } from "./contacts";
 import { drivenSection, isDriven } from "./driven";
@@ -33,20 +35,22 @@ interface Section {
 // For tests and for the browser's console.
 export interface Handles {
   clock: Clock;
-  replay: unknown;
+  replay: Replay | null;
   runs: Run[];
   plots: PlotHandle[];
 }
 
-export function buildRunPage(host: HTMLElement, data: ReportData): void {
-  const runs = list(data.runs).map(decoded);
+// `engine` simulates variants of the only run; null: the page shows what it contains.
+export function buildRunPage(host: HTMLElement, data: ReportData, engine: VariantEngine | null): void {
+  const runs = list(data.runs).map(decodedRun);
   if (runs.length === 0) throw new Error("the report contains no run");
   const moving = runs.filter((run) => run.samples > 1);
   const clock = new Clock(least(moving.map((run) => run.begin)), Math.max(0, ...moving.map((run) => run.end)));
   followAddress(clock);
-  const handles: Handles = { clock, replay: null, runs, plots: [] };
+  const handles: Handles = { clock, replay: null, runs: [...runs], plots: [] };
   (window as unknown as { __grapnel: Handles }).__grapnel = handles;
 
+  const shown: { plots: Plots | null } = { plots: null };
   const sections = runs.length > 1 ? comparisonSections(runs) : runSections(runs[0]);
   const replay: Section = {
     id: "replay",
@@ -58,9 +62,10 @@ export function buildRunPage(host: HTMLElement, data: ReportData): void {
     id: "plots",
     title: "Plots",
     short: "Plots",
-    build: () => plotsPart(runs, clock, handles, data.title),
+    build: () => plotsPart(runs, clock, handles, shown, data.title),
   };
   sections.splice(1, 0, replay, plots);
+  if (engine && runs.length === 1) sections.splice(3, 0, whatIf(data, runs[0], engine, (variant) => showBeside(variant, runs[0], handles, shown)));
   const made = sections.map(sectionElement);
   const workspace = element("div", { class: "workspace" }, ...made.slice(0, 3).map((one) => one.root));
   host.replaceChildren(
@@ -72,6 +77,18 @@ export function buildRunPage(host: HTMLElement, data: ReportData): void {
     footer(data),
   );
   for (const one of made) one.fill(); // inserted first: replay and plots need their sizes
+}
+
+function whatIf(data: ReportData, base: Run, engine: VariantEngine, show: (variant: Run | null) => void): Section {
+  return { id: "whatif", title: "What if", short: "What if", build: () => whatIfSection({ base, engine, title: data.title, show }) };
+}
+
+// Replay and plots show the variant beside the run; null: the run alone.
+function showBeside(variant: Run | null, base: Run, handles: Handles, { plots }: { plots: Plots | null }): void {
+  handles.runs.splice(1, 1, ...(variant ? [variant] : []));
+  handles.clock.end = Math.max(base.end, variant?.end ?? base.end);
+  handles.replay?.compare(variant);
+  plots?.compare(variant);
 }
 
 // report.html#t=20 opens at that instant [s], for links.
@@ -86,20 +103,6 @@ function followAddress(clock: Clock): void {
 
 function least(values: number[]): number {
   return values.length > 0 ? Math.min(...values) : 0;
-}
-
-// Damaged series do not hide the other parts.
-function decoded(data: RunData): Run {
-  const whole = { ...data, notes: list(data.notes), summary: data.summary ?? {} };
-  try {
-    return new Run(whole);
-  } catch (error) {
-    return new Run({
-      ...whole,
-      series: null,
-      notes: [...whole.notes, `The time series is damaged and not shown: ${(error as Error).message}`],
-    });
-  }
 }
 
 // ---- Sections ----
@@ -197,11 +200,14 @@ function replayPart(runs: Run[], clock: Clock, handles: Handles): HTMLElement[] 
   return filledLater("The replay", (stage) => (handles.replay = createReplay(stage, runs, clock)));
 }
 
-function plotsPart(runs: Run[], clock: Clock, handles: Handles, title: string): HTMLElement[] {
+function plotsPart(runs: Run[], clock: Clock, handles: Handles, shown: { plots: Plots | null }, title: string): HTMLElement[] {
   if (!(clock.end > clock.begin) && runs.some((run) => run.samples > 0)) {
     return [absent("The run is a single instant without plots over time. The section Impact has the values before and after.")];
   }
-  return filledLater("The plots", (panel) => (handles.plots = buildPlots(panel, runs, clock, title)));
+  return filledLater("The plots", (panel) => {
+    shown.plots = buildPlots(panel, runs, clock, title);
+    handles.plots = shown.plots.handles;
+  });
 }
 
 // Parts that depend on their size are filled after insertion.

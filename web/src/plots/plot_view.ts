@@ -3,6 +3,7 @@ import type { Clock } from "../clock";
 import { element, download } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
+import { differenceName, type Names } from "../page/names";
 import { plotCsv } from "./csv";
 import { valueAt } from "./jumps";
 import { PlotCanvas } from "./plot_canvas";
@@ -13,7 +14,8 @@ import { lineColor } from "./theme_colors";
 import type { TimeWindow } from "./time_window";
 
 export interface PlotEnvironment {
-  runs: Run[];
+  runs: Run[]; // the second may change
+  names: Names; // of two runs
   clock: Clock;
   window: TimeWindow;
   fileName: string; // prefix of the names of exported files
@@ -43,18 +45,21 @@ export class PlotView {
   private readouts: HTMLElement[] = [];
 
   constructor(
-    readonly spec: PlotSpec,
+    private current: PlotSpec,
     private readonly environment: PlotEnvironment,
   ) {
-    this.lines = spec.lines;
-    this.log = spec.log ?? false;
+    this.lines = current.lines;
+    this.log = current.log ?? false;
     this.shown = this.lines.map((line) => !line.hidden);
-    this.own = spec.start ?? null;
+    this.own = current.start ?? null;
     this.root = this.frame();
     this.body.addEventListener("keydown", (event) => this.key(event));
     this.fillLegend();
   }
 
+  get spec(): PlotSpec {
+    return this.current;
+  }
   get built(): boolean {
     return this.canvas !== null;
   }
@@ -89,14 +94,19 @@ export class PlotView {
     this.readValues();
   }
 
-  // Replaces the lines of the quantity: those of two runs, or their difference.
-  setLines(lines: Line[], difference: boolean): void {
+  // Replaces the lines of the quantity: those of one run or two, or their difference. Hidden lines remain hidden.
+  setLines(spec: PlotSpec, lines: Line[], difference: boolean): void {
+    const was = new Map(this.lines.map((line, i) => [`${line.run} ${line.key}`, this.shown[i]]));
+    this.current = spec;
     this.lines = lines;
     this.log = !difference && (this.spec.log ?? false);
+    if (this.own) this.own = this.environment.window.allowed(...this.own); // its end may have changed
+    if ((spec.limits ?? []).length > 0) this.body.parentElement!.before(this.strip); // a variant may be the first with limits
     this.showStrip([]);
-    this.subtracted = difference ? "B − A: " : "";
+    this.subtracted = difference ? `${differenceName(this.environment.names)}: ` : "";
     this.heading.textContent = this.title();
-    this.shown = lines.map((line) => !line.hidden);
+    this.shown = lines.map((line) => was.get(`${line.run} ${line.key}`) ?? was.get(`0 ${line.key}`) ?? !line.hidden);
+    this.body.setAttribute("aria-valuemax", String(this.environment.clock.end));
     this.canvas?.destroy();
     this.canvas = null;
     this.fillLegend();

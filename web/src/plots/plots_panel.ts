@@ -1,6 +1,7 @@
 // All plots of a report: in groups that can be hidden, drawn when scrolled into view, synchronized by one clock.
 import type { Clock } from "../clock";
 import { element } from "../dom";
+import { differenceName, kComparison, kVariant, type Names } from "../page/names";
 import type { Run } from "../run";
 import { plotsOf, type Catalog } from "./catalog";
 import { kOverview } from "./catalog_key";
@@ -19,19 +20,27 @@ export interface PlotHandle {
   cursorTime(): number | null; // null: not drawn, or the instant is outside the displayed range
 }
 
-export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileName: string): PlotHandle[] {
+export interface Plots {
+  handles: PlotHandle[];
+  compare(variant: Run | null): void; // shows the only run of the page beside a variant of it; null: alone
+}
+
+export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileName: string): Plots {
   const { plots: specs, absent } = specsOf(runs);
   if (specs.length === 0) {
     host.append(
       element("p", { class: "empty" }, "There is no time series in this result, so there is nothing to plot."),
     );
-    return [];
+    return { handles: [], compare: () => {} };
   }
   const window = new TimeWindow(clock.begin, clock.end);
-  const environment: PlotEnvironment = { runs, clock, window, fileName };
+  const shown = [...runs];
+  const names = runs.length > 1 ? kComparison : kVariant;
+  const environment: PlotEnvironment = { runs: shown, names, clock, window, fileName };
   const views = specs.map((spec) => new PlotView(spec, environment));
   const groups = groupSections(views);
-  host.append(controls(environment, views, groups), ...groups.values());
+  const lines = linesChoice(views, shown, names);
+  host.append(controls(environment, lines.host, groups), ...groups.values());
   if (absent.length > 0)
     groups.get(kOverview)?.append(element("p", { class: "hint" }, `Not shown here: ${absent.join("; ")}.`));
   drawWhenSeen(views);
@@ -42,7 +51,13 @@ export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileNam
   });
   onThemeChange(() => views.forEach((view) => view.recolor()));
   forPrinting(views);
-  return views.map(handle);
+  const compare = (variant: Run | null): void => {
+    shown.splice(1, 1, ...(variant ? [variant] : []));
+    window.end = clock.end;
+    const both = variant ? overlay(specs, plotsOf(variant, 1).plots, names) : specs;
+    lines.show(views.map((view) => both.find((one) => one.id === view.spec.id)!));
+  };
+  return { handles: views.map(handle), compare };
 }
 
 function specsOf(runs: Run[]): Catalog {
@@ -50,7 +65,7 @@ function specsOf(runs: Run[]): Catalog {
   if (each.length < 2) return each[0] ?? { plots: [], absent: [] };
   const [a, b] = each;
   const lacking = (own: string[], other: string[]) => own.filter((one) => other.includes(one));
-  return { plots: regrouped(overlay(a.plots, b.plots)), absent: lacking(a.absent, b.absent) };
+  return { plots: regrouped(overlay(a.plots, b.plots, kComparison)), absent: lacking(a.absent, b.absent) };
 }
 
 // Plots that only B has are placed in their group.
@@ -96,7 +111,7 @@ function groupSections(views: PlotView[]): Map<string, HTMLElement> {
 
 // ---- Controls above the plots ----
 
-function controls({ runs, window, clock }: PlotEnvironment, views: PlotView[], groups: Map<string, HTMLElement>): HTMLElement {
+function controls({ runs, window, clock }: PlotEnvironment, lines: HTMLElement, groups: Map<string, HTMLElement>): HTMLElement {
   return element(
     "div",
     { class: "plot-controls", role: "group", "aria-label": "Plots shown" },
@@ -105,7 +120,7 @@ function controls({ runs, window, clock }: PlotEnvironment, views: PlotView[], g
       { class: "plot-options" },
       rangeChoice(runs[0], window, clock),
       linkChoice(window),
-      runs.length > 1 && differenceChoice(views, runs),
+      lines,
       foldChoice([...groups.values()].filter((one) => one instanceof HTMLDetailsElement)),
     ),
     element(
@@ -137,14 +152,14 @@ function foldChoice(groups: HTMLDetailsElement[]): HTMLElement | null {
 }
 
 function rangeChoice(run: Run, window: TimeWindow, clock: Clock): HTMLElement {
-  const choices = timeRanges(run.phases, window.begin, window.end);
+  const choices = () => timeRanges(run.phases, window.begin, window.end); // the end may change
   const select = element(
     "select",
     { id: "time-range" },
-    ...choices.map(({ name }, i) => element("option", { value: String(i) }, name)),
+    ...choices().map(({ name }, i) => element("option", { value: String(i) }, name)),
   );
   select.addEventListener("change", () => {
-    const { begin, end, at } = choices[Number(select.value)];
+    const { begin, end, at } = choices()[Number(select.value)];
     if (at !== undefined) {
       clock.pause();
       clock.time = at;
@@ -160,20 +175,23 @@ function linkChoice(window: TimeWindow): HTMLElement {
   return element("label", {}, box, " zoom all together");
 }
 
-function differenceChoice(views: PlotView[], runs: Run[]): HTMLElement {
+// Both runs, or their difference; hidden while there is one run. `runs` and the plots may change.
+function linesChoice(views: PlotView[], runs: Run[], names: Names): { host: HTMLElement; show: (specs: PlotSpec[]) => void } {
   const select = element(
     "select",
     { id: "overlay-or-difference" },
-    element("option", { value: "both" }, "A solid, B dashed"),
-    element("option", { value: "difference" }, "difference B − A"),
+    element("option", { value: "both" }, `${names[0]} solid, ${names[1]} dashed`),
+    element("option", { value: "difference" }, `difference ${differenceName(names)}`),
   );
-  select.addEventListener("change", () => {
-    for (const view of views) {
-      const subtract = select.value === "difference";
-      view.setLines(subtract ? differences(view.spec, runs) : view.spec.lines, subtract);
-    }
-  });
-  return element("label", {}, "Lines ", select);
+  const host = element("label", {}, "Lines ", select);
+  host.hidden = runs.length < 2;
+  const show = (specs: PlotSpec[]): void => {
+    host.hidden = runs.length < 2;
+    const subtract = select.value === "difference" && runs.length > 1;
+    views.forEach((view, i) => view.setLines(specs[i], subtract ? differences(specs[i], runs, names) : specs[i].lines, subtract));
+  };
+  select.addEventListener("change", () => show(views.map((view) => view.spec)));
+  return { host, show };
 }
 
 // ---- Deferred drawing ----

@@ -11,10 +11,20 @@ export class TimeWindow {
 
   constructor(
     readonly begin: number,
-    readonly end: number,
+    private ending: number,
   ) {
     this.min = begin;
-    this.max = end > begin ? end : begin + 1;
+    this.max = notEmpty(begin, ending);
+  }
+
+  get end(): number {
+    return this.ending;
+  }
+  // A window that shows everything continues to do so. Listeners are not called: plots keep what they show separately.
+  set end(end: number) {
+    const whole = this.max >= this.ending;
+    this.ending = end;
+    [this.min, this.max] = this.allowed(this.min, whole ? notEmpty(this.begin, end) : this.max);
   }
 
   set(min: number, max: number): void {
@@ -60,4 +70,9 @@ export function timeRanges(phases: readonly PhaseSpan[], begin: number, end: num
     } else if (phase.end > phase.begin) ranges.push({ name: words(phase.name), begin: phase.begin, end: phase.end });
   }
   return ranges;
+}
+
+// The end of a window that begins there.
+function notEmpty(begin: number, end: number): number {
+  return end > begin ? end : begin + 1;
 }

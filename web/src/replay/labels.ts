@@ -31,6 +31,17 @@ export class Labels {
     return label;
   }
 
+  // Removes all labels except the first `count`.
+  truncate(count: number): void {
+    for (const label of this.labels.splice(count)) {
+      this.elements.get(label)?.remove();
+      this.elements.delete(label);
+    }
+  }
+  get count(): number {
+    return this.labels.length;
+  }
+
   layout(world: Object3D, camera: Camera, width: number, height: number, color: (role: string) => string): void {
     const placed = this.place(world, camera, width, height);
     for (const label of this.labels) this.elements.get(label)!.hidden = true;

@@ -17,6 +17,7 @@ export interface Replay {
   cameraName(): string; // "inertial", "follow base", "follow NAME", "top"; "": no picture
   cameraDirection(): [number, number, number]; // unit vector from the view target to the camera
   renderCount(): number; // number of pictures drawn
+  compare(variant: Run | null): void; // a variant of the first run, translucent; null: none
   dispose(): void;
 }
 
@@ -65,6 +66,10 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
     cameraName: () => viewport?.rig.active.id ?? "",
     cameraDirection: () => viewport?.rig.sight() ?? [0, 0, 0],
     renderCount: () => viewport?.stage.count ?? 0,
+    compare: (variant) => {
+      transport.rescale();
+      viewport?.compare(variant);
+    },
     dispose: () => {
       clock.pause();
       for (const end of ends) end();

@@ -93,6 +93,12 @@ export class RunView {
     return this.bodies.find((view) => view.body.kind === "base");
   }
 
+  // Frees the memory of its shapes. Materials are shared.
+  dispose(): void {
+    this.object.removeFromParent();
+    this.object.traverse((one) => (one as { geometry?: { dispose(): void } }).geometry?.dispose());
+  }
+
   // Whether shapes of bodies touch at any sample.
   get touches(): boolean {
     return contactForces(this.run).length > 0;

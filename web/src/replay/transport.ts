@@ -29,14 +29,14 @@ export class Transport {
   private readonly video = element("button", { type: "button", class: "replay-chip", "aria-pressed": "false" }, "Record video");
   private readonly videoStatus = element("span", { class: "replay-said", role: "status" });
   private readonly slow = element("input", { type: "checkbox" });
-  private readonly boundaries: number[]; // starts of phases, and the end [s]
+  private boundaries: number[]; // starts of phases, and the end [s]
 
   constructor(
     private readonly clock: Clock,
     private readonly run: Run,
     private readonly impacts: Impact[],
   ) {
-    this.boundaries = distinct([...run.phases.map((p) => p.begin), clock.begin, clock.end]);
+    this.boundaries = this.boundariesNow();
     this.build();
     this.setSpeed(defaultSpeed(clock.end - clock.begin));
     this.update();
@@ -122,6 +122,16 @@ export class Transport {
     return `${span ? words(span.name) : ""}${side}`;
   }
 
+  // After a change of the clock's end.
+  rescale(): void {
+    this.boundaries = this.boundariesNow();
+    this.host.querySelector(".replay-scrub")?.replaceWith(this.scrub());
+    this.update();
+  }
+  private boundariesNow(): number[] {
+    return distinct([...this.run.phases.map((p) => p.begin), this.clock.begin, this.clock.end]);
+  }
+
   private build(): void {
     const { clock } = this;
     const previous = button("Previous phase ([)", kIcons.previous);
@@ -143,10 +153,14 @@ export class Transport {
     roving(left);
     const middle = element("div", { class: "replay-now" }, this.time, this.phase);
     const right = element("div", { class: "replay-group" }, slow, this.speed);
-    this.host.append(this.buildTrack(), element("div", { class: "replay-buttons" }, left, middle, right));
+    this.range.addEventListener("input", () => {
+      clock.pause();
+      clock.time = Number(this.range.value);
+    });
+    this.host.append(this.scrub(), element("div", { class: "replay-buttons" }, left, middle, right));
   }
 
-  private buildTrack(): HTMLElement {
+  private scrub(): HTMLElement {
     const { clock } = this;
     const track = element("div", { class: "replay-track", "aria-hidden": "true" });
     const span = Math.max(1e-12, clock.end - clock.begin);
@@ -173,10 +187,6 @@ export class Transport {
     }
     this.range.min = String(clock.begin);
     this.range.max = String(clock.end);
-    this.range.addEventListener("input", () => {
-      clock.pause();
-      clock.time = Number(this.range.value);
-    });
     return element("div", { class: "replay-scrub" }, track, this.range);
   }
 

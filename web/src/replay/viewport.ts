@@ -4,6 +4,7 @@ import type { Clock } from "../clock";
 import type { Quat, SceneBody, Vec3 } from "../data";
 import { element } from "../dom";
 import { number } from "../format";
+import { kVariant } from "../page/names";
 import type { Run } from "../run";
 import { type BodyView } from "./bodies";
 import { type Ball, CameraRig, type ViewSpec } from "./cameras";
@@ -35,6 +36,7 @@ export class Viewport {
   bent = 1; // factor by which bending is exaggerated
   private readonly paints = new Paints();
   private readonly labels = new Labels();
+  private readonly ownLabels: number; // without those of a variant
   private readonly legend = new Legend();
   private readonly ends: (() => void)[] = [];
   private readonly compass = new Compass();
@@ -56,6 +58,7 @@ export class Viewport {
     this.stage = new Stage(canvas, context);
     this.paints.theme = currentTheme();
     this.views = runs.map((run, i) => new RunView(run, run.scene!, this.paints, this.labels, i > 0));
+    this.ownLabels = this.labels.count;
     for (const view of this.views) this.stage.world.add(view.object);
     const first = this.views[0];
     this.planar = first.scene.planar;
@@ -80,6 +83,17 @@ export class Viewport {
   // Below the picture, so that it covers nothing.
   get legendHost(): HTMLElement {
     return this.legend.host;
+  }
+  // Draws a variant of the first run as the second run, translucent; null: none.
+  compare(variant: Run | null): void {
+    for (const view of this.views.splice(1)) view.dispose();
+    this.labels.truncate(this.ownLabels);
+    if (variant?.scene && variant.samples > 0) {
+      const view = new RunView(variant, variant.scene, this.paints, this.labels, true);
+      this.views.push(view);
+      this.stage.world.add(view.object);
+    }
+    this.refresh();
   }
   invalidate(): void {
     this.stage.invalidate();
@@ -222,8 +236,8 @@ export class Viewport {
     if (scene.obstacles?.length) rows.push({ role: "obstacle", text: scene.obstacles.map((one) => one.name).join(", ") });
     const other = this.views[1];
     if (other) {
-      rows.unshift({ role: "base", text: `${run.data.label || "A"}: solid` });
-      rows.push({ role: "second", text: `${other.run.data.label || "B"}: translucent`, faint: true });
+      rows.unshift({ role: "base", text: `${run.data.label || kVariant[0]}: solid` });
+      rows.push({ role: "second", text: `${other.run.data.label || kVariant[1]}: translucent`, faint: true });
     }
     if (this.bent > 1) rows.push({ role: "base", text: `bending drawn ${number(this.bent)} times`, faint: true });
     if (this.shown.initial) rows.push({ role: "ghost", text: "initial pose", faint: true });

@@ -4,6 +4,7 @@ import { Clock } from "../clock";
 import type { PackedSeries, ReportData } from "../data";
 import { element } from "../dom";
 import { number } from "../format";
+import { kComparison } from "../page/names";
 import { words } from "../page/read";
 import { themeToggle } from "../page/theme";
 import { plotsOf } from "../plots/catalog";
@@ -121,7 +122,7 @@ class WatchPage {
     if (!series) return;
     const run = new Run({ label: "", summary: null, scene: null, series, notes: [] });
     if (run.samples < 2) return;
-    const environment = { runs: [run], clock: new Clock(run.begin, run.end), window: new TimeWindow(run.begin, run.end), fileName: "live" };
+    const environment = { runs: [run], names: kComparison, clock: new Clock(run.begin, run.end), window: new TimeWindow(run.begin, run.end), fileName: "live" };
     const views = plotsOf(run, 0)
       .plots.filter((plot) => plot.group === kOverview)
       .map((plot) => new PlotView(plot, environment));

@@ -20,6 +20,26 @@ export function scenarioWith(source: SourceTexts | null | undefined, overrides: 
   return all.length > 0 ? header(text, all) : text;
 }
 
+// The values of the scenario of a run, its robot and ready-made targets included. Undefined: their text is missing or is
+// not read here.
+export function scenarioValues(source: SourceTexts | null | undefined): unknown {
+  const files = Array.isArray(source?.files) ? source.files : [];
+  const parsed = (part: string): Record<string, unknown> | undefined => {
+    const text = files.find((file) => file?.part === part)?.text;
+    return text ? (plainValue(readYaml(text)) as Record<string, unknown>) : undefined;
+  };
+  try {
+    const text = scenarioWith(source, []);
+    const values = plainValue(readYaml(text)) as Record<string, unknown>;
+    if (typeof values.robot === "string" && values.import === undefined) values.robot = parsed("robot") ?? values.robot;
+    if (Array.isArray(values.targets)) values.targets = values.targets.map((one: Record<string, unknown>) => ({ ...parsed(`target ${String(one.ready_made)}`), ...one }));
+    return values;
+  } catch (error) {
+    console.warn(error);
+    return undefined;
+  }
+}
+
 // "path=value", where the value is YAML.
 function parsedSetting(setting: unknown): Override {
   const text = String(setting);

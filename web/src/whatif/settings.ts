@@ -4,7 +4,6 @@ import type { Settable } from "./engine_interface";
 interface Place {
   path: string;
   value: unknown; // undefined: only its parts have values
-  settable?: Settable;
   parts: Map<string, Place>; // keys, names or indices of items
 }
 
@@ -17,22 +16,31 @@ export interface Found {
 export class Settings {
   private readonly root: Place = { path: "", value: undefined, parts: new Map() };
 
-  // `names`: of bodies, end-effectors and so on; in paths they may contain dots.
+  // `all`: the engine's, with items of lists by index or by name, and with defaults. `stated`: the values of the
+  // scenario's own text, to which the tree is then limited: keys that a scenario does not state may not be allowed in
+  // it. Numbers of the text that have a unit are the engine's. `names`: of bodies, end-effectors and so on; in paths they
+  // may contain dots.
   constructor(
     readonly all: readonly Settable[],
     private readonly names: readonly string[] = [],
+    stated?: unknown,
   ) {
+    if (stated !== undefined) fill(this.root, stated);
     for (const one of all) {
-      const place = this.placeAt(one.path);
-      place.settable = one;
-      fill(place, one.value);
+      if (stated === undefined) fill(this.placeAt(one.path), one.value);
+      else this.convert(one);
     }
   }
 
   // Undefined: not given in the base case.
   value(path: string): unknown {
-    const place = stepsOf(path, this.names).reduce<Place | undefined>((at, step) => at?.parts.get(step), this.root);
+    const place = this.find(path);
     return place && gathered(place);
+  }
+
+  // The path with items of lists by name, where the scenario states the value.
+  named(path: string): string {
+    return this.find(path)?.path ?? path;
   }
 
   // Values whose path has this form; a star stands for any one step: "targets.*.mass".
@@ -64,6 +72,15 @@ export class Settings {
     return [...new Set([path, indexed])];
   }
 
+  // An item of a list also by its index.
+  private find(path: string): Place | undefined {
+    return stepsOf(path, this.names).reduce<Place | undefined>((at, step) => at && (at.parts.get(step) ?? (/^\d+$/.test(step) ? [...at.parts.values()][Number(step)] : undefined)), this.root);
+  }
+  private convert({ path, value }: Settable): void {
+    const place = this.find(path);
+    const given = place && gathered(place);
+    if (place && given !== undefined && !hasNumbers(given) && hasNumbers(value)) fill(place, value);
+  }
   private placeAt(path: string): Place {
     let place = this.root;
     for (const step of stepsOf(path, this.names)) place = part(place, step);
