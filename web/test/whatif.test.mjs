@@ -31,8 +31,11 @@ before(async () => {
   const values = v.plainValue(v.readYaml(readFileSync(kScenario, "utf8")));
   values.robot = v.plainValue(v.readYaml(readFileSync(path.join(source, "robots/planar-dual-arm-forks.yaml"), "utf8")));
   const key = (...overrides) => JSON.stringify(overrides);
-  const errors = { [key(kMass(-10))]: messages(kMass(-10)), [key(["approach.durration", 5])]: messages(["approach.durration", 5]) };
-  const variants = { [key(kSpin)]: results.spin, [key(["approach.duration", 30])]: results.longer };
+  // A map of two by two cells, one of which is an error.
+  const cell = (rate, mass) => key([kSpin[0], [0, 0, rate]], kMass(mass));
+  results.heavy = run("heavy", kMass(20));
+  const errors = { [cell(0.4, 20)]: "no configuration reaches the grasp points", [key(kMass(-10))]: messages(kMass(-10)), [key(["approach.durration", 5])]: messages(["approach.durration", 5]) };
+  const variants = { [cell(0.2, 10)]: results.base, [cell(0.4, 10)]: results.spin, [cell(0.2, 20)]: results.heavy, [key(kSpin)]: results.spin, [key(["approach.duration", 30])]: results.longer };
   page_ = await variantPage(report, path.join(folder, "whatif.html"), { paths: settablesOf(values), variants, errors });
 });
 
@@ -132,9 +135,9 @@ describe("what if", () => {
     assert.equal(await kept.nth(1).getByRole("textbox").inputValue(), "<b>fast</b>");
     const [file] = await Promise.all([page.waitForEvent("download"), kept.nth(1).getByRole("button", { name: /^Overrides/ }).click()]);
     assert.match((await downloaded(file)).toString(), /--set 'targets\.sphere\.state\.angular_velocity=\[0, 0, 0\.4\]'/);
-    assert.deepEqual(await axeFaults(page), []);
+    assert.deepEqual(await axeFaults(page, "#whatif"), []);
     await page.emulateMedia({ colorScheme: "dark" });
-    assert.deepEqual(await axeContrastFaults(page), []);
+    assert.deepEqual(await axeContrastFaults(page, "#whatif"), []);
     await page.setViewportSize({ width: 390, height: 800 });
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
     await kept.nth(1).getByRole("button", { name: /^Remove/ }).click();
@@ -157,6 +160,54 @@ describe("what if", () => {
     await page.locator(".wi-errors", { hasText: "not JSON" }).waitFor();
     assert.equal(await page.evaluate(() => window.planted), undefined);
     assert.equal(await page.locator("main img").count(), 0);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("maps are computed cell by cell, and a cell becomes the variant", async () => {
+    const { page, context, faults } = await open(page_, { webgl: false });
+    await page.getByText("Maps over two quantities").click();
+    const axis = async (side, name, from, to) => {
+      const set = page.getByRole("group", { name: `Axis ${side}` });
+      await set.getByRole("combobox").selectOption({ label: name });
+      for (const [field, value] of [["from", from], ["to", to], ["cells", 2]]) await set.getByRole("spinbutton", { name: field }).fill(String(value));
+    };
+    await axis("across", "Spin rate", 0.2, 0.4);
+    await axis("up", "Mass, times", 1, 2);
+    const compute = async () => {
+      await page.getByRole("button", { name: "Compute the map" }).click();
+      await page.locator(".wi-maps .wi-status", { hasText: /^All \d+ variants computed/ }).waitFor();
+    };
+    await page.locator(".wi-maps").getByLabel("Map of").selectOption({ label: "Impulse, tip-1" });
+    await axis("across", "Spin rate", 0.2, 0.4);
+    await axis("up", "Mass, times", 1, 2);
+    await compute();
+    assert.equal(await page.locator(".wi-map svg rect").count() >= 3, true);
+    const [file] = await Promise.all([page.waitForEvent("download"), page.locator(".wi-map").getByRole("button", { name: "CSV" }).click()]);
+    const numbers = (await downloaded(file)).toString().trim().split("\n").slice(1).map((line) => line.split(",").map(Number));
+    const impulse = ({ summary }) => summary.impact.grasps[0].impulse_magnitude;
+    assert.deepEqual(numbers.map((line) => line.at(-1)).filter(Number.isFinite), [results.base, results.spin, results.heavy].map(impulse));
+    // By keyboard and by a click.
+    await page.getByRole("combobox", { name: "Spin rate" }).selectOption({ label: "0.4 rad/s" });
+    await page.getByRole("button", { name: "Show this cell as the variant" }).click();
+    await shows(page, "The variant captures");
+    assert.equal(await exact(page, "Spin rate").inputValue(), "0.4");
+    // Probabilities, here without scatter: three cells succeed always, one never.
+    await page.locator(".wi-maps").getByLabel("Map of").selectOption({ label: "Probability of success" });
+    await axis("across", "Spin rate", 0.2, 0.4);
+    await axis("up", "Mass, times", 1, 2);
+    for (const [field, value] of [["Draws per cell", 3], ["Error of the target's position", 0], ["Error of its mass", 0]]) await page.getByLabel(field).fill(String(value));
+    await page.getByRole("button", { name: "Back to the base case" }).click();
+    await compute();
+    const [counts] = await Promise.all([page.waitForEvent("download"), page.locator(".wi-map").getByRole("button", { name: "CSV" }).click()]);
+    const rows = (await downloaded(counts)).toString().trim().split("\n").map((line) => line.split(",").slice(-6, -4));
+    assert.deepEqual(rows, [["successes", "cases"], ["3", "3"], ["3", "3"], ["3", "3"], ["0", "3"]]);
+    assert.deepEqual(await axeFaults(page, "#whatif"), []);
+    const map = page.locator(".wi-map svg[role=application]");
+    const { width, height } = await map.boundingBox();
+    await map.click({ position: { x: width * 0.3, y: height * 0.75 } }); // low spin, low mass: the base case
+    await shows(page, "The variant captures");
+    assert.equal(await exact(page, "Spin rate").inputValue(), "0.2");
     assert.deepEqual(faults, []);
     await context.close();
   });

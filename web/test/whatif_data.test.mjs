@@ -8,7 +8,7 @@ import { grapnel, scenario, scratch, source } from "./browser.mjs";
 import { bundle } from "./bundle.mjs";
 import { dataOf, settablesOf } from "./variant_page.mjs";
 
-const v = await bundle(["run", "whatif/yaml_places", "whatif/yaml_text", "whatif/scenario_file", "whatif/settings", "whatif/quantities", "whatif/groups", "whatif/variants", "whatif/engine_queue"]);
+const v = await bundle(["run", "whatif/yaml_places", "whatif/yaml_text", "whatif/scenario_file", "whatif/settings", "whatif/quantities", "whatif/groups", "whatif/variants", "whatif/map_cells", "whatif/engine_queue"]);
 const folder = scratch();
 
 const valuesOf = (file) => v.plainValue(v.readYaml(readFileSync(file, "utf8")));
@@ -188,4 +188,34 @@ test("frequent changes compute the newest only", async () => {
   });
   assert.equal(computed.at(-1), 29);
   assert.ok(computed.length < 30, `${computed.length}`);
+});
+
+test("draws are standard normal, the same in every cell, and valid overrides", () => {
+  const first = v.normals(1);
+  const many = Array.from({ length: 4000 }, first);
+  const mean = many.reduce((sum, x) => sum + x, 0) / many.length;
+  const deviation = Math.sqrt(many.reduce((sum, x) => sum + (x - mean) ** 2, 0) / many.length);
+  assert.ok(Math.abs(mean) < 0.05 && Math.abs(deviation - 1) < 0.05, `${mean} ${deviation}`); // three standard errors
+  const settings = settingsOf("thesis/closed-loop.yaml");
+  const request = { plan: "again", overrides: [{ path: "targets.sphere.mass", value: 20 }] };
+  const scatter = { draws: 2, position: 0.01, mass: 0.1 };
+  const [a, again, b] = [0, 0, 1].map((k) => v.drawn(request, settings, scatter, k).overrides);
+  assert.deepEqual(a, again);
+  assert.notDeepEqual(a, b);
+  assert.deepEqual(a.map((one) => one.path), ["targets.sphere.mass", "targets.sphere.estimate.position_error", "targets.sphere.mass", "targets.sphere.inertia"]);
+  const factor = a[2].value / 20; // of the request's mass, not of the base case
+  assert.ok(factor !== 1 && Math.abs(factor - 1) < 0.5);
+  assert.deepEqual(a[3].value, [factor, factor, factor]);
+  grapnel(["check", scenario("thesis/closed-loop.yaml"), ...a.flatMap((one) => ["--set", v.settingText(one)])]);
+});
+
+test("the default axes of maps are speed, angle and spin where a scenario has them", () => {
+  const base = runOf("thesis/closed-loop.yaml", ...quick);
+  const quantities = v.axisQuantities(v.quantitiesOf(settingsOf("thesis/closed-loop.yaml"), base));
+  const names = (probability) => v.defaultAxes(quantities, probability).map((one) => one.name);
+  assert.match(names(false).join("; "), /^Speed at contact, tip-1; (Angle of approach|Direction of the velocity), tip-1$/);
+  assert.deepEqual(names(true), ["Speed at contact, tip-1", "Spin rate"]);
+  const axis = { quantity: quantities[0], from: 1, to: 2, count: 3 };
+  assert.deepEqual(v.axisValues(axis), [1, 1.5, 2]);
+  assert.equal(v.axisValues({ ...axis, count: 1e9 }).length, v.kMostPerAxis);
 });

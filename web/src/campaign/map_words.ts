@@ -27,7 +27,7 @@ export function axisOf(a: MapAxis, pixels: number, domain: [number, number], eac
 }
 
 // The description of the point at value `at[a]` of each axis; undefined: it has no cases.
-export function pointWords(model: CampaignModel, axes: MapAxis[], p: MapPoint | undefined, at: number[]): string[] {
+export function pointWords(model: Pick<CampaignModel, "confidence">, axes: MapAxis[], p: MapPoint | undefined, at: number[]): string[] {
   const where = axes.map((axis, a) => `${axis.name}: ${valueOf(axis, at[a])}`).reverse();
   if (!p || p.trials === 0) return [...where, "no cases"];
   const fails = p.deciding === "" ? [] : [`most frequent failure: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];

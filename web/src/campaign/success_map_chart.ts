@@ -21,6 +21,10 @@ const kLevels = [0.5, 0.9, 0.99];
 const kDashes = ["2,3", "6,3", ""];
 const kMargins = { marginTop: 26, marginBottom: 44, marginRight: 16 }; // [px]
 
+// What a chosen point does: its cases alone are shown on the page, or the function is called with its place [y, x].
+export type Choice = StudyState | ((at: [number, number]) => void) | null;
+export type MapModel = Pick<CampaignModel, "confidence" | "successMap">;
+
 type Shown = "lower" | "estimate" | "upper" | "deciding";
 // The headline counts points by the lower bound; therefore the map of lower bounds is displayed first.
 const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "most frequent failure" };
@@ -37,23 +41,23 @@ export class SuccessMapChart {
   private moveTo: (i: number, j: number) => void = () => undefined;
 
   // Null: no two axes.
-  static of(model: CampaignModel, study: string, state: StudyState | null = null): SuccessMapChart | null {
+  static of(model: MapModel, study: string, choice: Choice = null): SuccessMapChart | null {
     const { successMap } = model;
-    return successMap && successMap.axes.length === 2 && successMap.axes.every((a) => a.values.length > 0) ? new SuccessMapChart(model, successMap, study, state) : null;
+    return successMap && successMap.axes.length === 2 && successMap.axes.every((a) => a.values.length > 0) ? new SuccessMapChart(model, successMap, study, choice) : null;
   }
 
   private constructor(
-    private readonly model: CampaignModel,
+    private readonly model: MapModel,
     private readonly successMap: SuccessMap,
     study: string,
-    private readonly state: StudyState | null,
+    private readonly choice: Choice,
   ) {
     [this.y, this.x] = successMap.axes;
     this.card = chartCard({ id: "success-map", title: "Success map", study, csv: () => successMapCsv(successMap) });
     const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || successMap.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
     this.card.controls.append(select("Show", options, this.shown, (value) => ((this.shown = value as Shown), this.draw())));
     this.card.body.after(this.status);
-    this.card.note.textContent = note(model, successMap);
+    this.card.note.textContent = note(model, successMap, typeof choice === "function");
     onWidth(this.card.body, (width) => {
       this.width = width;
       this.draw();
@@ -157,7 +161,8 @@ export class SuccessMapChart {
       return i >= 0 && j >= 0 ? [i, j] : null;
     };
     const choose = (i: number, j: number): void => {
-      if (this.state) choosePoint(this.state, [{ axis: this.x, edges: ex, at: i }, { axis: this.y, edges: ey, at: j }]);
+      if (typeof this.choice === "function") this.choice([j, i]);
+      else if (this.choice) choosePoint(this.choice, [{ axis: this.x, edges: ex, at: i }, { axis: this.y, edges: ey, at: j }]);
     };
     plot.addEventListener("pointermove", (event) => {
       const cell = cellAt(event);
@@ -224,9 +229,9 @@ function clamp(k: number, size: number): number {
   return Math.max(0, Math.min(size - 1, k));
 }
 
-function note(model: CampaignModel, e: SuccessMap): string {
+function note(model: MapModel, e: SuccessMap, computes: boolean): string {
   const trials = e.points.map((p) => p.trials);
   const [least, most] = [Math.min(...trials), Math.max(...trials)];
   const cases = least === most ? `${plural(least, "case")} per point` : `${counted(least)} to ${plural(most, "case")} per point`;
-  return `${cases}, ${plural(e.points.length, "point")}. Lines are straight between points; cells that one passes have no number. Point at a cell, or walk over it with the arrow keys, for its ${percent(model.confidence)} interval and what fails there; a click or Enter keeps its cases alone in the charts and the table below.`;
+  return `${cases}, ${plural(e.points.length, "point")}. Lines are straight between points; cells that one passes have no number. Point at a cell, or walk over it with the arrow keys, for its ${percent(model.confidence)} interval and what fails there; ${computes ? "a click or Enter computes it as the variant" : "a click or Enter keeps its cases alone in the charts and the table below"}.`;
 }

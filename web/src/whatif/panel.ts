@@ -10,6 +10,7 @@ import { Cancelled, EngineQueue, Latest } from "./engine_queue";
 import { type Field, fieldOf } from "./fields";
 import { type Group, overridesOf, type Value } from "./groups";
 import { KeptVariants, sharing } from "./kept";
+import { mapPanel } from "./map_panel";
 import { quantitiesOf } from "./quantities";
 import { besideBase } from "./results";
 import { scenarioValues } from "./scenario_file";
@@ -29,10 +30,10 @@ const kPause = 60; // after a change, before its variant is computed [ms]
 
 export function whatIfSection(given: WhatIf): HTMLElement[] {
   const host = element("div", { class: "wi" }, element("p", { class: "hint" }, "The values of the scenario are being read."));
-  given.engine.paths().then(
-    (paths) => new Panel(host, given, new Settings(paths, names(given.base), scenarioValues(given.base.data.source))),
-    (error: unknown) => host.replaceChildren(absent(`Variants cannot be computed: ${error instanceof Error ? error.message : String(error)}`)),
-  );
+  given.engine
+    .paths()
+    .then((paths) => new Panel(host, given, new Settings(paths, names(given.base), scenarioValues(given.base.data.source))))
+    .catch((error: unknown) => host.replaceChildren(absent(`Variants cannot be computed: ${error instanceof Error ? error.message : String(error)}`)));
   return [host];
 }
 
@@ -81,6 +82,7 @@ class Panel {
       this.keepBar,
       this.results,
       this.kept.root,
+      ...this.maps(),
     );
     this.idle();
     this.followLinks();
@@ -156,6 +158,19 @@ class Panel {
     return choice;
   }
 
+  private maps(): HTMLElement[] {
+    const made = mapPanel({
+      groups: this.groups,
+      settings: this.settings,
+      base: this.given.base,
+      title: this.given.title,
+      queue: this.queue,
+      current: () => ({ values: new Map(this.values), others: [...this.others], plan: this.plan }),
+      open: (variant) => this.open(variant),
+    });
+    return made ? [made] : [];
+  }
+
   // ---- Changes ----
 
   private get isChanged(): boolean {
@@ -220,6 +235,7 @@ class Panel {
     for (const input of document.querySelectorAll<HTMLInputElement>('input[name="whatif-plan"]')) input.checked = input.value === this.plan;
     this.fail([]);
     this.latest.drop();
+    if (!this.isChanged) return this.toBase();
     if (linked.run) return this.display({ ...linked, run: linked.run });
     this.name = linked.name || "variant";
     this.latest.request({ ...linked, name: this.name });
@@ -243,7 +259,7 @@ class Panel {
       this.say("The variant has no result.");
       return this.fail(result.message.split("\n").filter((line) => line.trim() !== ""));
     }
-    if (!this.isChanged) return; // back to the base case meanwhile
+    if (!this.isChanged) return; // back to the base case during the computation
     this.display({ name, request, run: decodedRun({ ...result.run, label: "", summary: result.summary ?? result.run.summary }) });
   }
   private display(variant: Variant): void {
@@ -293,7 +309,7 @@ class Panel {
   private say(message: string): void {
     this.status.textContent = message;
   }
-  // Messages stand beside the field whose value they name, else below the fields.
+  // A message is shown beside the field whose value it names, else below the fields.
   private fail(lines: string[]): void {
     const rest = new Set(lines);
     const about = (paths: string[]): string => {

@@ -4,7 +4,7 @@ import type { Override } from "./engine_interface";
 import { plainValue, readYaml, YamlError, type YamlNode } from "./yaml_places";
 import { flowText } from "./yaml_text";
 
-// The scenario's file with the overrides of its own run and these. The robot is inserted where an override changes a
+// The scenario's file with the overrides of its run and these. The robot is inserted where an override changes a
 // robot that has a separate file. @throws Error if the texts are missing, or if an override has no place in them.
 export function scenarioWith(source: SourceTexts | null | undefined, overrides: Override[]): string {
   const files = Array.isArray(source?.files) ? source.files : [];
@@ -65,7 +65,7 @@ export function replaced(text: string, { path, value }: Override): string {
   }
   const entry = `${flowText(missing[0])}: ${written}`;
   if (node.kind === "empty") return put(node.head, node.end, ` {${entry}}`);
-  if (node.kind !== "mapping") throw new Error(`${path}: a value without keys stands in its place.`);
+  if (node.kind !== "mapping") throw new Error(`${path}: the file has a value without keys there.`);
   if (node.indent < 0) return put(node.end - 1, node.end - 1, `${node.entries.length > 0 ? ", " : ""}${entry}`);
   const lineEnd = text.indexOf("\n", node.end);
   const at = lineEnd < 0 ? text.length : lineEnd;

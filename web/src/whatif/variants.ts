@@ -75,7 +75,7 @@ export function keptApproach(settings: Settings, base: Run): Override | string {
   const plan = base.summary.approach?.plan;
   const given = approach as Record<string, unknown> | undefined;
   if (given === undefined || given.plan === undefined) return "";
-  const why = given.straight_in !== undefined ? "a final straight approach" : given.window !== undefined ? "a window of capture times" : hasKnots(given.plan) ? "splines" : "";
+  const why = given.straight_in !== undefined ? "a final straight approach" : given.window !== undefined ? "a window of capture times" : settings.match("grasps.*.relative_velocity").length > 0 ? "relative velocities of grasps" : hasKnots(given.plan) ? "splines" : "";
   if (why) return `Overrides cannot express the joint motion of a plan with ${why}: the program plans again.`;
   const [position, rates] = [plan?.final_position, plan?.final_rates].map((list) => (Array.isArray(list) ? list.map(num) : []));
   if (position.length === 0 || position.length !== rates.length || [...position, ...rates].includes(null)) return "The result does not contain the planned joint values: the program plans again.";
