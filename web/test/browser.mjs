@@ -130,23 +130,23 @@ export async function downloaded(download) {
   return readFileSync(file);
 }
 
-// Accessibility violations found by axe, with everything unfolded: of the page, or of the part that a selector names.
-export async function axeFaults(page, part = "html") {
-  await page.evaluate((within) => document.querySelectorAll(`${within} details`).forEach((one) => (one.open = true)), part);
-  if (part === "html") await scrollThrough(page);
+// Accessibility violations found by axe, with everything unfolded.
+export async function axeFaults(page) {
+  await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
+  await scrollThrough(page);
   // Text inserted through the browser's interface, since the page's policy forbids scripts.
   await page.evaluate(readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8"));
-  return axeRun(page, {}, part);
+  return axeRun(page, {});
 }
 
 // After axeFaults(), on the same page: only the violations of colour contrast.
-export function axeContrastFaults(page, part = "html") {
-  return axeRun(page, { runOnly: ["color-contrast"] }, part);
+export function axeContrastFaults(page) {
+  return axeRun(page, { runOnly: ["color-contrast"] });
 }
 
-async function axeRun(page, options, part) {
+async function axeRun(page, options) {
   // Details of violations only: describing thousands of elements without violations takes a third of the time.
-  const { violations } = await page.evaluate(([within, chosen]) => window.axe.run(within === "html" ? document : within, { ...chosen, resultTypes: ["violations"] }), [part, options]);
+  const { violations } = await page.evaluate((chosen) => window.axe.run(document, { ...chosen, resultTypes: ["violations"] }), options);
   return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
 }
 
