@@ -61,7 +61,7 @@ const kKeys: [key: string, action: string][] = [
   ["+ −", "zoom"],
   ["0", "see everything again"],
   ["1 … 9", "cameras, in the order of the list"],
-  ["double click on a body", "look at it from near"],
+  ["double click on a body", "show it from near"],
   ["?", "this list"],
 ];
 
