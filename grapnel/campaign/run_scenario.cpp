@@ -233,9 +233,6 @@ void refuse_result(const Ledger& ledger, const std::string& file, Listener& list
 
 }  // namespace
 
-namespace {
-
-// Adds the margins of a run; why there are none is a warning.
 void add_margins(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result) {
   try {
     add_control_loops(problem, result, progress);
@@ -245,6 +242,8 @@ void add_margins(const CaptureProblem& problem, const CaptureProgress& progress,
     result.warnings.push_back(std::string("not all margins are computed: ") + error_text(error));
   }
 }
+
+namespace {
 
 // The file of a run's series; the listener sees its samples before they are written.
 class ShownSeries : public SeriesSink {

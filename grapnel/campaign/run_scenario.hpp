@@ -40,6 +40,9 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
                       const std::function<void(const std::filesystem::path&)>& write_series,
                       const std::filesystem::path& folder);
 
+/// add_control_loops(), as `grapnel run --margins`: if there are none, or not all, a warning of the result states why.
+void add_margins(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result);
+
 struct RunSwitches {
   bool quiet = false;      // no notes and no progress
   bool no_report = false;  // no report.html

@@ -189,6 +189,12 @@ class Result(Mapping[str, Array]):
         return summary
 
     @property
+    def control_loops(self) -> list[dict[str, Any]]:
+        """Stability and margins of the controllers at the start and end of every phase, as `control_loops` of summary.json. Empty
+        without `margins=True`, or if no law acts whose state is accessible; `warnings` then has the reason."""
+        return list(self.summary.get("control_loops", []))
+
+    @property
     def name(self) -> str:
         """The scenario's name."""
         return self._run.name

@@ -231,15 +231,16 @@ class Problem:
 
     # ---- Simulation ----
 
-    def simulate(self, strict: bool = False, controller: Controller | type[Controller] | None = None) -> Result:
+    def simulate(self, strict: bool = False, controller: Controller | type[Controller] | None = None, margins: bool = False) -> Result:
         """Simulates the capture, with the same bits as `grapnel run`. Ctrl-C ends it.
 
-        `controller`: drives the joints of a scenario with `control.external: true`, see `grapnel.Controller`.
+        `controller`: drives the joints of a scenario with `control.external: true`, see `grapnel.Controller`. `margins`: also
+        computes `Result.control_loops`, as `grapnel run --margins`, which simulates a second time.
 
         A failed simulation returns its results up to the failure: see `Result.status`. With `strict`, failed simulations and
         failed conservation checks raise `SimulationError`.
         """
-        return _simulate([self], 1, strict, [controller])[0]
+        return _simulate([self], 1, strict, [controller], margins=margins)[0]
 
     def linearize(self, time: float = 0, sample_time: float | None = None, delay: float = 0) -> LinearModel:
         """The linear model of the system at a time [s], and the stability of the scenario's controllers, as `grapnel linearize`.
@@ -309,11 +310,12 @@ def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = No
 
 
 def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False,
-                  controller: type[Controller] | None = None, progress: ProgressChoice = None) -> list[Result]:
+                  controller: type[Controller] | None = None, progress: ProgressChoice = None,
+                  margins: bool = False) -> list[Result]:
     """Simulates captures in parallel. Results have the order of the problems, with the same bits for any number of threads.
 
     `controller`: a class as for `Problem.simulate`; each run creates an object of it. Python runs their updates one at a time.
-    `threads`: 0 for one per processor. Other Python threads continue to run. Ctrl-C ends all runs. `strict` as for
+    `threads`: 0 for one per processor. Other Python threads continue to run. Ctrl-C ends all runs. `strict` and `margins` as for
     `Problem.simulate`, `progress` as for `grapnel.campaign`. For thousands of cases with drawn values, `grapnel.campaign` is
     faster and keeps less data per case.
     """
@@ -325,14 +327,14 @@ def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = 
             raise TypeError(f"{problem!r} is not a grapnel.Problem")
     if controller is not None and not inspect.isclass(controller):
         raise TypeError("controller is one object for several runs; expected its class, of which each run creates an object")
-    return _simulate(problems, threads, strict, [controller] * len(problems), progress)
+    return _simulate(problems, threads, strict, [controller] * len(problems), progress, margins)
 
 
 def _simulate(problems: list[Problem], threads: int, strict: bool, controllers: list[Any],
-              progress: ProgressChoice = False) -> list[Result]:
+              progress: ProgressChoice = False, margins: bool = False) -> list[Result]:
     cores, count, given = [problem._core for problem in problems], thread_count(threads), [_given(controller) for controller in controllers]
     with reported(progress, "problems") as report:
-        results = [Result(run) for run in _grapnel.simulate_many(cores, count, given, report)]
+        results = [Result(run) for run in _grapnel.simulate_many(cores, count, given, bool(margins), report)]
     if strict:
         for result in results:
             result.raise_if_failed()

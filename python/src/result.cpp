@@ -59,24 +59,26 @@ std::vector<GivenController> given_controllers(const std::vector<Scenario>& scen
   return controllers;
 }
 
-// Computes the same as `grapnel run`.
-std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<const CaptureProblem>& problem,
-                              const GivenController* given, const std::stop_token& stop) {
+// Computes the same as `grapnel run`, or `grapnel run --margins`.
+std::shared_ptr<Run> simulate(const Scenario& scenario, const GivenController& given, bool margins,
+                              const std::stop_token& stop) {
   std::vector<std::string> warnings;
   for (const Fault& warning : scenario.warnings()) warnings.push_back(warning.message);
   const auto follow = [&](const std::string&, double, double) {
     if (stop.stop_requested()) throw Stopped{};
   };
   auto run = std::make_shared<Run>();
-  run->problem = problem;
+  run->problem = scenario.shared_problem();
   std::optional<CaptureProblem> controlled;
-  if (given && given->source) {
-    controlled = *problem;
-    controlled->control->source = given->source;
-    controlled->control->plugin = given->name, controlled->control->sha256 = given->sha256;
+  if (given.source) {
+    controlled = *run->problem;
+    controlled->control->source = given.source;
+    controlled->control->plugin = given.name, controlled->control->sha256 = given.sha256;
   }
+  const CaptureProblem& problem = controlled ? *controlled : *run->problem;
   try {
-    run->result = simulate_run(controlled ? *controlled : *problem, warnings, follow);
+    run->result = simulate_run(problem, warnings, follow);
+    if (margins) add_margins(problem, follow, run->result);
   } catch (const CaptureProblemError& error) {
     throw input_error(scenario.file().string(), error.what());
   } catch (const ModelError& error) {
@@ -87,7 +89,8 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
 }
 
 std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads,
-                                                const std::vector<Given>& controllers, const py::object& progress) {
+                                                const std::vector<Given>& controllers, bool margins,
+                                                const py::object& progress) {
   // Other threads may change a scenario during its simulation: copy its present state.
   std::vector<Scenario> now;
   for (const auto& scenario : scenarios) now.push_back(*scenario);
@@ -102,9 +105,8 @@ std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_pt
   }
   const auto work = [&](const std::stop_token& stop) {
     for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i, std::int64_t) {
-      const Scenario& scenario = now[static_cast<std::size_t>(i)];
-      runs[static_cast<std::size_t>(i)] =
-          simulate(scenario, scenario.shared_problem(), &given[static_cast<std::size_t>(i)], stop);
+      const auto k = static_cast<std::size_t>(i);
+      runs[k] = simulate(now[k], given[k], margins, stop);
       ++done;
     });
   };
@@ -261,7 +263,7 @@ void bind_result(py::module_& module) {
       .def("save", &save, py::arg("folder"), py::arg("report"))
       .def("report", &report, py::arg("file"));
   module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"), py::arg("controllers"),
-             py::arg("progress"));
+             py::arg("margins"), py::arg("progress"));
   module.def("has_reports", [] { return why_no_reports().empty(); });
 }
 

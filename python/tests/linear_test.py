@@ -51,6 +51,27 @@ def test_the_file_of_the_program_is_the_same(program, tmp_path):
     assert a.keys() == b.keys() and a["A"] == b["A"] and a["closed_loop"] == b["closed_loop"]
 
 
+def test_results_have_the_margins_of_the_program(program, tmp_path):
+    problem = grapnel.Scenario({**HINGE, "motion": [{**HINGE["motion"][0], "duration": 1}]})
+    result = problem.simulate(margins=True)
+    assert [(loop["phase"], loop["verdict"]) for loop in result.control_loops] == [("hold", "stable")] * 2
+    at_start = problem.linearize(0)
+    assert result.control_loops[0]["margins"] == at_start.margins and at_start.margins
+    problem.write(tmp_path / "hinge.yaml")
+    subprocess.run([program, "run", tmp_path / "hinge.yaml", "-o", tmp_path / "out", "--margins", "--quiet", "--no-report"], check=True)
+    assert json.loads((tmp_path / "out/summary.json").read_text())["control_loops"] == result.control_loops
+    # The rest of a result is the same without them.
+    without = grapnel.simulate_many([problem])[0]
+    assert without.control_loops == [] and "control_loops" not in without.summary
+    assert {key: value for key, value in result.summary.items() if key != "control_loops"} == without.summary
+
+
+def test_a_result_states_why_it_has_no_margins():
+    free = {**HINGE, "motion": [{"name": "drift", "duration": 1}]}
+    (result,) = grapnel.simulate_many([grapnel.Scenario(free)], margins=True)
+    assert result.control_loops == [] and any("no margins" in warning for warning in result.warnings)
+
+
 def test_the_mat_file_has_the_matrices(tmp_path):
     io = pytest.importorskip("scipy.io")
     model = grapnel.Scenario(HINGE).linearize(2, sample_time=0.1)
