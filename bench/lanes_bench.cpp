@@ -15,6 +15,7 @@
 #include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/lanes/lane_loops_setup.hpp"
+#include "grapnel/lanes/states.hpp"
 #include "grapnel/pack/dispatch.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
@@ -127,13 +128,45 @@ void add(const std::string& function, const std::shared_ptr<const LoopWorkload>&
   });
 }
 
+// Derivatives of forward dynamics of 64 states at a time, as batches of grapnel::lanes::States, which convert the model
+// and write results in rows. Times are per state.
+void add_derivatives(const std::shared_ptr<const LoopWorkload>& workload, InstructionSet set) {
+  const std::string name = "forward_dynamics_derivatives@" + std::string(lanes::name(set)) + "/" + workload->base.name;
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& loop) {
+    constexpr int kStates = 4 * Workload::kCases;
+    const Workload& w = workload->base;
+    const std::int64_t n = w.model.velocities();
+    std::vector<double> q, v, force;
+    for (int i = 0; i < kStates; ++i) {
+      const int k = i % Workload::kCases;
+      q.insert(q.end(), w.states[k].q.begin(), w.states[k].q.end());
+      v.insert(v.end(), w.states[k].v.begin(), w.states[k].v.end());
+      force.insert(force.end(), w.forces[k].generalized.begin(), w.forces[k].generalized.end());
+    }
+    std::vector<double> vdot(static_cast<std::size_t>(kStates * n)), dq(vdot.size() * static_cast<std::size_t>(n)),
+        dv(dq), dtau(dq);
+    lanes::StateCases in;
+    in.count = kStates;
+    in.q = {q.data(), w.model.coordinates()}, in.v = {v.data(), n}, in.force = {force.data(), n};
+    in.forward = {vdot.data(), dq.data(), dv.data(), dtau.data(), nullptr};
+    const lanes::States states(w.model, set);
+    while (loop.KeepRunningBatch(kStates)) {
+      states.run(in);
+      benchmark::ClobberMemory();
+    }
+  });
+}
+
 }  // namespace
 
 void register_lanes() {
   for (Workload& workload : targets()) {
     const double flops = count_forward_dynamics(workload).flops();
     const auto shared = std::make_shared<const LoopWorkload>(LoopWorkload{std::move(workload), {}, {}});
-    for (const InstructionSet set : lanes::supported_instruction_sets()) add("forward_dynamics", shared, set, flops);
+    for (const InstructionSet set : lanes::supported_instruction_sets()) {
+      add("forward_dynamics", shared, set, flops);
+      add_derivatives(shared, set);
+    }
   }
   for (LoopWorkload& loops : loop_targets()) {
     const auto shared = std::make_shared<const LoopWorkload>(std::move(loops));

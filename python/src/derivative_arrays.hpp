@@ -18,9 +18,8 @@ struct Matrices {
       : array(results(cases, {rows, columns})),
         data(array.mutable_data()),
         size(static_cast<std::size_t>(rows * columns)) {}
-  void put(std::int64_t i, const RowMatrix& matrix) {
-    std::copy_n(matrix.data(), size, data + static_cast<std::size_t>(i) * size);
-  }
+  void put(std::int64_t i, const RowMatrix& matrix) { std::copy_n(matrix.data(), size, at(i)); }
+  double* at(std::int64_t i) const { return data + static_cast<std::size_t>(i) * size; }
   py::array_t<double> array;
   double* data;
   std::size_t size;
@@ -28,9 +27,8 @@ struct Matrices {
 struct Vectors {
   Vectors(const Cases& cases, py::ssize_t width)
       : array(results(cases, {width})), data(array.mutable_data()), size(static_cast<std::size_t>(width)) {}
-  void put(std::int64_t i, const std::vector<double>& x) {
-    std::copy_n(x.data(), size, data + static_cast<std::size_t>(i) * size);
-  }
+  void put(std::int64_t i, const std::vector<double>& x) { std::copy_n(x.data(), size, at(i)); }
+  double* at(std::int64_t i) const { return data + static_cast<std::size_t>(i) * size; }
   py::array_t<double> array;
   double* data;
   std::size_t size;
@@ -58,6 +56,18 @@ struct FrameWrenches {
     const auto at = array.unchecked<2>();
     for (py::ssize_t i = 0; i < array.shape(0); ++i)
       wrenches[static_cast<std::size_t>(i)] = {{at(i, 0), at(i, 1), at(i, 2)}, {at(i, 3), at(i, 4), at(i, 5)}};
+  }
+  std::vector<lanes::StateWrench> in_lanes(const Robot& robot) const {
+    std::vector<lanes::StateWrench> result;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const BodyPlacement& body = robot.model().bodies()[static_cast<std::size_t>(places[i].body)].placement;
+      const Vector3d p = body.X_LB * places[i].X_BE.p;
+      const Wrenchd& F = wrenches[i];
+      result.push_back({body.link,
+                        {p[0], p[1], p[2]},
+                        {F.angular[0], F.angular[1], F.angular[2], F.linear[0], F.linear[1], F.linear[2]}});
+    }
+    return result;
   }
   void apply(const Robot& robot, const State& state, Kinematics& kinematics, Forces& forces) const {
     if (places.empty()) return;

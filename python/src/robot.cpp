@@ -493,33 +493,85 @@ py::array_t<double> inverse(const Robot& robot, const py::object& q_given, const
 
 // ---- Derivatives ----
 
+// Arguments of derivatives; `third`: forces of forward, accelerations of inverse dynamics.
+struct DerivativeCases {
+  const Robot& robot;
+  const Rows &q, &v, &third;
+  const FrameWrenches& wrenches;
+  Vector3d gravity;
+  Cases cases;
+
+  DerivativeCases(const Robot& of, const Rows& q_rows, const Rows& v_rows, const Rows& third_rows,
+                  const FrameWrenches& applied, const py::object& g)
+      : robot(of),
+        q(q_rows),
+        v(v_rows),
+        third(third_rows),
+        wrenches(applied),
+        gravity(vector_of(g, "gravity")),
+        cases(cases_of({&q, &v, &third})) {}
+
+  // request(states, scratch, begin, end) requests the outputs of a block.
+  template <class Request>
+  void by_lanes(Request request) const {
+    const std::vector<lanes::StateWrench> applied = wrenches.in_lanes(robot);
+    for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+      lanes::StateCases of = state_cases(robot, q, &v, begin, end, scratch);
+      for (int k = 0; k < 3; ++k) of.gravity[k] = gravity[k];
+      of.wrenches = applied.data(), of.wrench_count = static_cast<int>(applied.size());
+      request(of, scratch, begin, end);
+      robot.states().run(of);
+    });
+  }
+
+  // one(i, state, forces, workspace) for each case; for modal joints, which lanes do not support.
+  template <class One>
+  void one_by_one(One one) const {
+    for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+      const auto workspace = make_derivatives_workspace(robot.model());
+      Forces forces;
+      forces.gravity = gravity;
+      for (std::int64_t i = begin; i < end; ++i) {
+        put_state(robot, q, v, i, scratch.state);
+        wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
+        one(i, scratch.state, forces, *workspace);
+      }
+    });
+  }
+};
+
+bool has_modal_joints(const Robot& robot) { return !robot.model().tree().chains.empty(); }
+
 py::tuple forward_derivatives(const Robot& robot, const py::object& q_given, const py::object& v_given,
                               const py::object& tau_given, const py::object& gravity,
                               const std::vector<std::string>& frames, const py::object& wrenches_given,
                               bool base_held) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), tau = robot.forces(tau_given);
   const FrameWrenches wrenches(robot, frames, wrenches_given);
-  const Vector3d g = vector_of(gravity, "gravity");
-  const Cases cases = cases_of({&q, &v, &tau});
+  const DerivativeCases given(robot, q, v, tau, wrenches, gravity);
   const int n = robot.model().velocities();
   const PrescribedMotion held = held_base(robot, base_held);
-  Vectors vdot(cases, n);
-  Matrices dq(cases, n, n), dv(cases, n, n), dtau(cases, n, n);
-  Matrices dwrench(cases, n, static_cast<py::ssize_t>(6 * frames.size()));
-  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
-    const auto workspace = make_derivatives_workspace(robot.model());
-    ForwardDynamicsDerivatives result;
-    Forces forces;
-    forces.gravity = g, forces.generalized.resize(static_cast<std::size_t>(n));
-    for (std::int64_t i = begin; i < end; ++i) {
-      put_state(robot, q, v, i, scratch.state);
+  Vectors vdot(given.cases, n);
+  Matrices dq(given.cases, n, n), dv(given.cases, n, n), dtau(given.cases, n, n);
+  Matrices dwrench(given.cases, n, static_cast<py::ssize_t>(6 * frames.size()));
+  if (has_modal_joints(robot)) {
+    given.one_by_one([&](std::int64_t i, const State& state, Forces& forces, DerivativesWorkspace& workspace) {
+      ForwardDynamicsDerivatives result;
+      forces.generalized.resize(static_cast<std::size_t>(n));
       robot.spread(tau, i, forces.generalized.data());
-      wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
-      forward_dynamics_derivatives(robot.model(), scratch.state, forces, *workspace, result, held);
+      forward_dynamics_derivatives(robot.model(), state, forces, workspace, result, held);
       vdot.put(i, result.vdot), dq.put(i, result.dq), dv.put(i, result.dv), dtau.put(i, result.dtau);
       dwrench.put(i, result.dwrench);
-    }
-  });
+    });
+  } else {
+    given.by_lanes([&](lanes::StateCases& of, Scratch& scratch, std::int64_t begin, std::int64_t end) {
+      scratch.block_forces.resize(static_cast<std::size_t>((end - begin) * n));
+      for (std::int64_t i = begin; i < end; ++i) robot.spread(tau, i, scratch.block_forces.data() + (i - begin) * n);
+      of.force = {scratch.block_forces.data(), n};
+      if (!held.prescribed.empty()) of.prescribed = held.prescribed.data();
+      of.forward = {vdot.at(begin), dq.at(begin), dv.at(begin), dtau.at(begin), dwrench.at(begin)};
+    });
+  }
   return py::make_tuple(vdot.array, dq.array, dv.array, dtau.array, dwrench.array);
 }
 
@@ -528,25 +580,23 @@ py::tuple inverse_derivatives(const Robot& robot, const py::object& q_given, con
                               const std::vector<std::string>& frames, const py::object& wrenches_given) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), vdot = robot.velocities(vdot_given, "vdot");
   const FrameWrenches wrenches(robot, frames, wrenches_given);
-  const Vector3d g = vector_of(gravity, "gravity");
-  const Cases cases = cases_of({&q, &v, &vdot});
+  const DerivativeCases given(robot, q, v, vdot, wrenches, gravity);
   const int n = robot.model().velocities();
-  Vectors tau(cases, n);
-  Matrices dq(cases, n, n), dv(cases, n, n), dvdot(cases, n, n);
-  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
-    const auto workspace = make_derivatives_workspace(robot.model());
-    InverseDynamicsDerivatives result;
-    Forces forces;
-    forces.gravity = g;
-    std::vector<double> accelerations(static_cast<std::size_t>(n));
-    for (std::int64_t i = begin; i < end; ++i) {
-      put_state(robot, q, v, i, scratch.state);
-      std::copy_n(vdot.row(i), n, accelerations.begin());
-      wrenches.apply(robot, scratch.state, scratch.kinematics, forces);
-      inverse_dynamics_derivatives(robot.model(), scratch.state, accelerations, forces, *workspace, result);
+  Vectors tau(given.cases, n);
+  Matrices dq(given.cases, n, n), dv(given.cases, n, n), dvdot(given.cases, n, n);
+  if (has_modal_joints(robot)) {
+    given.one_by_one([&](std::int64_t i, const State& state, const Forces& forces, DerivativesWorkspace& workspace) {
+      InverseDynamicsDerivatives result;
+      const std::vector<double> accelerations(vdot.row(i), vdot.row(i) + n);
+      inverse_dynamics_derivatives(robot.model(), state, accelerations, forces, workspace, result);
       tau.put(i, result.tau), dq.put(i, result.dq), dv.put(i, result.dv), dvdot.put(i, result.dvdot);
-    }
-  });
+    });
+  } else {
+    given.by_lanes([&](lanes::StateCases& of, Scratch&, std::int64_t begin, std::int64_t) {
+      of.acceleration = rows_from(&vdot, begin);
+      of.inverse = {tau.at(begin), dq.at(begin), dv.at(begin), dvdot.at(begin), nullptr};
+    });
+  }
   return py::make_tuple(tau.array, dq.array, dv.array, dvdot.array);
 }
 
