@@ -320,7 +320,7 @@ class DormandPrince853 : public Stepper<S> {
 
   ErrorNorm<S> norm_;
   StepControl control_;
-  std::vector<NumberRange> left_;    // numbers that steps leave as they are
+  std::vector<NumberRange> left_;    // numbers that steps leave unchanged
   std::vector<NumberRange> moving_;  // the others
   double proposed_step_ = 0.0;
   dop853::AcceptedStep accepted_step_;

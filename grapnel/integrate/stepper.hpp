@@ -48,7 +48,7 @@ struct IntegrationStatistics {
 /// intermediate stages quaternions have norm 1 only to the order of the stage; rhs must be a smooth function of y
 /// there. A right-hand side may have the member `still(std::vector<NumberRange>& ranges)`, which appends the ranges,
 /// increasing, of those numbers outside of quaternions whose derivatives are zero until the next start(), set_state()
-/// or reset_derivative(). Steppers leave them as they are.
+/// or reset_derivative(). Steppers leave them unchanged.
 template <class F, class S>
 concept RightHandSide = std::invocable<F&, double, std::span<const S>, std::span<S>>;
 

@@ -146,8 +146,8 @@ Panels joint_panels(const RunSource& run, const std::string& path, const std::st
   return panels;
 }
 
-// Quantities of joints below each other; arms beside each other where they have panels of their own, in at most two
-// columns. Legends stand in the panels of the first quantity.
+// Quantities of joints below each other; arms beside each other where they have separate panels, in at most two
+// columns. Legends are in the panels of the first quantity.
 Drawing joint_drawing(const RunSource& run, const std::vector<std::pair<const char*, const char*>>& quantities) {
   Drawing drawing;
   for (const auto& [path, quantity] : quantities) {

@@ -69,7 +69,7 @@ describe("what if", () => {
     assert.deepEqual(cells.slice(0, 4), [base, spin, spin - base].map((x) => v.number(x)).concat(v.number((100 * (spin - base)) / base, 3)));
     assert.ok(Math.abs(spin / base - 2) < 0.2); // the impulse grows with the spin
     assert.match(await page.locator(".wi-results").innerText(), /Ledgers of both/);
-    // Replay: the variant's end is that of its own summary.
+    // Replay: the variant's end is the end in its summary.
     const end = await page.evaluate(() => {
       window.__grapnel.clock.time = window.__grapnel.clock.end;
       return [0, 1].map((run) => window.__grapnel.replay.bodyPose("sphere", run).quaternion_wxyz);

@@ -1,4 +1,4 @@
-// Plots that show a series as it is recorded, under a plain name: the orbit, flexible parts, couplings, tendons; and
+// Plots that show a series as recorded, under a plain name: the orbit, flexible parts, couplings, tendons; and
 // series that this viewer does not know, from a newer version.
 import { lineStyle } from "../colors";
 import { label } from "../format";

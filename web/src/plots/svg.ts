@@ -76,7 +76,7 @@ function yRange(plot: SvgPlot): Range {
   return padded(wide.low, wide.high);
 }
 
-// Limits beyond the axis, in a row of their own above the drawing.
+// Limits beyond the axis, in a separate row above the drawing.
 function stripText(strip: string[], plot: SvgPlot, box: Box): string[] {
   if (strip.length === 0) return [];
   const color = plot.limits![0].color;

@@ -103,7 +103,7 @@ export class CameraRig {
     this.changed();
   }
 
-  // Looks at a point of the view's frame, with a ball of that radius about it filling half the picture.
+  // Directs the view to a point of the view's frame, with a ball of that radius about it filling half the picture.
   focus(point: Vector3, radius: number): void {
     const view = this.current;
     view.touched = true;

@@ -1,4 +1,4 @@
-// The pointer on the picture: a hovered body's name, mass and speed; a double click looks at a body from near.
+// The pointer on the picture: a hovered body's name, mass and speed; a double click shows a body from near.
 import { type Object3D, Quaternion, Raycaster, Vector2, Vector3 } from "three";
 import { element } from "../dom";
 import { withUnit } from "../format";

@@ -56,7 +56,7 @@ export class TorqueTint {
   }
 }
 
-// Replaces the shared material of a link's drawn joint by one of its own.
+// Replaces the shared material of a link's drawn joint by a separate one.
 function ownMaterials(view: BodyView): MeshStandardMaterial[] {
   const made: MeshStandardMaterial[] = [];
   view.joint?.traverse((part) => {

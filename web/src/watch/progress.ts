@@ -14,7 +14,7 @@ export interface LivePhase {
 export interface LiveState {
   elapsed: number; // [s]
   stopping: boolean;
-  ending: string | null; // "done", "failed", ...; null: the work goes on
+  ending: string | null; // "done", "failed", ...; null: the work continues
   report: boolean; // whether the program can send the report
   samples: number; // of a run, so far
   phases: LivePhase[];
