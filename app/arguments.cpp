@@ -95,6 +95,13 @@ void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {
   command.add_flag("--quiet", options.quiet, "Print errors and warnings only");
 }
 
+void add_watch_flag(CLI::App& command, bool& watch) {
+  CLI::Option* flag =
+      command.add_flag("--watch", watch, "Show the progress on a live page of this machine, whose address is printed");
+  for (const char* other : {"--quiet", "--only"})
+    if (CLI::Option* option = command.get_option_no_throw(other)) flag->excludes(option);
+}
+
 void add_machine_arguments(CLI::App& command, CampaignRunOptions& options) {
   command.add_option("-j,--jobs", options.threads, "Threads (default: one per processor)")->check(CLI::Range(1, 4096));
   auto* only = command

@@ -31,6 +31,8 @@ bool print_plugin_errors();
 
 /// Adds the options shared by all commands that run campaigns.
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options);
+/// Adds --watch, which excludes --quiet and, where the command has it, --only. Call after these.
+void add_watch_flag(CLI::App& command, bool& watch);
 /// Adds the options for one machine and for job arrays: -j, --only, --shard.
 void add_machine_arguments(CLI::App& command, CampaignRunOptions& options);
 

@@ -142,9 +142,9 @@ struct LoopbackServer::State {
   void accept() {
     acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
       if (error) return pause();
+      accept();  // first: what follows may throw
       keep_from_children(socket.native_handle());
       if (site.connections < kMostConnections) std::make_shared<Connection>(std::move(socket), site)->read();
-      accept();
     });
   }
   void pause() {
@@ -159,8 +159,7 @@ struct LoopbackServer::State {
     while (!context.stopped()) {
       try {
         context.run();
-      } catch (const std::exception&) {
-        pause();
+      } catch (const std::exception&) {  // that connection is closed
       }
     }
   }

@@ -37,10 +37,7 @@ int program(int argc, char** argv) {
                         "Also linearize at the start and end of every phase: stability and margins of the controllers");
   run_command->add_flag("--no-report", run_options.no_report, "Write no report.html");
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
-  run_command
-      ->add_flag("--watch", run_options.watch,
-                 "Show the progress on a live page of this machine, whose address is printed")
-      ->excludes("--quiet");
+  add_watch_flag(*run_command, run_options.watch);
   run_command->callback([&] { code = run(run_options); });
 
   StudyOptions sweep_options;
@@ -56,11 +53,7 @@ int program(int argc, char** argv) {
                             "Simulate only this point, as a complete run with report.html");
   sweep_command->add_flag("--no-report", sweep_options.no_report, "Write no report.html");
   sweep_command->add_flag("--quiet", sweep_options.quiet, "Print errors and warnings only");
-  sweep_command
-      ->add_flag("--watch", sweep_options.watch,
-                 "Show the progress on a live page of this machine, whose address is printed")
-      ->excludes("--quiet")
-      ->excludes("--only");
+  add_watch_flag(*sweep_command, sweep_options.watch);
   sweep_command->callback([&] { code = sweep(sweep_options); });
 
   CampaignRunOptions campaign_options;
@@ -70,11 +63,7 @@ int program(int argc, char** argv) {
       "campaign", "Simulate captures with uncertain values; rerun the command to resume a stopped campaign");
   add_campaign_arguments(*campaign_command, campaign_options);
   add_machine_arguments(*campaign_command, campaign_options);
-  campaign_command
-      ->add_flag("--watch", campaign_options.watch,
-                 "Show the progress on a live page of this machine, whose address is printed")
-      ->excludes("--quiet")
-      ->excludes("--only");
+  add_watch_flag(*campaign_command, campaign_options.watch);
   campaign_command->callback([&] { code = campaign(campaign_options); });
 
   CLI::App* map_command = app.add_subcommand(
@@ -82,11 +71,7 @@ int program(int argc, char** argv) {
   map_command->alias("envelope");  // former name
   add_campaign_arguments(*map_command, campaign_options);
   add_machine_arguments(*map_command, campaign_options);
-  map_command
-      ->add_flag("--watch", campaign_options.watch,
-                 "Show the progress on a live page of this machine, whose address is printed")
-      ->excludes("--quiet")
-      ->excludes("--only");
+  add_watch_flag(*map_command, campaign_options.watch);
   map_command->callback([&] {
     campaign_options.map = true;
     code = campaign(campaign_options);
@@ -114,10 +99,7 @@ int program(int argc, char** argv) {
       ->check(CLI::Range(1, 4096));
   optimize_command->add_flag("--no-report", optimize_options.no_report, "Write no report.html");
   optimize_command->add_flag("--quiet", optimize_options.quiet, "Print errors and warnings only");
-  optimize_command
-      ->add_flag("--watch", optimize_options.watch,
-                 "Show the progress on a live page of this machine, whose address is printed")
-      ->excludes("--quiet");
+  add_watch_flag(*optimize_command, optimize_options.watch);
   optimize_command->callback([&] { code = optimize(optimize_options); });
 
   ReportOptions report_options;
