@@ -3,7 +3,7 @@
 
 #include "commands.hpp"
 #include "grapnel/campaign/result_folder.hpp"
-#include "grapnel/fit/identification_folder.hpp"
+#include "grapnel/compare/identification_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

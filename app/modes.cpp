@@ -8,7 +8,7 @@
 
 #include "commands.hpp"
 #include "grapnel/campaign/result_folder.hpp"
-#include "grapnel/finite_elements/component_modes.hpp"
+#include "grapnel/import/component_modes.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"

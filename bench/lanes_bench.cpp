@@ -16,7 +16,7 @@
 #include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/lanes/lane_loops_setup.hpp"
 #include "grapnel/lanes/states.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::bench {

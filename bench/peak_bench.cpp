@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench/dynamics_bench.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include "bench/dynamics_bench.hpp"
 #include "bench/rollout_workload.hpp"
 #include "grapnel/lanes/rollout.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::bench {
 namespace {

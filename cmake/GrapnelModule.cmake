@@ -1,6 +1,6 @@
 # Modules in dependency order: a module may use only those before it.
-set(GRAPNEL_MODULES text spatial pack describe model finite_elements import dynamics integrate contact constraint impact simulate identify lanes plan result control report
-    problem approach capture linear scenario campaign compare fit plant api)
+set(GRAPNEL_MODULES text spatial describe model import dynamics integrate contact constraint impact simulate identify lanes plan result control report
+    problem approach capture linear scenario campaign compare plant api)
 
 # Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name
 # from elsewhere, which the compiler would allow for by not inlining it: this is what makes position-independent code

@@ -23,7 +23,7 @@
 #include "grapnel/campaign/grid.hpp"
 #include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel {
 

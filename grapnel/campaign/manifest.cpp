@@ -8,10 +8,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/json_document.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel {
 namespace {

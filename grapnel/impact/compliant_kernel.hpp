@@ -28,7 +28,7 @@ GRAPNEL_INLINE Vector3<S> turned_by(const Quaternion<S>& turn, const Vector3<S>&
 
 namespace compliant_kernel {
 
-// Counterparts for doubles of the functions for packs in grapnel/pack/pack.hpp.
+// Counterparts for doubles of the functions for packs in grapnel/spatial/pack.hpp.
 GRAPNEL_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
 GRAPNEL_INLINE double power(double x, double exponent) { return __builtin_pow(x, exponent); }
 GRAPNEL_INLINE double turn_per_sine(double s, double w) {

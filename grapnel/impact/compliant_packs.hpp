@@ -8,7 +8,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/root_velocity_kernel.hpp"
 #include "grapnel/impact/compliant_kernel.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel {
 

@@ -13,7 +13,7 @@
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/impact/compliant_kernel.hpp"
 #include "grapnel/impact/compliant_shapes.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel {
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "grapnel/impact/contact_impact.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel {
 

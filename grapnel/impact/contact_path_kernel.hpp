@@ -13,7 +13,7 @@
 namespace grapnel {
 namespace contact_path_kernel {
 
-// Counterparts for doubles of the functions for packs in grapnel/pack/pack.hpp.
+// Counterparts for doubles of the functions for packs in grapnel/spatial/pack.hpp.
 GRAPNEL_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
 GRAPNEL_INLINE bool any(bool condition) { return condition; }
 GRAPNEL_INLINE double max(double a, double b) { return a > b ? a : b; }

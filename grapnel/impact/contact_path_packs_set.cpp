@@ -2,7 +2,7 @@
 // (cmake/GrapnelLanes.cmake).
 
 #include "grapnel/impact/contact_path_kernel.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 #include "grapnel/spatial/scalar.hpp"
 
 namespace grapnel {

@@ -5,7 +5,7 @@
 /// for a single case: constraint/loop_columns.hpp.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel::lanes {

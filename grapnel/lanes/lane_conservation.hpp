@@ -11,7 +11,7 @@
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/lanes/lane_closure.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

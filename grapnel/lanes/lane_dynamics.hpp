@@ -22,7 +22,7 @@
 #include "grapnel/lanes/lane_outside.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/lane_wheels.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -9,10 +9,10 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_free_bodies.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/pack.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

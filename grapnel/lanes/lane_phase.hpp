@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::lanes {
 

@@ -7,7 +7,7 @@
 /// read directly. Both give the same bits.
 
 #include "grapnel/constraint/loop_limits.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

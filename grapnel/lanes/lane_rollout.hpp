@@ -8,8 +8,8 @@
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_rollout_tables.hpp"
-#include "grapnel/pack/pack.hpp"
 #include "grapnel/simulate/joint_control.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -11,7 +11,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/newton_euler_kernel.hpp"
 #include "grapnel/lanes/lane_states_tables.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -9,7 +9,7 @@
 #include "grapnel/lanes/lane_conservation.hpp"
 #include "grapnel/lanes/lane_dynamics.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -6,7 +6,7 @@
 /// step that may reach it (LaneStatus::at_largest_rate), since modes change at events, at different times in each case.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 #include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel::lanes {

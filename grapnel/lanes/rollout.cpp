@@ -10,7 +10,7 @@
 #include <system_error>
 #include <thread>
 
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::lanes {
 namespace {

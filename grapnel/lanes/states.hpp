@@ -9,7 +9,7 @@
 
 #include "grapnel/lanes/lane_states_tables.hpp"
 #include "grapnel/model/model.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::lanes {
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Equations (1) to (7) of floating_base.hpp for a generic scalar: doubles for one set of joint values, or packs with
-/// one instant per lane. Both give the same bits, since the packs round every product (grapnel/pack/rounded.hpp).
+/// one instant per lane. Both give the same bits, since the packs round every product (grapnel/spatial/rounded.hpp).
 
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"

@@ -29,10 +29,10 @@
 #include <string>
 
 #include "grapnel/integrate/gauss_legendre.hpp"
-#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/plan/joint_spline.hpp"
 #include "grapnel/plan/segment_nodes.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel {
 

@@ -4,9 +4,9 @@
 /// The equations of path_segment.hpp at its nodes in SIMD packs, one node per lane. Each panel is completed before the
 /// next one, so that its data stays in the first-level cache.
 
-#include "grapnel/pack/rounded.hpp"
 #include "grapnel/plan/link_placement.hpp"
 #include "grapnel/plan/segment_nodes.hpp"
+#include "grapnel/spatial/rounded.hpp"
 
 namespace grapnel {
 

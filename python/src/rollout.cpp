@@ -3,7 +3,7 @@
 
 #include <pybind11/stl.h>
 
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "robot.hpp"
 

@@ -10,7 +10,7 @@
 #include "finite_elements/frame_model.hpp"
 #include "flexible/flexible_model.hpp"
 #include "grapnel/dynamics/elastic_modes.hpp"
-#include "grapnel/finite_elements/component_modes.hpp"
+#include "grapnel/import/component_modes.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 
 namespace grapnel::testing {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/finite_elements/element_matrix.hpp"
+#include "grapnel/import/element_matrix.hpp"
 
 namespace grapnel::testing {
 

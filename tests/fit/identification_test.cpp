@@ -8,9 +8,9 @@
 
 #include "fit/slider_experiment.hpp"
 #include "grapnel/compare/comparison_report.hpp"
-#include "grapnel/fit/identification.hpp"
-#include "grapnel/fit/identification_folder.hpp"
-#include "grapnel/fit/identification_report.hpp"
+#include "grapnel/compare/identification.hpp"
+#include "grapnel/compare/identification_folder.hpp"
+#include "grapnel/compare/identification_report.hpp"
 #include "grapnel/result/json_document.hpp"
 
 namespace grapnel {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/fit/log_fit.hpp"
+#include "grapnel/compare/log_fit.hpp"
 
 namespace grapnel::joint_experiment {
 

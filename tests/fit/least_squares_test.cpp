@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "grapnel/fit/least_squares.hpp"
+#include "grapnel/compare/least_squares.hpp"
 
 namespace grapnel {
 namespace least_squares_test {

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "fit/joint_experiment.hpp"
-#include "grapnel/fit/log_fit.hpp"
-#include "grapnel/fit/log_fitter.hpp"
+#include "grapnel/compare/log_fit.hpp"
+#include "grapnel/compare/log_fitter.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {

@@ -5,7 +5,7 @@
 
 #include "fit/joint_experiment.hpp"
 #include "fit/slider_experiment.hpp"
-#include "grapnel/fit/identification.hpp"
+#include "grapnel/compare/identification.hpp"
 
 namespace grapnel {
 namespace slow_draws_test {

@@ -12,7 +12,7 @@
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/model/tree.hpp"
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 namespace grapnel::lanes {
 

@@ -10,7 +10,7 @@
 #include "grapnel/dynamics/newton_euler_kernel.hpp"
 #include "grapnel/dynamics/root_velocity_kernel.hpp"
 #include "grapnel/lanes/lane_loops.hpp"
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::lanes {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 #include "lane_kernels/kernel_table.hpp"
 #include "support/random_robot.hpp"
 

@@ -3,7 +3,7 @@
 /// @file
 /// pack_checks.hpp's functions for one instruction set; included by that set's translation unit alone.
 
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 #include "lanes/pack_checks.hpp"
 
 namespace grapnel::lanes::testing {

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 #include "lane_kernels/kernel_table.hpp"
 #include "lanes/pack_checks.hpp"
 

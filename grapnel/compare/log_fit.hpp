@@ -80,7 +80,7 @@ struct ParameterEstimate {
 };
 
 /// A singular value of the scaled Jacobian with its direction, in the parameters scaled to their ranges.
-struct Combination {
+struct ParameterCombination {
   double singular_value = 0;
   bool is_identifiable = false;
   std::vector<double> direction;  ///< unit, per parameter
@@ -137,10 +137,10 @@ struct LogFit {
   std::string reason;
   ChiSquare chi_square;
   std::vector<ParameterEstimate> parameters;
-  std::vector<std::size_t> in_covariance;  ///< parameters with an uncertainty
-  Eigen::MatrixXd covariance;              ///< of these
-  std::vector<Combination> combinations;   ///< the best determined first
-  std::vector<LocalMinimum> minima;        ///< the best first
+  std::vector<std::size_t> in_covariance;          ///< parameters with an uncertainty
+  Eigen::MatrixXd covariance;                      ///< of these
+  std::vector<ParameterCombination> combinations;  ///< the best determined first
+  std::vector<LocalMinimum> minima;                ///< the best first
   std::size_t failed_starts = 0;
   std::vector<LogEstimate> logs;
   std::vector<FitEvaluation> evaluations;

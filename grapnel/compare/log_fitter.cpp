@@ -1,4 +1,4 @@
-#include "grapnel/fit/log_fitter.hpp"
+#include "grapnel/compare/log_fitter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "grapnel/finite_elements/element_text.hpp"
+#include "grapnel/import/element_text.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel::element_text {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/fit/least_squares.hpp"
-#include "grapnel/fit/log_fit.hpp"
-#include "grapnel/fit/log_residuals.hpp"
+#include "grapnel/compare/least_squares.hpp"
+#include "grapnel/compare/log_fit.hpp"
+#include "grapnel/compare/log_residuals.hpp"
 
 namespace grapnel {
 

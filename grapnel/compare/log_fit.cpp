@@ -1,4 +1,4 @@
-#include "grapnel/fit/log_fit.hpp"
+#include "grapnel/compare/log_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "grapnel/campaign/filling_sample.hpp"
-#include "grapnel/fit/log_fitter.hpp"
+#include "grapnel/compare/log_fitter.hpp"
 
 namespace grapnel {
 namespace {

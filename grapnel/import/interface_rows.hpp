@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "grapnel/finite_elements/component_modes.hpp"
+#include "grapnel/import/component_modes.hpp"
 
 namespace grapnel {
 

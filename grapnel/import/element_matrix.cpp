@@ -1,4 +1,4 @@
-#include "grapnel/finite_elements/element_matrix.hpp"
+#include "grapnel/import/element_matrix.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include <set>
 #include <string_view>
 
-#include "grapnel/finite_elements/element_text.hpp"
+#include "grapnel/import/element_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
 

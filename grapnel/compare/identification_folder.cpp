@@ -1,11 +1,11 @@
-#include "grapnel/fit/identification_folder.hpp"
+#include "grapnel/compare/identification_folder.hpp"
 
 #include <fmt/format.h>
 
 #include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/compare/comparison_page.hpp"
-#include "grapnel/fit/identification_report.hpp"
+#include "grapnel/compare/identification_report.hpp"
 #include "grapnel/report/report_html.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/text/error_text.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "grapnel/campaign/listener.hpp"
-#include "grapnel/fit/identification.hpp"
+#include "grapnel/compare/identification.hpp"
 
 namespace grapnel {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "grapnel/compare/comparison_report.hpp"
-#include "grapnel/fit/log_fit.hpp"
+#include "grapnel/compare/log_fit.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel {

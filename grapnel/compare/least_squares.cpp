@@ -1,4 +1,4 @@
-#include "grapnel/fit/least_squares.hpp"
+#include "grapnel/compare/least_squares.hpp"
 
 #include <algorithm>
 #include <cmath>

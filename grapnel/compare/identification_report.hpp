@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/compare/identification.hpp"
 #include "grapnel/describe/type.hpp"
-#include "grapnel/fit/identification.hpp"
 
 namespace grapnel {
 

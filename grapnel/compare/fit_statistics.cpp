@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "grapnel/compare/chi_square.hpp"
-#include "grapnel/fit/log_fitter.hpp"
+#include "grapnel/compare/log_fitter.hpp"
 #include "grapnel/result/described_table.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/spatial/decompositions.hpp"
@@ -120,7 +120,7 @@ class Statistics {
     const Eigen::MatrixXd R = thin_qr(columns).R;
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
     for (Eigen::Index i = 0; i < m; ++i) {
-      Combination& one = fit_.combinations.emplace_back();
+      ParameterCombination& one = fit_.combinations.emplace_back();
       const Eigen::VectorXd v = svd.matrixV().col(i);
       one.singular_value = svd.singularValues()[i];
       one.is_identifiable = one.singular_value > std::max(kLeastSingular, kDerivativeError * (errors * v).norm());
@@ -134,7 +134,7 @@ class Statistics {
   // the bounds instead.
   void set_covariance(const Derivatives& d) {
     Eigen::MatrixXd information = d.white.transpose() * d.white;
-    for (const Combination& one : fit_.combinations) {
+    for (const ParameterCombination& one : fit_.combinations) {
       if (one.is_identifiable) continue;
       const Eigen::VectorXd v = as_vector(one.direction);
       information.topLeftCorner(n_, n_) +=
@@ -150,7 +150,7 @@ class Statistics {
 
   double null_share(Eigen::Index k) const {
     double sum = 0;
-    for (const Combination& one : fit_.combinations) {
+    for (const ParameterCombination& one : fit_.combinations) {
       if (!one.is_identifiable) sum += std::pow(one.direction[static_cast<std::size_t>(k)], 2);
     }
     return std::sqrt(sum);
@@ -273,7 +273,7 @@ class Statistics {
   void set_chi_square(double value) {
     double numbers = static_cast<double>(fitter_.priors());
     for (const LogEstimate& log : fit_.logs) numbers += log.chi_square.numbers;
-    for (const Combination& one : fit_.combinations) numbers -= one.is_identifiable ? 1 : 0;
+    for (const ParameterCombination& one : fit_.combinations) numbers -= one.is_identifiable ? 1 : 0;
     for (Eigen::Index k = n_; k < x_.size(); ++k) numbers -= is_held_clock(k) ? 0 : 1;
     fit_.chi_square = chi_square_of(value, numbers);
     judge();

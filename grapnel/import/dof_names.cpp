@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "grapnel/finite_elements/element_text.hpp"
+#include "grapnel/import/element_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
 

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/finite_elements/element_matrix.hpp"
+#include "grapnel/import/element_matrix.hpp"
 
 namespace grapnel::element_text {
 

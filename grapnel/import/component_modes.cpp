@@ -1,4 +1,4 @@
-#include "grapnel/finite_elements/component_modes.hpp"
+#include "grapnel/import/component_modes.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <memory>
 #include <numbers>
 
-#include "grapnel/finite_elements/interface_rows.hpp"
+#include "grapnel/import/interface_rows.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "grapnel/finite_elements/element_matrix.hpp"
+#include "grapnel/import/element_matrix.hpp"
 #include "grapnel/model/description.hpp"
 
 namespace grapnel {

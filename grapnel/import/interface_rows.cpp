@@ -1,4 +1,4 @@
-#include "grapnel/finite_elements/interface_rows.hpp"
+#include "grapnel/import/interface_rows.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <memory>
 
-#include "grapnel/finite_elements/expanded_nodes.hpp"
+#include "grapnel/import/expanded_nodes.hpp"
 #include "grapnel/spatial/decompositions.hpp"
 #include "grapnel/text/message_text.hpp"
 

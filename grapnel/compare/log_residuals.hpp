@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "grapnel/fit/log_fit.hpp"
+#include "grapnel/compare/log_fit.hpp"
 
 namespace grapnel {
 

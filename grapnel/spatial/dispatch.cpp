@@ -1,4 +1,4 @@
-#include "grapnel/pack/dispatch.hpp"
+#include "grapnel/spatial/dispatch.hpp"
 
 #include <cstdlib>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "grapnel/fit/identification_report.hpp"
+#include "grapnel/compare/identification_report.hpp"
 
 #include <fmt/format.h>
 
@@ -340,7 +340,7 @@ FittedLogsReport identification_report(const Identification& identification, con
                                  p.uncertainty, fit.parameters[k]});
   }
   set_matrices(identification, fit, report);
-  for (const Combination& one : fit.combinations) {
+  for (const ParameterCombination& one : fit.combinations) {
     report.combinations.push_back({one.singular_value, one.is_identifiable, {}});
     for (std::size_t k = 0; k < one.direction.size(); ++k)
       report.combinations.back().weights.push_back({problem.parameters[k].name, one.direction[k]});

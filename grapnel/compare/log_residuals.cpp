@@ -1,4 +1,4 @@
-#include "grapnel/fit/log_residuals.hpp"
+#include "grapnel/compare/log_residuals.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 /// template on doubles in code without contraction. The cost is two instructions instead of one on sets with fused
 /// products.
 
-#include "grapnel/pack/pack.hpp"
+#include "grapnel/spatial/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -1,4 +1,4 @@
-#include "grapnel/finite_elements/expanded_nodes.hpp"
+#include "grapnel/import/expanded_nodes.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>

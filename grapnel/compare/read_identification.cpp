@@ -12,7 +12,7 @@
 #include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/campaign/study_document.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/fit/identification.hpp"
+#include "grapnel/compare/identification.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
