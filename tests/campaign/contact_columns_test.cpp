@@ -11,10 +11,10 @@
 namespace grapnel {
 namespace contact_columns_test {
 
-using testing::Contains;
-using testing::Each;
-using testing::Not;
-using testing::StartsWith;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr const char* kText =
     "schema: grapnel-scenario/1\n"

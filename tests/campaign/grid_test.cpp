@@ -6,7 +6,7 @@
 namespace grapnel {
 namespace grid_test {
 
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 TEST(Grid, TheFirstAxisVariesSlowest) {
   const std::vector<std::size_t> sizes{2, 3, 2};
@@ -18,10 +18,10 @@ TEST(Grid, TheFirstAxisVariesSlowest) {
 }
 
 TEST(Grid, RangesHaveExactEnds) {
-  EXPECT_THAT(spaced_values(0, 0.3, 4, false), ElementsAre(0, testing::DoubleEq(0.1), testing::DoubleEq(0.2), 0.3));
+  EXPECT_THAT(spaced_values(0, 0.3, 4, false), ElementsAre(0, ::testing::DoubleEq(0.1), ::testing::DoubleEq(0.2), 0.3));
   EXPECT_EQ(spaced_values(0.1, 0.7, 7, false).back(), 0.7);
   EXPECT_THAT(spaced_values(0.01, 100, 5, true),
-              ElementsAre(0.01, testing::DoubleEq(0.1), testing::DoubleEq(1), testing::DoubleEq(10), 100));
+              ElementsAre(0.01, ::testing::DoubleEq(0.1), ::testing::DoubleEq(1), ::testing::DoubleEq(10), 100));
 }
 
 }  // namespace grid_test

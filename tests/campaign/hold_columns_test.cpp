@@ -52,7 +52,7 @@ TEST(HoldColumns, LoadAndLosses) {
 TEST(HoldColumns, SumsOfSlips) {
   StudyCase point = with_limits();
   const std::string effector = point.problem.grasps[0].end_effector, grasp = "grasps/" + effector + "/";
-  EXPECT_THAT(names(point), testing::Not(testing::Contains(grasp + "slips")));
+  EXPECT_THAT(names(point), ::testing::Not(::testing::Contains(grasp + "slips")));
   point.problem.grasps[0].holds->beyond = GraspLimits::Beyond::slips;
   CaptureResult r;
   r.status = CaptureStatus::completed;
@@ -71,9 +71,9 @@ TEST(HoldColumns, SumsOfSlips) {
 TEST(HoldColumns, OnlyGraspsWithLimitsHaveThem) {
   StudyCase point = with_limits();
   const std::string other = "grasps/" + point.problem.grasps[1].end_effector + "/load_used";
-  EXPECT_THAT(names(point), testing::Not(testing::Contains(other)));
+  EXPECT_THAT(names(point), ::testing::Not(::testing::Contains(other)));
   point.problem.grasps[1].holds = GraspLimits{};
-  EXPECT_THAT(names(point), testing::Contains(other));
+  EXPECT_THAT(names(point), ::testing::Contains(other));
 }
 
 }  // namespace hold_columns_test

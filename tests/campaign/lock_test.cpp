@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::TemporaryFolder;
 using test::write_bytes;
-using testing::HasSubstr;
-using testing::MatchesRegex;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 
 // The reason for a refused lock; empty if the lock is granted.
 std::string refusal(const fs::path& folder, const std::string& writer = "") {

@@ -18,7 +18,7 @@
 namespace grapnel {
 namespace optimize_test {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 const std::string kPlanned = test::shipped("scenarios/thesis/open-loop-case-1-planned.yaml");
 
@@ -200,7 +200,7 @@ TEST(Optimize, ReportsUncheckedFeasibility) {
               HasSubstr("\nfeasible: before not checked, after not checked\n"));
   const nlohmann::json written = nlohmann::json::parse(comparison_json(optimization, outcome, &best, ""));
   EXPECT_EQ(written["feasibility"]["after"], "not checked");
-  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
+  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), ::testing::IsEmpty());
 }
 
 TEST(Optimize, WithoutAcceptablePointNamesTheNearestLimit) {
@@ -213,7 +213,7 @@ TEST(Optimize, WithoutAcceptablePointNamesTheNearestLimit) {
   ASSERT_TRUE(outcome.nearest);
   const nlohmann::json written = nlohmann::json::parse(comparison_json(optimization, outcome, nullptr, ""));
   EXPECT_EQ(written["best"], nullptr);
-  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
+  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), ::testing::IsEmpty());
   EXPECT_EQ(outcome.beyond_limits(), outcome.count(CaseStatus::ok));
   EXPECT_THAT(why_nothing_is_best(optimization, outcome),
               HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is violated, with "));

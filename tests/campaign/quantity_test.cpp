@@ -14,7 +14,7 @@
 namespace grapnel {
 namespace quantity_test {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using testing::Throws;
 
 constexpr double kDegree = std::numbers::pi / 180;

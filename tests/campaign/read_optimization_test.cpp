@@ -10,9 +10,9 @@
 namespace grapnel {
 namespace read_optimization_test {
 
-using testing::ElementsAre;
-using testing::EndsWith;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
 
 std::vector<std::string> faults_of(const std::string& text) {
   const test::Folder folder;

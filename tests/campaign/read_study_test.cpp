@@ -11,11 +11,11 @@
 namespace grapnel {
 namespace read_study_test {
 
-using testing::AllOf;
-using testing::Contains;
-using testing::ElementsAre;
-using testing::EndsWith;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
 
 // The messages of all errors, without the folder.
 std::vector<std::string> faults_of(const std::string& text) {

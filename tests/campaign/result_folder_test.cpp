@@ -13,11 +13,11 @@
 namespace grapnel {
 namespace result_folder_test {
 
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::Field;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 namespace fs = std::filesystem;
 
@@ -62,7 +62,7 @@ TEST(ResultFolder, AStoppedRunLeavesTheResultsSoFar) {
                          {.quiet = true, .no_report = true, .warnings = {}, .stop = stop.get_token()}, heard),
             Ending::interrupted);
   EXPECT_THAT(heard.messages,
-              testing::Contains(is(Message::Kind::remark, "file.yaml: stopped; the results so far are in")));
+              ::testing::Contains(is(Message::Kind::remark, "file.yaml: stopped; the results so far are in")));
   EXPECT_TRUE(fs::exists(folder.path() / "summary.json"));
   EXPECT_THAT(heard.notes, IsEmpty());
   EXPECT_EQ(heard.progress, 0);
@@ -77,7 +77,7 @@ TEST(ResultFolder, ASweepTellsOfFailedPoints) {
   Heard heard;
   EXPECT_EQ(run_sweep_folder(load_study(file), folder.path(), {.no_report = true}, heard), Ending::some_failed);
   EXPECT_THAT(heard.messages,
-              testing::Contains(is(Message::Kind::warning, "study.yaml: warning: 2 of 3 points are not ok")));
+              ::testing::Contains(is(Message::Kind::warning, "study.yaml: warning: 2 of 3 points are not ok")));
   EXPECT_TRUE(fs::exists(folder.path() / "study.json"));
   EXPECT_FALSE(fs::exists(folder.path() / "table.partial.csv"));
 }
@@ -102,7 +102,7 @@ TEST(ResultFolder, ACampaignResumesAndRefusesTheFolderOfAnother) {
   options.stop = {};
   heard = {};
   EXPECT_EQ(run_campaign_folder(campaign, results, options, heard), Ending::done);
-  EXPECT_THAT(heard.messages, testing::Each(Field(&Message::kind, Message::Kind::warning)));
+  EXPECT_THAT(heard.messages, ::testing::Each(Field(&Message::kind, Message::Kind::warning)));
   EXPECT_TRUE(fs::exists(results / "campaign.json") && fs::exists(results / "table.csv"));
   heard = {};
   Campaign other = campaign;

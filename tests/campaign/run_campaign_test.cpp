@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::fake_campaign;
 using test::TemporaryFolder;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr std::uint64_t kCases = 256 * 20 + 7;
 

@@ -17,8 +17,8 @@
 namespace grapnel {
 namespace run_study_test {
 
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 std::string thesis(const std::string& name) { return test::shipped("scenarios/thesis/" + name); }
 
@@ -95,7 +95,7 @@ TEST(RunStudy, APointThatBreaksConservationHasFailed) {
   for (std::size_t i : {1, 2}) {
     const CaseRow& row = rows[i];
     EXPECT_EQ(row.status, CaseStatus::failed);
-    EXPECT_THAT(row.reason, testing::MatchesRegex("conservation check failed: energy_drift is .*, bound 1e-10"));
+    EXPECT_THAT(row.reason, ::testing::MatchesRegex("conservation check failed: energy_drift is .*, bound 1e-10"));
     EXPECT_EQ(row.values[pass], 0);
     EXPECT_TRUE(std::isnan(row.values[captured]));
   }
@@ -140,9 +140,9 @@ TEST(RunStudy, ColumnsMayBeChosen) {
       "study.yaml", mixed_study() + "columns: [grasps/*/impulse_magnitude, base/velocity_change, captured]\n"));
   std::vector<std::string> names;
   for (const Column& c : study.columns) names.push_back(c.name);
-  EXPECT_THAT(names, testing::ElementsAre("captured", "captured/judged", "grasps/tip-1/impulse_magnitude",
-                                          "grasps/tip-2/impulse_magnitude", "base/velocity_change/x",
-                                          "base/velocity_change/y", "base/velocity_change/z"));
+  EXPECT_THAT(names, ::testing::ElementsAre("captured", "captured/judged", "grasps/tip-1/impulse_magnitude",
+                                            "grasps/tip-2/impulse_magnitude", "base/velocity_change/x",
+                                            "base/velocity_change/y", "base/velocity_change/z"));
 }
 
 // --- Invariants at a fixed configuration ---

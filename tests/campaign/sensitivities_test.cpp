@@ -19,7 +19,7 @@
 namespace grapnel {
 namespace sensitivities_test {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 // ---- Functions of numbers ----
 

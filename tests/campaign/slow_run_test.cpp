@@ -6,9 +6,9 @@
 namespace grapnel {
 namespace slow_run_test {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 CaptureProblem stiff_problem() {
   CaptureProblem problem;
@@ -57,7 +57,7 @@ TEST(SlowRun, NamesPhaseAndSettings) {
   EXPECT_THAT(lines[0], HasSubstr("first: dry friction with a transition rate of 1e-06 rad/s or m/s (a larger "
                                   "friction.transition_rate of the robot's joints); controllers with kp up to 4e+07"));
   EXPECT_THAT(lines[1], HasSubstr("post_impact took 70000 steps for 50 s of motion (6 more were rejected)"));
-  EXPECT_THAT(lines[1], testing::Not(HasSubstr("controllers")));
+  EXPECT_THAT(lines[1], ::testing::Not(HasSubstr("controllers")));
 }
 
 // Joints held by drives have no friction to resolve, and ideal tracking has no controllers.

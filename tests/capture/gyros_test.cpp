@@ -16,7 +16,7 @@
 namespace grapnel {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 const std::string kScenario = std::string(GRAPNEL_SOURCE_DIR) + "/scenarios/control-moment-gyros.yaml";
 
