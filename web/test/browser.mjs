@@ -95,10 +95,14 @@ export function scenario(name) {
 // Options of open() for tests without the replay: its drawing without a graphics card takes half of a page's time.
 export const kUndrawn = { webgl: false };
 
+// Pixels per px of a screen, unless a test states another number: drawing without a graphics card takes a time in
+// proportion to the pixels, and layout does not depend on them.
+const kPixelRatio = 0.5;
+
 // Opens a file as a user does. `faults`: console errors, exceptions and requests; tests expect none. `webgl` false: no
 // canvas has WebGL, so the page has no replay. The other options are those of the browser's context.
 export async function open(file, { webgl = true, ...options } = {}, browser = undefined) {
-  const context = await (browser ?? (await (shared ??= launch()))).newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+  const context = await (browser ?? (await (shared ??= launch()))).newContext({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: kPixelRatio, acceptDownloads: true, ...options });
   if (!webgl)
     await context.addInitScript(() => {
       const original = HTMLCanvasElement.prototype.getContext;

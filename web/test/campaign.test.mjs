@@ -190,7 +190,7 @@ describe("success maps lead to their cases", () => {
     const legend = await p.locator("#study-success-map .st-legend").innerText();
     for (const name of ["captured", "soft", "nothing fails"]) assert.ok(legend.includes(name), legend);
     assert.ok((await p.locator("#study-influence").evaluate((e) => e.textContent)).includes("Unexplained by them one by one: 12 %"));
-    assert.match((await p.locator("#study-spread .st-card-title").innerText()).replace(/\u200b/g, ""), /against relative_speed/, "what matters most is the design's");
+    assert.match((await p.locator("#study-spread .st-card-title").innerText()).replace(/\u200b/g, ""), /against relative speed/, "what matters most is the design's");
     assert.deepEqual(faults, []);
     await context.close();
   });

@@ -191,3 +191,21 @@ test("tables without rows, columns or keys are tables too", () => {
   const none = s.sweepTable({ ...sweep(), values: [] });
   assert.ok(Number.isNaN(s.mainColumn(none).values[0]));
 });
+
+test("columns have names for people, which stay distinct", () => {
+  for (const [name, words] of [
+    ["grasps/tip-1/impulse_magnitude", "tip-1: impulse magnitude"],
+    ["grasps/tip-1/impulse/x", "tip-1: impulse x"],
+    ["largest of grasps/*/mean_force", "largest of grasps: mean force"],
+    ["norm of base/angular_velocity_change", "norm of base: angular velocity change"],
+    ["margins/a_b/moment", "margins: a b moment"],
+    ["approach_angle", "approach angle"],
+    ["targets[0].mass", "targets[0].mass"],
+  ])
+    assert.equal(s.plainName(name), words);
+  const data = sweep();
+  data.columns.push({ name: "joints/tip-1/impulse_magnitude", unit: "N m s", description: "" });
+  data.values.push(data.status.map(() => 0));
+  const { fields } = s.sweepTable(data);
+  assert.equal(new Set(fields.map((f) => f.words)).size, fields.length);
+});

@@ -6,6 +6,7 @@ import type { Change } from "../optimization_types";
 import { rowsToText } from "./csv";
 import { breakable } from "./describe";
 import { fileName } from "./export";
+import { plainName } from "./field";
 import { button, toggle } from "./ui";
 
 interface Row {
@@ -66,7 +67,7 @@ function section(name: string, rows: Row[]): HTMLElement {
     element(
       "tr",
       {},
-      element("th", { scope: "row" }, breakable(label(r.name, r.unit))),
+      element("th", { scope: "row" }, breakable(label(plainName(r.name), r.unit))),
       element("td", {}, r.remark ? element("span", { class: "st-muted" }, r.remark) : number(r.before)),
       element("td", {}, number(r.after)),
       element("td", {}, r.remark ? "" : change(r)),

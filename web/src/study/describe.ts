@@ -11,7 +11,7 @@ export function shownWithUnit(field: Field, value: number): string {
 }
 
 export function fieldLabel(field: Field): string {
-  return label(field.name, field.unit);
+  return label(field.words, field.unit);
 }
 
 // "Point 12", "Case 40313".
@@ -28,7 +28,7 @@ export function rowNumber(table: StudyTable, row: number): number {
 export function describePoint(table: StudyTable, point: number, fields: Field[]): string[] {
   const lines = [`${rowName(table, point)}${table.status[point] === "ok" ? "" : ` · ${table.status[point]}`}`];
   for (const field of new Set([...table.axes.slice(0, 8), ...fields])) {
-    lines.push(`${field.name}: ${shownWithUnit(field, field.values[point])}`);
+    lines.push(`${field.words}: ${shownWithUnit(field, field.values[point])}`);
   }
   if (table.reason[point]) lines.push(clipped(table.reason[point], 160));
   return lines;

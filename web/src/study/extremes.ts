@@ -44,7 +44,7 @@ function row(state: StudyState, field: Field): HTMLElement {
   return element(
     "tr",
     {},
-    element("th", { scope: "row", title: field.description }, breakable(fieldLabel(field))),
+    element("th", { scope: "row", title: `${field.name}: ${field.description}` }, breakable(fieldLabel(field))),
     element("td", {}, number(s.numbers > 0 ? s.least : null)),
     at(s.leastAt),
     element("td", {}, number(s.numbers > 0 ? s.greatest : null)),

@@ -1,10 +1,23 @@
 // The table of a study, campaign or optimization as columns of numbers. No DOM.
 import type { OptimizationData, SweepData, TableColumn } from "../data";
 
+// The name of a column for people: "tip-1: impulse magnitude" for "grasps/tip-1/impulse_magnitude", "largest of
+// grasps: mean force" for "largest of grasps/*/mean_force". Paths of a scenario such as "targets[0].mass" are unchanged.
+export function plainName(name: string): string {
+  if (/[.[]/.test(name)) return name;
+  const [, before, path] = /^(.* of )?(.*)$/.exec(name)!;
+  const parts = path.split("/").filter((part) => part !== "*");
+  const named = /^(grasps|joints|targets)$/.test(parts[0]) && parts.length > 2;
+  const [owner, ...rest] = named ? parts.slice(1) : parts;
+  const spaced = (text: string): string => text.replaceAll("_", " ");
+  return (before ?? "") + (rest.length === 0 ? spaced(owner) : `${named ? owner : spaced(owner)}: ${spaced(rest.join(" "))}`);
+}
+
 export type Role = "axis" | "combined" | "column";
 
 // One column. Its numbers are computed on first use: a study may have a hundred columns, of which few are displayed.
 export class Field {
+  words: string; // its name for people
   private made: Float64Array | null = null;
   private distinct: number[] | null = null;
 
@@ -17,7 +30,9 @@ export class Field {
     private readonly make: () => Float64Array,
     readonly labels: string[] | null = null, // values count from 0 into them
     readonly colors: string[] | null = null, // of the labels, if they have a meaning
-  ) {}
+  ) {
+    this.words = plainName(name);
+  }
 
   // Per point; NaN without a value.
   get values(): Float64Array {
@@ -75,6 +90,9 @@ function columnFields(columns: TableColumn[], values: (number | null)[][], size:
 
 export function tableOf(size: number, status: string[], reason: string[], axes: Field[], columns: Field[]): StudyTable {
   const fields = [...axes, ...combinedFields(columns, size), ...columns];
+  const count = new Map<string, number>();
+  for (const { words } of fields) count.set(words, (count.get(words) ?? 0) + 1);
+  for (const field of fields) if (count.get(field.words)! > 1) field.words = field.name; // grasps and joints of one name
   const byName = new Map<string, Field>();
   for (const field of fields) if (!byName.has(field.name)) byName.set(field.name, field);
   return { size, status, reason, fields, axes, noun: "point", numbers: null, find: (name) => byName.get(name) };

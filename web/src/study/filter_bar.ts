@@ -46,10 +46,10 @@ export function filterBar(state: StudyState, of = ""): HTMLElement {
 function rangeText(r: Range): string {
   if (r.field.labels) {
     const names = r.field.labels.filter((_, k) => k >= r.from && k <= r.to);
-    return `${r.field.name}: ${names.join(", ") || "none"}`;
+    return `${r.field.words}: ${names.join(", ") || "none"}`;
   }
   const end = (v: number): string => (Number.isFinite(v) ? number(v) : "any");
-  return `${r.field.name}: ${end(r.from)} … ${end(r.to)} ${unitText(r.field.unit)}`.trim();
+  return `${r.field.words}: ${end(r.from)} … ${end(r.to)} ${unitText(r.field.unit)}`.trim();
 }
 
 function rangeForm(state: StudyState): HTMLElement {

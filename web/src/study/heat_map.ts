@@ -58,7 +58,7 @@ export class HeatMap {
     const { axes, fields } = this.state.table;
     const open = axes.filter((a) => a.levels.length > 1);
     const columns = fields.filter((f) => f.role !== "axis");
-    const options = open.map((a) => ({ value: a.key, text: a.name }));
+    const options = open.map((a) => ({ value: a.key, text: a.words }));
     const pick = (key: string): Field => open.find((a) => a.key === key) ?? open[0];
     const take = (role: "x" | "y", axis: Field): void => {
       const other = role === "x" ? "y" : "x";
@@ -70,7 +70,7 @@ export class HeatMap {
     };
     const held = open.filter((a) => this.held.has(a.key)).map((axis) => {
       const values = axis.levels.map((v) => ({ value: String(v), text: shownWithUnit(axis, v) }));
-      return select(axis.name, values, String(this.held.get(axis.key)), (v) => (this.held.set(axis.key, Number(v)), this.draw()));
+      return select(axis.words, values, String(this.held.get(axis.key)), (v) => (this.held.set(axis.key, Number(v)), this.draw()));
     });
     this.card.controls.replaceChildren(
       select("Column", fieldOptions(columns), this.value.key, (key) => {
@@ -105,7 +105,7 @@ export class HeatMap {
     this.pointAt(plot);
     const grid = element("div", { class: "st-map" }, plot, numbers > 0 && this.ramp(color));
     this.card.body.replaceChildren(grid);
-    this.card.setTitle(`${this.value.name} over ${this.x.name} and ${this.y.name}`);
+    this.card.setTitle(`${this.value.words} over ${this.x.words} and ${this.y.words}`);
     const without = this.cells.length - numbers;
     this.card.setLegend(without > 0 ? [{ color: "#d55e00", text: "failed, unreachable or without a value", shape: "cross" }] : []);
     this.card.note.textContent = this.log && least <= 0 ? "Colours stay linear: not all values are positive." : "";

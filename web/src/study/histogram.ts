@@ -48,7 +48,7 @@ export class Histogram {
     if (this.width === 0 || !this.field) return;
     const { bins, missing } = binsOf(this.field, this.state.passing, this.width < 420 ? 18 : 30);
     this.bins = bins;
-    this.card.setTitle(`Distribution of ${this.field.name}`);
+    this.card.setTitle(`Distribution of ${this.field.words}`);
     const missingNote = missing > 0 ? `${plural(missing, "point")} without a value.` : "";
     this.card.note.textContent = bins.length === 0 ? "No point has a value here." : `${missingNote} A click on a bar keeps only its points.`.trim();
     if (bins.length === 0) return this.card.body.replaceChildren();

@@ -6,6 +6,7 @@ import { onThemeChange } from "../plots/theme_colors";
 import { isGeometric, isWide, linePlan, mainColumn } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
 import { pointsToText } from "./csv";
+import { failureStrip, kStrip } from "./failure_strip";
 import { clipped, describePoint, fieldLabel, plural, shownWithUnit } from "./describe";
 import type { LegendItem } from "./export";
 import type { Field } from "./field";
@@ -69,7 +70,7 @@ export class LineChart {
     const axis = (key: string): Field | null => axes.find((a) => a.key === key) ?? null;
     const options = (none: string): { value: string; text: string }[] => [
       { value: "", text: none },
-      ...axes.map((a) => ({ value: a.key, text: a.name })),
+      ...axes.map((a) => ({ value: a.key, text: a.words })),
     ];
     const controls: HTMLElement[] = this.y.map((one, k) => this.columnSelect(columns, one, k));
     if (this.y.length > 0 && this.y.length < kDashes.length && columns.length > this.y.length) controls.push(this.addColumn(columns));
@@ -90,7 +91,7 @@ export class LineChart {
       this.change();
     });
     if (k === 0) return box;
-    const remove = button("×", () => (this.y.splice(k, 1), this.change()), { "aria-label": `Take away ${one.name}` });
+    const remove = button("×", () => (this.y.splice(k, 1), this.change()), { "aria-label": `Take away ${one.words}` });
     return element("span", { class: "st-joined" }, box, remove);
   }
 
@@ -103,7 +104,7 @@ export class LineChart {
 
   private heldSelect(axis: Field): HTMLElement {
     const options = [{ value: "", text: "all" }, ...axis.levels.map((v) => ({ value: String(v), text: shownWithUnit(axis, v) }))];
-    return select(axis.name, options, String(this.held.get(axis.key) ?? ""), (value) => {
+    return select(axis.words, options, String(this.held.get(axis.key) ?? ""), (value) => {
       if (value === "") this.held.delete(axis.key);
       else this.held.set(axis.key, Number(value));
       this.draw();
@@ -141,7 +142,7 @@ export class LineChart {
       for (const panel of panels) grid.append(this.panel(panel, fields, width, count > 1));
     }
     this.card.body.replaceChildren(grid);
-    this.card.setTitle(`${this.y.map((f) => f.name).join(", ")} against ${this.x?.name ?? "the number of the point"}`);
+    this.card.setTitle(`${this.y.map((f) => f.words).join(", ")} against ${this.x?.words ?? "the number of the point"}`);
     this.card.setLegend(this.legend(panels));
     this.card.note.textContent = this.note(panels, leftOut);
   }
@@ -162,17 +163,20 @@ export class LineChart {
       const levels = this.lines.levels;
       const few = levels.length <= 12 ? levels : [levels[0], levels[levels.length >> 1], levels[levels.length - 1]];
       const colored = this.lines;
-      few.forEach((v, k) => items.push({ color: color(v), text: clipped(`${k === 0 ? `${colored.name} ` : ""}${shownWithUnit(colored, v)}`, 60) }));
+      few.forEach((v, k) => items.push({ color: color(v), text: clipped(`${k === 0 ? `${colored.words} ` : ""}${shownWithUnit(colored, v)}`, 60) }));
     }
-    if (this.y.length > 1) this.y.forEach((f, k) => items.push({ color: "#777777", dash: kDashes[k], text: f.name }));
-    const crosses = panels.some((p) => p.lines.some((l) => l.points.some((k) => this.y.some((f) => !Number.isFinite(f.values[k])))));
-    if (crosses) items.push({ color: "#d55e00", text: "failed, unreachable or without a value", shape: "cross" });
+    if (this.y.length > 1) this.y.forEach((f, k) => items.push({ color: "#777777", dash: kDashes[k], text: f.words }));
+    if (panels.some((p) => this.lacksValues(p, this.y))) items.push({ color: "#d55e00", text: "failed, unreachable or without a value", shape: "cross" });
     return items;
+  }
+
+  private lacksValues(panel: Panel, fields: Field[]): boolean {
+    return panel.lines.some((line) => line.points.some((k) => fields.some((f) => !Number.isFinite(f.values[k]))));
   }
 
   private panel(panel: Panel, fields: Field[], width: number, small: boolean): HTMLElement {
     const height = Math.round(Math.min(small ? 270 : 400, Math.max(240, width * 0.62)));
-    const title = this.panels ? clipped(`${this.panels.labels ? "" : `${this.panels.name} `}${shownWithUnit(this.panels, panel.level)}`, width / 7) : "";
+    const title = this.panels ? clipped(`${this.panels.labels ? "" : `${this.panels.words} `}${shownWithUnit(this.panels, panel.level)}`, width / 7) : "";
     const plot = this.plot(panel, fields, width, height) as SVGSVGElement & Plot.Plot;
     plot.setAttribute("role", "img");
     plot.setAttribute("aria-label", `${fields.map(fieldLabel).join(", ")} against ${this.x ? fieldLabel(this.x) : "point"}${title ? `, ${title}` : ""}`);
@@ -205,13 +209,15 @@ export class LineChart {
     const y: Plot.ScaleOptions = { ...axisOptions(null, name, false, width - 30), domain: this.domain(fields), grid: true, nice: true, ticks: Math.max(3, height / 55) };
     if (this.log) Object.assign(y, axisOptions(fields[0], name, true, height), { label: clipped(name, (width - 30) / 6.6), nice: false });
     const x: Plot.ScaleOptions = axisOptions(this.x, "point", this.x !== null && isGeometric(this.x), width - 80);
-    const marks: Plot.Markish[] = [];
+    const margin = { left: 58, bottom: 42, right: 14 };
+    const strip = this.lacksValues(panel, fields);
+    const marks: Plot.Markish[] = strip ? [failureStrip(width, height, margin)] : [];
     if (!this.log) marks.push(Plot.ruleY([0], { stroke: "currentColor", strokeOpacity: 0.35 }));
     fields.forEach((field) => marks.push(...this.marks(panel, field)));
-    return Plot.plot({ width, height, marginLeft: 58, marginBottom: 42, marginTop: 26, marginRight: 14, style: kStyle, x, y, color: { type: "identity" }, marks });
+    return Plot.plot({ width, height, marginLeft: margin.left, marginBottom: margin.bottom, marginTop: 26, marginRight: margin.right, insetBottom: strip ? kStrip : 0, style: kStyle, x, y, color: { type: "identity" }, marks });
   }
 
-  // Lines with dots; points that fail the filter are faint; crosses on the axis mark missing values.
+  // Lines with dots; points that fail the filter are faint; crosses below the plot area mark missing values.
   private marks(panel: Panel, field: Field): Plot.Markish[] {
     const color = levelColor(this.lines);
     const passing = this.state.passing;
@@ -229,7 +235,7 @@ export class LineChart {
     if (withDots.length <= kMaxDots) marks.push(Plot.dot(withDots, { ...channels, fill: channels.stroke, r: withDots.length > 400 ? 1.6 : this.x?.labels ? 4 : 2.6, stroke: null }));
     const none = all.filter((r) => !Number.isFinite(field.values[r.k]));
     if (none.length > 0 && none.length <= kMaxDots)
-      marks.push(Plot.dot(none, { x: channels.x, frameAnchor: "bottom", dy: -5, symbol: "times", r: 3.5, stroke: "#d55e00", strokeWidth: 1.5 }));
+      marks.push(Plot.dot(none, { x: channels.x, frameAnchor: "bottom", dy: -kStrip / 2, symbol: "times", r: 3.5, stroke: "#d55e00", strokeWidth: 1.5 }));
     return marks;
   }
 
@@ -241,7 +247,7 @@ export class LineChart {
       for (const line of panel.lines) {
         for (const k of line.points) {
           const v = field.values[k];
-          const py = Number.isFinite(v) && sy ? sy.apply(v) : height - 42 - 5;
+          const py = Number.isFinite(v) && sy ? sy.apply(v) : height - 42 - kStrip / 2;
           const px = sx.apply(this.xOf(k));
           if (Number.isFinite(px) && Number.isFinite(py)) spots.add(k, px, py);
         }

@@ -5,6 +5,7 @@ import { element } from "../dom";
 import { lineColor, onThemeChange } from "../plots/theme_colors";
 import { chartCard, type ChartCard } from "./chart_card";
 import { pointsToText } from "./csv";
+import { failureStrip, kStrip } from "./failure_strip";
 import { describePoint, fieldLabel, plural } from "./describe";
 import type { LegendItem } from "./export";
 import { Field } from "./field";
@@ -91,19 +92,21 @@ export class OutcomeChart {
     const { least, greatest } = span([...objective.values, this.spec.before ?? NaN]);
     const step = Math.ceil(this.state.table.size / kMaxVectorDots);
     const points = Array.from({ length: this.state.table.size }, (_, k) => k).filter((k) => k % step === 0 || k === search.best);
+    const margin = { left: 62, bottom: 42, right: 14 };
+    const strip = points.some((k) => search.outcome[k] === "none");
     const plot = Plot.plot({
-      width, height, marginLeft: 62, marginBottom: 42, marginTop: 26, marginRight: 14, style: kStyle,
+      width, height, marginLeft: margin.left, marginBottom: margin.bottom, marginTop: 26, marginRight: margin.right, insetBottom: strip ? kStrip : 0, style: kStyle,
       x: axisOptions(field, "evaluation", false, width - 76),
       y: { ...axisOptions(objective, "", this.log, height, width - 20), domain: domainOf(least, greatest, this.log), grid: true, nice: !this.log, ...(this.log ? {} : { ticks: Math.max(3, height / 60) }) },
       color: { type: "identity" },
-      marks: this.marks(points, x, y, field === null),
+      marks: [...(strip ? [failureStrip(width, height, margin)] : []), ...this.marks(points, x, y, field === null)],
     }) as SVGSVGElement & Plot.Plot;
     plot.setAttribute("role", "img");
     plot.setAttribute("aria-label", `${fieldLabel(objective)} against ${field ? fieldLabel(field) : "evaluation"}`);
     const spots = new Spots();
     const [sx, sy] = [plot.scale("x"), plot.scale("y")];
     for (const k of points) {
-      const py = Number.isFinite(y(k)) ? sy!.apply(y(k)) : height - 47;
+      const py = Number.isFinite(y(k)) ? sy!.apply(y(k)) : height - margin.bottom - kStrip / 2;
       const px = sx?.apply(x(k));
       if (Number.isFinite(px) && Number.isFinite(py)) spots.add(k, px, py);
     }
@@ -121,7 +124,7 @@ export class OutcomeChart {
     const dotStyle = { x, y, r: points.length > 400 ? 2 : 3.2, opacity: (k: number) => (passing[k] ? 1 : 0.2) };
     marks.push(Plot.dot(of("beyond"), { ...dotStyle, stroke: kOutcomeColors.beyond, strokeWidth: 1.2, fill: "none" }));
     marks.push(Plot.dot(of("acceptable"), { ...dotStyle, fill: (k: number) => this.color(k), stroke: "none" }));
-    marks.push(Plot.dot(of("none"), { x, frameAnchor: "bottom", dy: -5, symbol: "times", r: 3, stroke: kOutcomeColors.none, strokeWidth: 1.3 }));
+    marks.push(Plot.dot(of("none"), { x, frameAnchor: "bottom", dy: -kStrip / 2, symbol: "times", r: 3, stroke: kOutcomeColors.none, strokeWidth: 1.3 }));
     if (history) marks.push(Plot.line(points, { x, y: (k: number) => search.bestSoFar[k], curve: "step-after", stroke: "#d55e00", strokeWidth: 1.8 }));
     if (search.best !== null) marks.push(Plot.dot([search.best], { x, y, r: 6, stroke: "#e69f00", strokeWidth: 2.2, fill: "none" }));
     return marks;

@@ -65,7 +65,7 @@ export class ParallelCoordinates {
       this.draw();
     };
     const chips = this.fields.map((f) =>
-      button(`${f.name} ×`, () => ((this.fields = this.fields.filter((o) => o !== f)), change()), { class: "st-chip", "aria-label": `Take away ${f.name}` }),
+      button(`${f.words} ×`, () => ((this.fields = this.fields.filter((o) => o !== f)), change()), { class: "st-chip", "aria-label": `Take away ${f.words}` }),
     );
     this.card.controls.replaceChildren(
       select("Add", [{ value: "", text: "an axis or column …" }, ...fieldOptions(left)], "", (key) => {
@@ -151,7 +151,7 @@ export class ParallelCoordinates {
     const by = this.color;
     const color = by ? levelColor(by) : null;
     const apart = by && isApart(by);
-    this.card.setLegend(by && color && apart ? by.levels.map((v) => ({ color: color(v), text: clipped(by.colors ? shown(by, v) : `${by.name} ${shown(by, v)}`, 60) })) : []);
+    this.card.setLegend(by && color && apart ? by.levels.map((v) => ({ color: color(v), text: clipped(by.colors ? shown(by, v) : `${by.words} ${shown(by, v)}`, 60) })) : []);
     if (!by || apart || span(by.values).numbers === 0) return;
     const made = Plot.legend({ color: { ...this.colorScale(by), label: fieldLabel(by) }, width: Math.min(300, this.width - 20), marginLeft: 12, marginRight: 12, ticks: 4, style: kStyle });
     this.card.body.append(element("div", { class: "st-ramp" }, made as unknown as Node));
@@ -165,7 +165,7 @@ export class ParallelCoordinates {
       const group = svgElement("g", { class: "st-axis" });
       const lines = wrapped(fieldLabel(axis.field), chars, 4);
       lines.forEach((text, row) => group.append(svgElement("text", { class: "st-axis-name", x: axis.x, y: kTop - 14 - (lines.length - 1 - row) * 14, "text-anchor": "middle" }, text)));
-      group.append(svgElement("title", {}, `${axis.field.name}: ${axis.field.description}`));
+      group.append(svgElement("title", {}, `${axis.field.words}: ${axis.field.description}`));
       group.append(svgElement("path", { class: "st-axis-line", d: `M${axis.x},${kTop}V${kHeight - kBottom}` }));
       this.drawTicks(group, axis, k === this.axes.length - 1);
       this.drawBrush(group, axis);

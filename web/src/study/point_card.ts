@@ -48,9 +48,9 @@ function content(spec: PointCardSpec, neighbours: Neighbours, point: number, ope
   const more = spec.more?.(point);
   if (more) parts.push(element("p", { class: "st-more" }, more));
   const informative = informativeColumns(table, 6);
-  if (informative.length > 0) parts.push(group("Telling columns", "informative", informative, point, open, (f) => f.name));
+  if (informative.length > 0) parts.push(group("Telling columns", "informative", informative, point, open, (f) => f.words));
   for (const [name, fields] of grouped(table.fields.filter((f) => f.role === "column"))) {
-    parts.push(group(name || "other columns", `group:${name}`, fields, point, open, (f) => f.name.slice(name ? name.length + 1 : 0)));
+    parts.push(group(name || "other columns", `group:${name}`, fields, point, open, (f) => f.name.slice(name ? name.length + 1 : 0).replaceAll("_", " ").replaceAll("/", " ")));
   }
   return parts;
 }
@@ -72,12 +72,12 @@ function axes(spec: PointCardSpec, neighbours: Neighbours, point: number): HTMLE
   const rows = state.table.axes.map((axis, k) => {
     const step = (by: number): HTMLButtonElement => {
       const to = neighbours.step(point, k, by);
-      const made = button(by < 0 ? "−" : "+", () => to !== undefined && state.select(to), { class: "st-button st-step", "aria-label": `${by < 0 ? "Less" : "More"} ${axis.name}` });
+      const made = button(by < 0 ? "−" : "+", () => to !== undefined && state.select(to), { class: "st-button st-step", "aria-label": `${by < 0 ? "Less" : "More"} ${axis.words}` });
       made.disabled = to === undefined;
       return made;
     };
     const steps = spec.steps && axis.levels.length > 1 && element("span", { class: "st-steps" }, step(-1), step(1));
-    return element("tr", {}, element("th", { scope: "row", title: axis.description }, breakable(axis.name)), element("td", axis.labels ? {} : { class: "st-unbroken" }, shownWithUnit(axis, axis.values[point])), spec.steps && element("td", { class: "st-steps-cell" }, steps));
+    return element("tr", {}, element("th", { scope: "row", title: `${axis.name}: ${axis.description}` }, breakable(axis.words)), element("td", axis.labels ? {} : { class: "st-unbroken" }, shownWithUnit(axis, axis.values[point])), spec.steps && element("td", { class: "st-steps-cell" }, steps));
   });
   return element("table", { class: `st-values st-axes-values${spec.steps ? "" : " st-stepless"}` }, element("tbody", {}, ...rows));
 }
@@ -87,7 +87,7 @@ function group(title: string, key: string, fields: Field[], point: number, open:
   const fill = (): void => {
     if (made.childElementCount > 1) return;
     const rows = fields.map((f) =>
-      element("tr", {}, element("th", { scope: "row", title: f.description }, breakable(name(f))), element("td", {}, shown(f, f.values[point])), element("td", { class: "st-unit" }, unitText(f.unit))),
+      element("tr", {}, element("th", { scope: "row", title: `${f.name}: ${f.description}` }, breakable(name(f))), element("td", {}, shown(f, f.values[point])), element("td", { class: "st-unit" }, unitText(f.unit))),
     );
     made.append(element("table", { class: "st-values" }, element("tbody", {}, ...rows)));
   };

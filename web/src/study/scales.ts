@@ -19,7 +19,7 @@ export function columnsFor(panels: number, width: number, least: number): number
 export function axisOptions(field: Field | null, name: string, log: boolean, pixels: number, room = pixels): Plot.ScaleOptions {
   const letters = Math.max(12, Math.floor(room / 6.6));
   if (!field) return { label: shortened(name, letters), labelArrow: "none" };
-  const title = label(shortened(field.name, letters - field.unit.length - 3), shortened(field.unit, letters - 3));
+  const title = label(shortened(field.words, letters - field.unit.length - 3), shortened(field.unit, letters - 3));
   if (field.labels) {
     const ticks = field.labels.map((_, k) => k);
     const each = Math.max(4, Math.floor(pixels / Math.max(1, ticks.length) / 6.5));

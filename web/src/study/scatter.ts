@@ -73,7 +73,7 @@ export class Scatter {
     if (this.width === 0) return;
     const points = this.shown();
     const without = this.state.table.size - points.length;
-    this.card.setTitle(`${this.y.name} against ${this.x.name}`);
+    this.card.setTitle(`${this.y.words} against ${this.x.words}`);
     this.card.note.textContent = points.length === 0 ? "No point has both values." : without > 0 ? `${plural(without, "point")} not shown here.` : "";
     this.card.setLegend(points.length > 0 ? this.legend() : []);
     if (points.length === 0) return this.card.body.replaceChildren();
@@ -105,7 +105,7 @@ export class Scatter {
     const by = this.color;
     if (!by || !isApart(by)) return [];
     const color = levelColor(by);
-    return by.levels.map((v, k) => ({ color: color(v), text: clipped(`${k === 0 ? `${by.name} ` : ""}${shownWithUnit(by, v)}`, 60), shape: "dot" as const }));
+    return by.levels.map((v, k) => ({ color: color(v), text: clipped(`${k === 0 ? `${by.words} ` : ""}${shownWithUnit(by, v)}`, 60), shape: "dot" as const }));
   }
 
   private ramp(): HTMLElement | null {

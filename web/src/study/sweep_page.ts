@@ -55,8 +55,8 @@ function remark(table: StudyTable, point: number): string {
   const main = mainColumn(table);
   if (!main || table.size < 2) return "";
   const s = span(main.values);
-  if (s.greatestAt === point) return `Maximum of all points: ${breakable(main.name)}.`;
-  return s.leastAt === point ? `Minimum of all points: ${breakable(main.name)}.` : "";
+  if (s.greatestAt === point) return `Maximum of all points: ${breakable(main.words)}.`;
+  return s.leastAt === point ? `Minimum of all points: ${breakable(main.words)}.` : "";
 }
 
 const kSimulated: Record<string, string> = {
@@ -107,8 +107,8 @@ function extremeTiles(table: StudyTable, main: Field): Tile[] {
   const unit = main.unit === "1" ? "" : main.unit;
   const where = (k: number): string => table.axes.slice(0, 4).map((a) => `${shown(a, a.values[k])}${a.labels || a.unit === "1" || !a.unit ? "" : ` ${unitText(a.unit)}`}`).join(", ");
   return [
-    { name: "least", value: number(s.least), unit, detail: `${breakable(main.name)} at ${where(s.leastAt)}` },
-    { name: "greatest", value: number(s.greatest), unit, detail: `${breakable(main.name)} at ${where(s.greatestAt)}` },
+    { name: "least", value: number(s.least), unit, detail: `${breakable(main.words)} at ${where(s.leastAt)}` },
+    { name: "greatest", value: number(s.greatest), unit, detail: `${breakable(main.words)} at ${where(s.greatestAt)}` },
   ];
 }
 
@@ -118,6 +118,6 @@ function axesList(table: StudyTable): HTMLElement {
     const few = v.length <= 8 ? v.map((x) => shown(a, x)).join(", ") : `${shown(a, v[0])} … ${shown(a, v[v.length - 1])} (${v.length})`;
     return a.unit && a.unit !== "1" ? `${few} ${unitText(a.unit)}` : few;
   };
-  const rows = table.axes.map((a) => element("tr", {}, element("th", { scope: "row" }, a.name), element("td", { class: "st-left" }, values(a)), element("td", { class: "st-left" }, a.description)));
+  const rows = table.axes.map((a) => element("tr", {}, element("th", { scope: "row", title: a.name }, a.words), element("td", { class: "st-left" }, values(a)), element("td", { class: "st-left" }, a.description)));
   return element("div", { class: "st-scroll" }, element("table", { class: "st-grid" }, element("tbody", {}, ...rows)));
 }

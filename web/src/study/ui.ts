@@ -42,7 +42,7 @@ const kGroups: Record<Field["role"], string> = { axis: "Axes", combined: "Combin
 export function fieldOptions(fields: Field[]): Option[] {
   return fields.map((f) => {
     const owner = f.name.match(/^(grasps\/[^/]+|joints|margins|base|end|ledger)\//)?.[1];
-    return { value: f.key, text: f.name, group: f.role === "column" && owner ? owner : kGroups[f.role] };
+    return { value: f.key, text: f.words, group: f.role === "column" && owner ? owner : kGroups[f.role] };
   });
 }
 
