@@ -317,7 +317,7 @@ TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
   base.clearance.enabled = false;
   base.output_interval = 0;
   Campaign campaign;
-  campaign.cases = test::kSanitized ? 10 : 40;
+  campaign.cases = test::kSanitized ? 10 : 24;
   campaign.columns = standard_columns(base, true);
   std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });
   campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
@@ -334,7 +334,9 @@ TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
     const std::vector<CaseRow> all = run_block_in_lanes(campaign, block, set, {}, campaign.cases);
     ASSERT_EQ(all.size(), campaign.cases);
     EXPECT_EQ(all[7].status, CaseStatus::failed);
-    for (const std::size_t in_progress : {std::size_t{1}, std::size_t{3}, std::size_t{12}}) {
+    // All numbers of cases in progress on one set, one number on the others.
+    const bool first = set == lanes::supported_instruction_sets().front();
+    for (const std::size_t in_progress : first ? std::vector<std::size_t>{1, 3, 12} : std::vector<std::size_t>{3}) {
       const std::vector<CaseRow> rows = run_block_in_lanes(campaign, block, set, {}, in_progress);
       ASSERT_EQ(rows.size(), all.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {

@@ -16,9 +16,9 @@ using test::fake_campaign;
 using test::fake_row;
 using test::TemporaryFolder;
 using test::write_bytes;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr Block kFirst{0, 0, 20};
 
@@ -58,8 +58,8 @@ TEST(Shard, DamagedOrTruncatedFilesCountAsAbsent) {
   fs::create_directories(folder.path() / "shards");
   const std::string sound = shard_bytes(campaign, fake_rows(0, 20), "fma");
   const fs::path path = shard_path(folder.path(), 0);
-  // Every byte of the first and last 400, where the structure is; under sanitizers, a tenth of all.
-  const std::size_t often = test::kSanitized ? 11 : 1, seldom = test::kSanitized ? 130 : 13;
+  // Every third byte of the first and last 400, where the structure is, and every 41st between them.
+  const std::size_t often = test::kSanitized ? 11 : 3, seldom = test::kSanitized ? 130 : 41;
   for (std::size_t at = 0; at<sound.size(); at += at> 400 && at + 400 < sound.size() ? seldom : often) {
     std::string damaged = sound;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
@@ -293,7 +293,7 @@ TEST(Store, RemovesOnlyLeftoversOfKilledWriters) {
   { const ShardStore store(folder.path(), campaign, options()); }
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder.path())) names.push_back(entry.path().filename().string());
-  EXPECT_THAT(names, testing::UnorderedElementsAre("shards", "manifest.json", "notes.txt"));
+  EXPECT_THAT(names, ::testing::UnorderedElementsAre("shards", "manifest.json", "notes.txt"));
   EXPECT_TRUE(fs::is_empty(folder.path() / "shards"));
 }
 

@@ -87,6 +87,7 @@ TEST(SatelliteWithoutDrivenJoints, IsSampled) {
     ASSERT_EQ(continuous.status, CaptureStatus::completed) << kind.name << ": " << continuous.failure;
     double before = 1;
     for (const char* control : {"control: {period: 100 ms}\n", "control: {period: 10 ms}\n"}) {
+      if (test::kSanitized && before < 1) continue;  // ten times as many samples
       const CaptureResult sampled = simulate_capture(loaded(satellite(kind.parts, kTurn + std::string(control))));
       ASSERT_EQ(sampled.status, CaptureStatus::completed) << kind.name << ": " << sampled.failure;
       EXPECT_TRUE(sampled.ledger.pass()) << kind.name << ": " << failure_text(*sampled.ledger.worst_failure());
@@ -97,7 +98,7 @@ TEST(SatelliteWithoutDrivenJoints, IsSampled) {
       EXPECT_LT(apart, 0.3 * before) << kind.name << ", " << control;  // of first order in the period
       before = apart;
     }
-    EXPECT_LT(before, 5e-3) << kind.name;
+    EXPECT_LT(before, test::kSanitized ? 5e-2 : 5e-3) << kind.name;
   }
 }
 

@@ -391,7 +391,8 @@ TEST(MessageLogs, TruncatedAndChangedFilesCauseErrorsOnly) {
     const auto whole = values_of(read(file), "imu/data.angular_velocity.y");
     ASSERT_GE(whole.size(), 8u);
     std::size_t most = 0, damaged = 0;
-    const std::size_t step = file.size() / static_cast<std::size_t>(test::repetitions(static_cast<int>(file.size())));
+    const std::size_t step =
+        file.size() / static_cast<std::size_t>(test::repetitions(test::repetitions(static_cast<int>(file.size()))));
     for (std::size_t size = 20; size < file.size(); size += step) {
       const MessageLog log = read(file.substr(0, size));
       const auto part = values_of(log, "imu/data.angular_velocity.y");

@@ -4,6 +4,7 @@
 #include "grapnel/linear/plant.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "linear/linear_scenarios.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -41,6 +42,7 @@ TEST(Plant, InClosedFormAgreesWithDifferences) {
         problem_of(hinge(20, 1.6, "", ", friction: {viscous: 0.1, coulomb: 0.2, transition_rate: 0.1}")), 0);
   check("joined", load_scenario(shipped("thesis/open-loop-case-1.yaml"), {{parse_override("post_impact.duration=5")}}),
         21);
+  if (test::kSanitized) return;
   check("flexible", load_scenario(shipped("station-arm-flexible.yaml")), 0);
   check("closed loop", load_scenario(shipped("thesis/closed-loop.yaml"), {{parse_override("post_impact.duration=5")}}),
         21);

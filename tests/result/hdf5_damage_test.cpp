@@ -36,8 +36,8 @@ class DamagedHdf5 : public testing::Test {
 };
 
 TEST_F(DamagedHdf5, CutAtAnyLengthIsAnError) {
-  const std::size_t step = bytes_.size() / static_cast<std::size_t>(test::repetitions(test::repetitions(1000))) + 1;
-  for (std::size_t length = 0; length < bytes_.size(); length += length < 200 ? (test::kSanitized ? 7 : 1) : step) {
+  const std::size_t step = bytes_.size() / static_cast<std::size_t>(test::repetitions(test::repetitions(320))) + 1;
+  for (std::size_t length = 0; length < bytes_.size(); length += length < 200 ? (test::kSanitized ? 17 : 3) : step) {
     if (length == bytes_.size() - 16) continue;  // all but the checksum: below
     put_bytes(path_, bytes_.substr(0, length));
     ASSERT_THAT(message(), HasSubstr("cannot read " + path_.string())) << length;
@@ -76,7 +76,7 @@ TEST_F(DamagedHdf5, ZeroedBlocksAreNoticed) {
 
 TEST_F(DamagedHdf5, ChangedBytesAreNoticed) {
   std::mt19937 random(2);
-  for (int i = 0; i < test::repetitions(500); ++i) {
+  for (int i = 0; i < test::repetitions(250); ++i) {
     std::string damaged = bytes_;
     damaged[random() % damaged.size()] ^= static_cast<char>(1 + random() % 255);
     put_bytes(path_, damaged);

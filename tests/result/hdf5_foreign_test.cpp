@@ -23,7 +23,7 @@ TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
   std::mt19937 random(3);
   const std::string plain = bytes.substr(0, bytes.size() - 16);
   int errors = 0;
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < 160; ++i) {
     std::string damaged = plain;
     // Every second byte in the first kilobytes, which contain HDF5's metadata.
     const std::size_t reach = i % 2 == 0 ? damaged.size() : std::size_t{4096};
@@ -34,7 +34,7 @@ TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
     ++errors;
     ASSERT_THAT(message, testing::HasSubstr("cannot read " + path.string())) << i;
   }
-  EXPECT_GT(errors, 150);  // measured 291
+  EXPECT_GT(errors, 60);  // of 160
 }
 
 }  // namespace hdf5_foreign_test
