@@ -8,6 +8,7 @@ import { rowsToText } from "../study/csv";
 import { counted, plural, shortened } from "../study/describe";
 import { columnHead, label, number, withUnit } from "../format";
 import type { LegendItem } from "../study/export";
+import { plainName } from "../study/field";
 import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
 import { onWidth, select } from "../study/ui";
@@ -59,7 +60,7 @@ export class DistributionChart {
 
   private draw(): void {
     const { of } = this;
-    this.card.setTitle(`Distribution of ${of.name}`);
+    this.card.setTitle(`Distribution of ${plainName(of.name)}`);
     this.card.note.textContent = summary(of);
     const { histogram } = of;
     this.quantiles.replaceChildren(...quantileTable(of, this.model.confidence, this.width < 480));
@@ -68,7 +69,7 @@ export class DistributionChart {
     const domain = domainOf(histogram.begin, histogram.end, limits);
     const plot = this.view === "histogram" ? this.histogram(domain, limits) : this.function(domain, limits);
     plot.setAttribute("role", "img");
-    plot.setAttribute("aria-label", `Distribution of ${label(of.name, of.unit)}. ${summary(of)}`);
+    plot.setAttribute("aria-label", `Distribution of ${label(plainName(of.name), of.unit)}. ${summary(of)}`);
     this.card.body.replaceChildren(plot);
     this.legend(limits, domain);
   }
@@ -225,7 +226,7 @@ function beyond(of: Described): string {
 
 function axisName(of: Described, width: number): string {
   const letters = Math.max(14, Math.floor((width - 90) / 6.6));
-  return label(shortened(of.name, letters - of.unit.length - 3), of.unit);
+  return label(shortened(plainName(of.name), letters - of.unit.length - 3), of.unit);
 }
 
 function pointAlong(plot: SVGSVGElement, linesAt: (px: number) => string[] | null): void {

@@ -69,7 +69,7 @@ export class SpreadChart {
   private draw(): void {
     if (this.width === 0) return;
     const points = this.shown();
-    this.card.setTitle(`${this.y.name} against ${this.x.name}`);
+    this.card.setTitle(`${this.y.words} against ${this.x.words}`);
     // Of the even sample only: cases included because they failed would bias the quantiles.
     const even = points.filter((k) => this.sample.drawn[k] === 1 && this.state.passing[k] === 1);
     const bands = this.bands ? quantileBands(this.x.values, this.y.values, even) : [];
