@@ -198,7 +198,12 @@ test("columns have names for people, which stay distinct", () => {
     ["grasps/tip-1/impulse/x", "tip-1: impulse x"],
     ["largest of grasps/*/mean_force", "largest of grasps: mean force"],
     ["norm of base/angular_velocity_change", "norm of base: angular velocity change"],
-    ["margins/a_b/moment", "margins: a b moment"],
+    ["margins/a_b/moment", "margin of a_b: moment"],
+    ["joints/a_b/velocity_change", "a_b: velocity change"],
+    ["contacts/a_b/tip of c/peak_force", "contact a_b – tip of c: peak force"],
+    ["contacts/peak_force", "contacts: peak force"],
+    ["grasps/end\nof/captured", "end\nof: captured"],
+    ["", ""],
     ["approach_angle", "approach angle"],
     ["targets[0].mass", "targets[0].mass"],
   ])

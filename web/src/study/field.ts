@@ -1,16 +1,30 @@
 // The table of a study, campaign or optimization as columns of numbers. No DOM.
 import type { OptimizationData, SweepData, TableColumn } from "../data";
 
+// Folders of columns whose next parts are names of items: how many, and what stands before them.
+const kItems = new Map<string, [number, string]>([
+  ["grasps", [1, ""]],
+  ["joints", [1, ""]],
+  ["targets", [1, ""]],
+  ["thrusters", [1, ""]],
+  ["margins", [1, "margin of "]],
+  ["loads", [1, "load of "]],
+  ["contacts", [2, "contact "]],
+]);
+
 // The name of a column for people: "tip-1: impulse magnitude" for "grasps/tip-1/impulse_magnitude", "largest of
-// grasps: mean force" for "largest of grasps/*/mean_force". Paths of a scenario such as "targets[0].mass" are unchanged.
+// grasps: mean force" for "largest of grasps/*/mean_force". Names of items are unchanged, and so are paths of a scenario
+// such as "targets[0].mass".
 export function plainName(name: string): string {
-  if (/[.[]/.test(name)) return name;
-  const [, before, path] = /^(.* of )?(.*)$/.exec(name)!;
-  const parts = path.split("/").filter((part) => part !== "*");
-  const named = /^(grasps|joints|targets)$/.test(parts[0]) && parts.length > 2;
-  const [owner, ...rest] = named ? parts.slice(1) : parts;
+  const [, before = "", path] = /^((?:largest|least|norm) of )?(.*)$/s.exec(name)!;
+  if (/[.[]/.test(path)) return name;
   const spaced = (text: string): string => text.replaceAll("_", " ");
-  return (before ?? "") + (rest.length === 0 ? spaced(owner) : `${named ? owner : spaced(owner)}: ${spaced(rest.join(" "))}`);
+  const parts = path.split("/").filter((part) => part !== "*");
+  const [count, prefix] = kItems.get(parts[0]) ?? [0, ""];
+  const first = count > 0 && parts.length > count + 1 ? count + 1 : 1;
+  const owner = first > 1 ? prefix + parts.slice(1, first).join(" – ") : spaced(parts[0]);
+  const rest = parts.slice(first);
+  return before + (rest.length === 0 ? owner : `${owner}: ${spaced(rest.join(" "))}`);
 }
 
 export type Role = "axis" | "combined" | "column";

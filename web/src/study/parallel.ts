@@ -165,7 +165,7 @@ export class ParallelCoordinates {
       const group = svgElement("g", { class: "st-axis" });
       const lines = wrapped(fieldLabel(axis.field), chars, 4);
       lines.forEach((text, row) => group.append(svgElement("text", { class: "st-axis-name", x: axis.x, y: kTop - 14 - (lines.length - 1 - row) * 14, "text-anchor": "middle" }, text)));
-      group.append(svgElement("title", {}, `${axis.field.words}: ${axis.field.description}`));
+      group.append(svgElement("title", {}, `${axis.field.name}: ${axis.field.description}`));
       group.append(svgElement("path", { class: "st-axis-line", d: `M${axis.x},${kTop}V${kHeight - kBottom}` }));
       this.drawTicks(group, axis, k === this.axes.length - 1);
       this.drawBrush(group, axis);

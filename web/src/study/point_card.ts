@@ -50,7 +50,7 @@ function content(spec: PointCardSpec, neighbours: Neighbours, point: number, ope
   const informative = informativeColumns(table, 6);
   if (informative.length > 0) parts.push(group("Telling columns", "informative", informative, point, open, (f) => f.words));
   for (const [name, fields] of grouped(table.fields.filter((f) => f.role === "column"))) {
-    parts.push(group(name || "other columns", `group:${name}`, fields, point, open, (f) => f.name.slice(name ? name.length + 1 : 0).replaceAll("_", " ").replaceAll("/", " ")));
+    parts.push(group(name || "other columns", `group:${name}`, fields, point, open, (f) => within(name, f.words)));
   }
   return parts;
 }
@@ -100,6 +100,12 @@ function group(title: string, key: string, fields: Field[], point: number, open:
     fill();
   });
   return made;
+}
+
+// "impulse magnitude" for "tip-1: impulse magnitude" in the group "grasps/tip-1".
+function within(folder: string, words: string): string {
+  const owner = `${folder.slice(folder.lastIndexOf("/") + 1)}: `;
+  return words.startsWith(owner) ? words.slice(owner.length) : words;
 }
 
 // By the first parts of the name: "grasps/tip-1", "base", "margins/arm-1-joint-1".
